@@ -1,10 +1,11 @@
-"""dmplay: fifteen decision problems to play, pit agents in, and pin with golden transcripts."""
+"""Fifteen decision problems to play, evaluate agents on, and test with recorded transcripts."""
 
 from importlib import import_module
 
 __version__ = "0.1.0"
 
-# Where each public name lives; loaded on first use, so that `dmplay --version` needs no numpy.
+# The module that defines each public name. It is imported on first use, so that `dmplay --version`
+# needs no NumPy.
 _PUBLIC_MODULES = {
     "Categorical": "chance",
     "SeededUniforms": "dice",

@@ -1,4 +1,4 @@
-"""The way in: answers --version at once, everything else through the command line."""
+"""The program's entry point: prints the version at once, else runs the command line."""
 
 import gc
 import io
@@ -11,13 +11,15 @@ from dmplay.signals import TURN_GATE
 
 RUNTIME_CODE, USAGE_CODE, TERMINAL_LOST_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 2, 129, 130, 141
 BLAS_THREADS_VARIABLE = (
-    "OPENBLAS_DEFAULT_NUM_THREADS"  # of which more wait for one another, and cost as they wait
+    # OpenBLAS threads that wait for one another cost more time than they save
+    "OPENBLAS_DEFAULT_NUM_THREADS"
 )
-GC_THRESHOLDS = 20_000, 20, 20  # a game keeps what it makes: to look for garbage finds none
+# A game keeps most objects that it creates, so frequent collections find no garbage.
+GC_THRESHOLDS = 20_000, 20, 20
 
 
 def main() -> None:
-    """Runs dmplay; the exit code is 0, 1, 2, 3, or 128 and a signal."""
+    """Run dmplay and exit with code 0, 1, 2, 3, or 128 plus a signal number."""
     try:
         signal.signal(signal.SIGINT, TURN_GATE)
         code = _run_and_report()
@@ -32,7 +34,7 @@ def main() -> None:
 
 
 def _run_and_report() -> int:
-    """Runs dmplay, and says in one line what the system refuses; the exit code."""
+    """Run dmplay, report an error of the system in one line, and return the exit code."""
     try:
         _open_streams()
         gc.set_threshold(*GC_THRESHOLDS)
@@ -49,7 +51,11 @@ def _run_and_report() -> int:
 
 
 def _dispatch() -> int:
-    """Answers for the version, or leaves the rest to the command line; the exit code."""
+    """Print the version, or hand the arguments to the command line; return the exit code.
+
+    The option `--debug` is removed from the arguments and sets DMPLAY_DEBUG; without either, an
+    unexpected error is written to a log file.
+    """
     if sys.argv[1:2] == ["--version"]:
         from dmplay import __version__
 
@@ -66,41 +72,56 @@ def _dispatch() -> int:
 
 
 def _report_os_error(error: OSError) -> int:
-    """One line for what the system refuses; if nobody can read it, the terminal is gone."""
+    """Print an error of the system in one line and return the exit code.
+
+    The code is TERMINAL_LOST_CODE if standard error cannot be written.
+    """
     from dmplay.terminal import escape_unprintable
 
-    where = f"{error.filename}: " if error.filename else ""
+    file_prefix = f"{error.filename}: " if error.filename else ""
     try:
-        print(escape_unprintable(f"error: {where}{error.strerror or error}"), file=sys.stderr)
+        print(escape_unprintable(f"error: {file_prefix}{error.strerror or error}"), file=sys.stderr)
     except OSError:
         return TERMINAL_LOST_CODE
     return RUNTIME_CODE
 
 
 def _report_system_exit(error: SystemExit) -> int:
-    """One line where a problem or an agent that was brought ends the program; else it ends."""
+    """Report a SystemExit raised by user-defined code and return the usage error code.
+
+    A SystemExit raised by dmplay itself is raised again.
+    """
     from dmplay.places import describe_exit_location
     from dmplay.terminal import escape_unprintable
 
-    told = describe_exit_location(error)
-    if not told:
+    location = describe_exit_location(error)
+    if not location:
         raise error
-    print(escape_unprintable(f"error: {told}; only dmplay may end the program"), file=sys.stderr)
+    print(
+        escape_unprintable(f"error: {location}; only dmplay may end the program"), file=sys.stderr
+    )
     return USAGE_CODE
 
 
 def _open_streams() -> None:
-    """Puts the null device where a stream is closed, so that no file takes its number."""
+    """Replace closed standard streams by the null device and escape undecodable characters.
+
+    Without the null device, the next file that is opened would get the number of the closed stream.
+    """
     for name, mode in (("stdin", "r"), ("stdout", "w"), ("stderr", "w")):
         if getattr(sys, name) is None:
             setattr(sys, name, open(os.devnull, mode, encoding="utf-8"))  # noqa: SIM115 - for good
-    for stream in (sys.stdin, sys.stdout):  # what is no text, or cannot be shown, is an escape
+    # Bytes that are not text, and characters that the terminal cannot encode, become escapes.
+    for stream in (sys.stdin, sys.stdout):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")
 
 
 def _flush_or_discard_output() -> None:
-    """What a stream cannot take must not be tried again at exit."""
+    """Flush the output streams, and discard their output if they cannot be written.
+
+    Otherwise Python would try to flush the same stream again at exit.
+    """
     for stream in (sys.stdout, sys.stderr):
         try:
             stream.flush()
@@ -111,23 +132,23 @@ def _flush_or_discard_output() -> None:
 def _report_unexpected_error(
     error_type: type[BaseException], error: BaseException, trace: TracebackType | None
 ) -> None:
-    """One line for a fault of dmplay itself, and the file that tells the rest."""
+    """Report an unexpected error in one line and write its traceback to a temporary log file."""
     import contextlib
     import tempfile
     import traceback
 
-    told = "".join(traceback.format_exception(error_type, error, trace))
-    where = "no log can be written"
+    traceback_text = "".join(traceback.format_exception(error_type, error, trace))
+    log_note = "no log can be written"
     with (
         contextlib.suppress(OSError),
         tempfile.NamedTemporaryFile(
             "w", prefix="dmplay-", suffix=".log", delete=False, encoding="utf-8"
         ) as log,
     ):
-        log.write(told)
+        log.write(traceback_text)
         log.flush()
-        where = f"{log.name} tells where"
-    print(f"error: unexpected {error_type.__name__}; {where}, --debug shows it", file=sys.stderr)
+        log_note = f"{log.name} tells where"
+    print(f"error: unexpected {error_type.__name__}; {log_note}, --debug shows it", file=sys.stderr)
 
 
 if __name__ == "__main__":

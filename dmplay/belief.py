@@ -12,19 +12,21 @@ from dmplay.tabular import Tabular
 
 
 class Posterior(NamedTuple):
-    """Beliefs after a turn, and how likely that turn's observations were."""
+    """A belief after a turn, and the likelihood of that turn's observations."""
 
     belief: Reals  # [..., S]
     likelihood: Reals  # [...]
 
 
 def apply_bayes_rule(joint: Reals) -> Posterior:
-    """Bayes' rule: joint probabilities `[..., S]` of what was seen and each state, to 1 in sum.
+    """Return the posterior of joint probabilities `[..., S]` of the observations and each state.
 
-    Where the likelihood is 0 there is no belief, and zeros are left. Summed state by state: a row
-    has the same bits in any batch.
+    This is Bayes' rule: the probabilities are divided by their sum, the likelihood. Where the
+    likelihood is 0 there is no belief, and the zeros stay. The sum is taken state by state, so that
+    a row has the same bits in any batch.
     """
-    if joint.ndim == 2 and len(joint) > 1:  # rows are summed side by side
+    # One reduction of the transposed array sums all rows at once.
+    if joint.ndim == 2 and len(joint) > 1:
         likelihood = np.add.reduce(np.ascontiguousarray(joint.T))
     else:
         likelihood = joint.cumsum(axis=-1)[..., -1]
@@ -32,21 +34,23 @@ def apply_bayes_rule(joint: Reals) -> Posterior:
 
 
 def initial_belief(problem: Problem) -> Reals:
-    """The belief `[S]` before the first turn: the distribution of the start state."""
+    """Return the belief `[S]` before the first turn: the distribution of the initial state."""
     if isinstance(problem, Tabular):
         return problem.initial_belief.astype(float)
     p, states = initial_state_distribution(problem)
-    size = len(problem.enumerate_states())
-    return np.bincount(checked_state_indices(problem, states), p, minlength=size).astype(float)
+    state_count = len(problem.enumerate_states())
+    return np.bincount(checked_state_indices(problem, states), p, minlength=state_count).astype(
+        float
+    )
 
 
 def initial_seat_belief(problem: Problem, seat: int, observation: Array) -> Reals:
-    """The belief `[S]` of a seat before its first action, after what it observed of the start."""
-    before, may = (
+    """Return the belief `[S]` of a seat before its first action, given its initial observation."""
+    start_belief, consistent = (
         initial_belief(problem),
         problem.initial_observations(problem.enumerate_states())[:, seat] == observation,
     )
-    return before if may.all() else apply_bayes_rule(before * may).belief
+    return start_belief if consistent.all() else apply_bayes_rule(start_belief * consistent).belief
 
 
 def update_belief(
@@ -55,24 +59,25 @@ def update_belief(
     actions: Sequence[int | None],
     observations: Sequence[int | None],
 ) -> Posterior:
-    """The belief `[S]` after a joint action and the observations that followed (Bayes' rule).
+    """Return the belief `[S]` after a joint action and its observations, by Bayes' rule.
 
-    None stands for what is not known: an unknown action is taken to be uniformly random, an
-    unknown observation says nothing. Raises ImpossibleObservation where the likelihood is 0.
+    None means unknown: an unknown action is taken to be uniformly random, an unknown observation
+    does not change the belief. Raise ImpossibleObservation if the likelihood is 0.
     """
-    found = apply_bayes_rule(problem.joint_belief_update(belief, actions, observations))
-    if not found.likelihood:
+    posterior = apply_bayes_rule(problem.joint_belief_update(belief, actions, observations))
+    if not posterior.likelihood:
         raise ImpossibleObservation(_impossible_observation_message(problem, actions, observations))
-    return found
+    return posterior
 
 
 def _impossible_observation_message(
     problem: Problem, actions: Sequence[int | None], observations: Sequence[int | None]
 ) -> str:
-    did = [problem.format_action(i, a) for i, a in enumerate(actions) if a is not None]
-    saw = [
+    """Return the error message for observations that have probability 0 after these actions."""
+    acts = [problem.format_action(i, a) for i, a in enumerate(actions) if a is not None]
+    obs = [
         problem.observations[i].format_observation(np.array(o))
         for i, o in enumerate(observations)
         if o is not None
     ]
-    return f"observation {', '.join(saw)} after {', '.join(did)} has probability 0 in this belief"
+    return f"observation {', '.join(obs)} after {', '.join(acts)} has probability 0 in this belief"

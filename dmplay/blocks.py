@@ -1,6 +1,7 @@
-"""Work on many games, done in blocks: here, in processes of this machine, or by any executor.
+"""Blocks of episodes run in this process, in worker processes, or by any executor.
 
-What comes of a game does not depend on its block, so no result depends on who did it.
+The result of an episode does not depend on its block, so no result depends on the worker that
+computed it.
 """
 
 import math
@@ -25,23 +26,23 @@ from dmplay.errors import BadParameter, LostGames
 from dmplay.signals import defer_signals
 
 R = TypeVar("R")
-BlockFunction = Callable[[range], R]  # what is done with the games of a block
+BlockFunction = Callable[[range], R]  # computes the result of one block of episodes
 WorkerCount = int | Literal["auto"]
-MAX_BLOCK_EPISODES = 16_384  # games of a block
-MIN_PARALLEL_SECONDS = 4.0  # seconds of work left for which processes are started
-MAX_BLOCK_ATTEMPTS = 3  # before a block is given up
-FINAL_BLOCK_DIVISOR = 8  # times, at the end
-BLOCKS_PER_WORKER = 2  # blocks for each worker, so that none waits for the next
+MAX_BLOCK_EPISODES = 16_384  # maximum episodes of one block
+MIN_PARALLEL_SECONDS = 4.0  # seconds of remaining work from which starting processes pays
+MAX_BLOCK_ATTEMPTS = 3  # attempts before a block is given up
+FINAL_BLOCK_DIVISOR = 8  # the last blocks are at most this many times smaller than the block size
+BLOCKS_PER_WORKER = 2  # submitted blocks per worker, so that no worker waits for its next block
 
 
 class _BlockResult(NamedTuple, Generic[R]):
-    """What came of a block."""
+    """The result of a block."""
 
     result: R
 
 
 class _BlockError(NamedTuple):
-    """The error that the work met."""
+    """The error that the block function raised."""
 
     error: Exception
 
@@ -50,10 +51,10 @@ _BlockAnswer = _BlockResult[R] | _BlockError
 
 
 class _BlockQueue:
-    """Games cut into blocks of a size; smaller at the end, so that all workers end together.
+    """A queue of blocks of episodes, smaller at the end so that all workers finish together.
 
-    But not much smaller than the size, below which a block costs more than its games; where there
-    are few games, each worker has one block.
+    Blocks do not become much smaller than `size`, because a small block costs more than its
+    episodes; if there are few episodes, each worker gets one block.
     """
 
     def __init__(self, episodes: range, size: int, workers: int) -> None:
@@ -61,10 +62,10 @@ class _BlockQueue:
         self.min_size = min(max(size // FINAL_BLOCK_DIVISOR, 1), math.ceil(len(episodes) / workers))
 
     def next_block(self) -> range:
-        """The next block; empty when there is none."""
-        fair = math.ceil(len(self.remaining) / self.workers)
-        many = min(self.size, max(fair, self.min_size))
-        block, self.remaining = self.remaining[:many], self.remaining[many:]
+        """Remove and return the next block; empty if no episodes remain."""
+        even_share = math.ceil(len(self.remaining) / self.workers)
+        count = min(self.size, max(even_share, self.min_size))
+        block, self.remaining = self.remaining[:count], self.remaining[count:]
         return block
 
 
@@ -76,51 +77,57 @@ def run_blocks(
     workers: WorkerCount = 1,
     executor: Executor | None = None,
 ) -> Iterator[tuple[range, R]]:
-    """Each block of at most `size` games with what came of it, in any order.
+    """Yield each block of at most `size` episodes with its result, in any order.
 
-    Done in this process, in so many others, or by an executor; `auto` starts others where so much
-    is left that they pay. An error of the work is raised at once. What a worker takes with it when
-    it dies is done again; LostGames is raised at the end for what was lost three times.
+    The blocks run in this process, in `workers` processes, or in an executor; "auto" starts
+    processes when so much work remains that they pay. An error of the block function is raised at
+    once. Blocks that are lost when a worker dies are run again; LostGames is raised at the end for
+    blocks that were lost three times.
     """
     if isinstance(workers, int) and workers < 1:
         raise BadParameter(f"workers: got {workers}, expected auto, or 1 or more")
-    many = count_cores() if workers == "auto" or (executor and workers == 1) else workers
-    if executor is None and (workers == "auto" or many == 1):
+    worker_count = count_cores() if workers == "auto" or (executor and workers == 1) else workers
+    if executor is None and (workers == "auto" or worker_count == 1):
         episodes = yield from _run_blocks_in_process(
-            block_function, _BlockQueue(episodes, size, 1), may_stop_early=many > 1
+            block_function, _BlockQueue(episodes, size, 1), may_stop_early=worker_count > 1
         )
     if episodes:
-        yield from WorkerPool(block_function, many, executor).run_blocks(
-            _BlockQueue(episodes, size, many)
+        yield from WorkerPool(block_function, worker_count, executor).run_blocks(
+            _BlockQueue(episodes, size, worker_count)
         )
 
 
 def count_cores() -> int:
-    """The cores that this process may use."""
-    able = getattr(os, "sched_getaffinity", None)
-    return len(able(0)) if able else os.cpu_count() or 1
+    """Return the number of CPU cores that this process may use."""
+    get_affinity = getattr(os, "sched_getaffinity", None)
+    return len(get_affinity(0)) if get_affinity else os.cpu_count() or 1
 
 
 def _run_blocks_in_process(
     block_function: BlockFunction[R], blocks: _BlockQueue, *, may_stop_early: bool
 ) -> Generator[tuple[range, R], None, range]:
-    """The blocks one after another; returns those that are better left to processes."""
-    many, started = len(blocks.remaining), time.monotonic()
+    """Run blocks one after another, yield their results, and return the remaining episodes.
+
+    Episodes remain only if `may_stop_early` is set and their estimated work exceeds
+    MIN_PARALLEL_SECONDS.
+    """
+    total, start_time = len(blocks.remaining), time.monotonic()
     while block := blocks.next_block():
-        after = many - len(blocks.remaining)
-        with scale_progress(1 - (len(blocks.remaining) + len(block)) / many, after / many):
+        completed = total - len(blocks.remaining)
+        with scale_progress(1 - (len(blocks.remaining) + len(block)) / total, completed / total):
             result = block_function(block)
         yield block, result
         if (
             may_stop_early
-            and (time.monotonic() - started) / after * len(blocks.remaining) > MIN_PARALLEL_SECONDS
+            and (time.monotonic() - start_time) / completed * len(blocks.remaining)
+            > MIN_PARALLEL_SECONDS
         ):
             break
     return blocks.remaining
 
 
 class WorkerPool(Generic[R]):
-    """Workers, and what each of them has in hand."""
+    """A pool of workers, and the blocks that each of them is running."""
 
     def __init__(
         self, block_function: BlockFunction[R], workers: int, executor: Executor | None
@@ -138,7 +145,10 @@ class WorkerPool(Generic[R]):
         self.lost_blocks: list[tuple[range, str]] = []
 
     def run_blocks(self, blocks: _BlockQueue) -> Iterator[tuple[range, R]]:
-        """Each block with what came of it, the first to end first."""
+        """Yield each block with its result, in the order of completion.
+
+        Raise the error of a block at once, and LostGames at the end if blocks were lost.
+        """
         try:
             while self._submit_blocks(blocks):
                 future = self.finished.get()
@@ -161,21 +171,27 @@ class WorkerPool(Generic[R]):
             )
 
     def _defer_signals(self) -> AbstractContextManager[object]:
-        """Has Ctrl-C wait: it may leave a lock taken for which processes of ours would wait."""
+        """Return a context that defers signals while processes of this pool are used.
+
+        A Ctrl-C could leave a lock taken that the processes would wait for. A caller's executor
+        needs no deferral.
+        """
         return defer_signals() if self.caller_executor is None else nullcontext()
 
     def _release_processes(self, processes: "_ProcessPool") -> None:
-        """Ends processes that are not to stay, or that do what nobody waits for any more."""
+        """Shut down the processes if they are not reused, or still run blocks that are not
+        needed.
+        """
         if self.running or _shared_pools.get() is None:
             processes.shut_down(at_once=bool(self.running))
 
     def _submit_blocks(self, blocks: _BlockQueue) -> bool:
-        """Gives the workers what they have room for; whether any has work.
+        """Submit blocks up to the limit of running blocks; return whether any block is running.
 
-        What was lost is done alone, so that nothing else is lost with it.
+        A block that was lost is run alone, so that no other block is lost with it.
         """
-        room = 1 if self.retry_blocks else BLOCKS_PER_WORKER * self.workers
-        while len(self.running) < room:
+        max_running = 1 if self.retry_blocks else BLOCKS_PER_WORKER * self.workers
+        while len(self.running) < max_running:
             block = self.retry_blocks.pop() if self.retry_blocks else blocks.next_block()
             if not block:
                 break
@@ -188,7 +204,10 @@ class WorkerPool(Generic[R]):
     def _collect_answer(
         self, future: Future[_BlockAnswer[R]], block: range
     ) -> _BlockAnswer[R] | None:
-        """What a worker says; None when it was lost with its block."""
+        """Return the answer of a finished block; None if it was lost with its worker.
+
+        A lost block is queued again, or recorded as lost after MAX_BLOCK_ATTEMPTS attempts.
+        """
         try:
             with self._defer_signals():
                 return future.result()
@@ -212,19 +231,19 @@ _shared_pools: ContextVar[dict[int, "_ProcessPool"] | None] = ContextVar("stayin
 
 @contextmanager
 def reuse_processes() -> Iterator[None]:
-    """Has processes that are started meanwhile stay for whatever games come next, to the end."""
+    """Run the block with worker processes that are reused by all runs within it."""
     pools: dict[int, _ProcessPool] = {}
-    before = _shared_pools.set(pools)
+    token = _shared_pools.set(pools)
     try:
         yield
     finally:
-        _shared_pools.reset(before)
+        _shared_pools.reset(token)
         for pool in pools.values():
             pool.shut_down()
 
 
 def _get_processes(workers: int, *, restart: bool = False) -> "_ProcessPool":
-    """Processes that are there, or new ones."""
+    """Return the reused process pool for this number of workers, or a new one."""
     pools = _shared_pools.get()
     if pools is None:
         return _ProcessPool(workers)
@@ -234,17 +253,17 @@ def _get_processes(workers: int, *, restart: bool = False) -> "_ProcessPool":
 
 
 class _ProcessPool(ProcessPoolExecutor):
-    """Processes of this machine that begin with nothing of this one, and do not outlive it."""
+    """A pool of processes that start without this process's state and end when it ends."""
 
     def __init__(self, workers: int) -> None:
         method = "forkserver" if "forkserver" in get_all_start_methods() else "spawn"
         context = get_context(method)
-        held, self._lifeline = context.Pipe(duplex=False)
-        super().__init__(workers, context, initializer=_initialize_worker, initargs=(held,))
+        worker_end, self._lifeline = context.Pipe(duplex=False)
+        super().__init__(workers, context, initializer=_initialize_worker, initargs=(worker_end,))
         self.is_shut_down = False
 
     def shut_down(self, *, at_once: bool = False) -> None:
-        """Lets the processes go once they are idle; or at once, whatever they do."""
+        """Shut down the processes when they are idle, or `at_once` even while they run a block."""
         self.is_shut_down = True
         self.shutdown(wait=False, cancel_futures=True)
         if at_once:
@@ -252,18 +271,19 @@ class _ProcessPool(ProcessPoolExecutor):
 
 
 def _initialize_worker(lifeline: Connection) -> None:
-    """Leaves Ctrl-C to the process that waits, and ends when that lets go."""
+    """Ignore Ctrl-C in a worker, and start the thread that ends it with its parent."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     Thread(target=_exit_with_parent, args=[lifeline], daemon=True).start()
 
 
 def _exit_with_parent(lifeline: Connection) -> None:
+    """Exit the worker process when the parent closes its end of the connection."""
     lifeline.poll(None)
     os._exit(1)
 
 
 def _run_block_in_worker(pickled_function: bytes, block: range) -> _BlockAnswer[Any]:
-    """Does a block, in a worker."""
+    """Run a block in a worker and return its result or its error."""
     try:
         return _BlockResult(_load_block_function(pickled_function)(block))
     except Exception as error:
@@ -272,15 +292,15 @@ def _run_block_in_worker(pickled_function: bytes, block: range) -> _BlockAnswer[
 
 @lru_cache(maxsize=4)
 def _load_block_function(pickled_function: bytes) -> BlockFunction[Any]:
-    """The work, its problem and agents made once for all blocks of a worker."""
-    made: BlockFunction[Any] = pickle.loads(pickled_function)
-    return made
+    """Return the unpickled block function, cached so that a worker builds its problem only once."""
+    block_function: BlockFunction[Any] = pickle.loads(pickled_function)
+    return block_function
 
 
 def _to_picklable_error(error: Exception) -> Exception:
-    """An error that survives the way back, or its text."""
+    """Return an error that can be pickled, or a RuntimeError with its text."""
     try:
-        again: Exception = pickle.loads(pickle.dumps(error))
+        unpickled: Exception = pickle.loads(pickle.dumps(error))
     except Exception:
         return RuntimeError(f"{type(error).__name__}: {error}")
-    return again
+    return unpickled

@@ -1,8 +1,8 @@
-"""The columns of a batch; those of one row are plain numbers.
+"""The columns of a batch as arrays, or as plain numbers if the batch has one row.
 
-Sums, products, quotients and comparisons have the same bits on numbers as on arrays, so that one
-formula serves both: on the numbers of one row it is many times quicker, as NumPy's calls cost more
-than what they compute there.
+Sums, products, quotients and comparisons have the same bits for numbers and for arrays, so one
+formula serves both. For the numbers of one row it is many times faster, because a NumPy call costs
+more than its computation there.
 """
 
 from collections.abc import Sequence
@@ -18,7 +18,7 @@ IntColumn = Array | int
 
 
 def split_columns(rows: Array) -> Sequence[Column]:
-    """The columns of rows `[B, K]`."""
+    """Return the columns of rows `[B, K]`: arrays `[B]`, or plain numbers if B is 1."""
     if len(rows) == 1:
         numbers: list[float] = rows[0].tolist()
         return numbers
@@ -26,22 +26,22 @@ def split_columns(rows: Array) -> Sequence[Column]:
 
 
 def to_column(array: Column) -> Column:
-    """An array `[B]`, or the number of one row, as a column."""
+    """Return an array `[B]` as a column: a plain number if it has one row."""
     return array.item() if isinstance(array, ndarray) and len(array) == 1 else array
 
 
 def to_batch(column: Column) -> Array:
-    """The array `[B]` that a column stands for."""
+    """Return a column as an array `[B]`; a plain number becomes an array of one row."""
     return column if isinstance(column, ndarray) else np.array([column])
 
 
 def stack_columns(parts: Sequence[Column], dtype: type = float) -> Array:
-    """The rows `[B, K]` of some columns."""
+    """Return the rows `[B, K]` whose columns are `parts`."""
     if not isinstance(parts[0], ndarray):
         return np.array(parts, dtype, ndmin=2)
     rows: Array = np.empty((len(parts[0]), len(parts)), dtype)
-    for place, part in enumerate(parts):
-        rows[:, place] = part
+    for index, values in enumerate(parts):
+        rows[:, index] = values
     return rows
 
 
@@ -50,48 +50,51 @@ def take_values(table: Ints, indices: Column) -> IntColumn: ...
 @overload
 def take_values(table: Reals, indices: Column) -> Column: ...
 def take_values(table: Array, indices: Column) -> Column:
-    """The numbers of a flat table in these places."""
+    """Return the numbers at these indices of a flat table."""
     if isinstance(indices, int):
         number: float = table.item(indices)
         return number
-    return np.asarray(table.take(indices))  # type: ignore[arg-type] # whole, as indices are
+    return np.asarray(table.take(indices))  # type: ignore[arg-type] # indices are integers
 
 
 def take_rows(table: Array, indices: Column) -> Array:
-    """The rows of a table in these places, copied."""
+    """Return a copy of the rows at these indices of a table."""
     if isinstance(indices, ndarray):
         return table.take(indices, axis=0)
     return table[None, indices].copy()  # type: ignore[index]
 
 
 def magnitude(numbers: Column) -> Column:
-    """How far numbers are from 0."""
-    return numbers.__abs__()  # what `abs` calls, which has no type for either
+    """Return the absolute values of a column."""
+    return numbers.__abs__()  # what `abs` calls; `abs` itself has no type for a number or an array
 
 
 def select_where(condition: Column, if_true: Column, if_false: Column) -> Column:
-    """One where it holds, the other elsewhere."""
+    """Return `if_true` where the condition holds, and `if_false` elsewhere."""
     if isinstance(condition, ndarray):
         return np.where(condition, if_true, if_false)
     return if_true if condition else if_false
 
 
 def minimum(first: Column, second: Column) -> Column:
-    """The smaller of two."""
+    """Return the elementwise minimum of two columns."""
     if isinstance(first, ndarray) or isinstance(second, ndarray):
         return np.minimum(first, second)
     return min(first, second)
 
 
 def clip_to_bounds(numbers: Column, low: float, high: float) -> Column:
-    """Numbers, or the bound that they are beyond."""
+    """Return the numbers clipped to the bounds `low` and `high`."""
     if isinstance(numbers, ndarray):
         return numbers.clip(low, high)
     return min(max(numbers, low), high)
 
 
 def restore_finished_rows(finished: Column, next_states: Array, s: Array) -> Array:
-    """The rows after a move, but those that are over as they were."""
+    """Return the next states, with the rows of finished games reset to the states `s`.
+
+    `next_states` may be changed in place.
+    """
     if not isinstance(finished, ndarray):
         return s.copy() if finished else next_states
     if finished.any():

@@ -1,4 +1,4 @@
-"""`dmplay check`: every law that a problem, its agents and its look are to keep."""
+"""The checks of `dmplay check`: every invariant of a problem, its agents and its view."""
 
 from collections.abc import Callable, Iterator
 from functools import cache, partial
@@ -28,59 +28,64 @@ from dmplay.policies.general import Random
 from dmplay.session import Session
 from dmplay.views.style import DrawOptions, ViewModule, fit_board, load_view_module
 
-SAMPLED_TURNS = 200  # turns that each law is asked of
-RANDOM_GAMES, RANDOM_GAME_TURNS = 30, 60  # of random play, to meet its ends
-ROUND_TRIP_STATES = 40  # states of random play that are written and read
+SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
+# games of random play, and turns of each, that look for terminal states
+RANDOM_GAMES, RANDOM_GAME_TURNS = 30, 60
+ROUND_TRIP_STATES = 40  # states of random play that are formatted and parsed again
 SEPARATE_BATCHES = (
     slice(0, 1),
     slice(7, 8),
     slice(1, 4),
     slice(90, 190),
-)  # rows apart from the others
-AGENT_GAMES = 7  # games in which an agent is asked
-DRAWN_TURNS = 4  # turns after which a look is drawn
+)  # rows that are also computed in a batch without the others
+AGENT_GAMES = 7  # games in which the choices of an agent are checked
+DRAWN_TURNS = 4  # turns after which a view is drawn
 VIEW_WIDTHS = (40, 80, 120)
 
 
 def check(problem: Problem) -> list[Violation]:
-    """What of a problem breaks a law, each with the line that does; nothing where all hold.
+    """Return the violations of a problem's invariants, each with its source line.
 
-    First its facts, arrays and first turn, then what comes of them, then agents and look that its
-    module brings: each rests on those before.
+    The groups are checked in order, and the first with violations ends the check, because each
+    relies on those before it: the attributes and arrays of the first turn, the dynamics, the agents
+    and then the view that the module defines.
     """
-    for kind in (_check_attributes, _check_dynamics, _check_agents, _check_problem_view):
-        found = [*dict.fromkeys(kind(problem))]
-        if found:
-            return found
+    for check_group in (_check_attributes, _check_dynamics, _check_agents, _check_problem_view):
+        violations = [*dict.fromkeys(check_group(problem))]
+        if violations:
+            return violations
     return []
 
 
 def _check_attributes(problem: Problem) -> Iterator[Violation]:
-    """What it says of itself."""
-    for stage in (*CHECK_STAGES, (check_legal_action_leak,)):
-        found = [
-            one
-            for facts in stage
-            for one in play.find_violations(type(problem), partial(facts, problem))
+    """Yield the violations of the problem's own attributes, up to the first failing stage."""
+    for check_functions in (*CHECK_STAGES, (check_legal_action_leak,)):
+        violations = [
+            violation
+            for check_function in check_functions
+            for violation in play.find_violations(type(problem), partial(check_function, problem))
         ]
-        yield from found
-        if found:
+        yield from violations
+        if violations:
             return
 
 
 def _check_dynamics(problem: Problem) -> Iterator[Violation]:
-    """The laws of what happens, over turns of random play; each group rests on those before."""
+    """Yield the violations of the dynamics in random play, up to the first failing group."""
 
     @cache
     def sampled_turns() -> SampledTurns:
+        """Return the sampled turns of random play."""
         return sample_turns(problem, SAMPLED_TURNS)
 
     @cache
     def sampled_outcomes() -> tuple[Array, ...]:
+        """Return the outcomes of the sampled turns, computed in one batch."""
         return play.evaluate_batch(problem, sampled_turns())
 
     @cache
     def final_states() -> Array:
+        """Return the states of the sampled turns and the final states of random games."""
         return make_arrays_readonly(
             np.concatenate(
                 [sampled_turns().s, samples.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS)]
@@ -88,21 +93,25 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
         )[0]
 
     def check_batch_independence(rows: slice) -> CheckResults:
+        """Check that these rows have the same outcomes in a batch without the others."""
         return play.check_row_independence(
             problem,
             SampledTurns(*slice_rows(sampled_turns(), rows)),
             slice_rows(sampled_outcomes(), rows),
         )
 
-    singly: list[list[Callable[[], CheckResults]]] = [
+    independence_checks: list[list[Callable[[], CheckResults]]] = [
         [partial(check_batch_independence, rows)] for rows in SEPARATE_BATCHES
     ]
     groups: list[list[Callable[[], CheckResults]]] = [
         [lambda: play.check_determinism(problem, sampled_turns(), sampled_outcomes())],
-        *singly,
+        *independence_checks,
         [lambda: play.check_shapes(problem, sampled_turns())],
         [
-            *(partial(lambda law: law(problem, sampled_turns()), law) for law in play.INVARIANTS),
+            *(
+                partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
+                for invariant in play.INVARIANTS
+            ),
             lambda: play.check_state_text(
                 problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
             ),
@@ -110,29 +119,33 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
         ],
     ]
     for group in groups:
-        broken = [one for law in group for one in play.find_violations(type(problem), law)]
-        yield from broken
-        if broken:
+        violations = [
+            violation
+            for invariant in group
+            for violation in play.find_violations(type(problem), invariant)
+        ]
+        yield from violations
+        if violations:
             return
 
 
 def _check_agents(problem: Problem) -> Iterator[Violation]:
-    """The agents that its module brings, in the seats that they fit."""
+    """Yield the violations of the agents that the problem's module defines, in their seats."""
     for seat in range(len(problem.agents)):
         for name in modules.module_agent_names(problem):
             try:
                 policy = agents.load_agent(problem, seat, name)
-            except BadPolicy:  # not for this seat
+            except BadPolicy:  # this agent does not play this seat
                 continue
-            policies: list[Policy] = [Random(problem, at) for at in range(len(problem.agents))]
+            policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
             policies[seat] = policy
-            law = partial(check_policy_choices, problem, seat, policies, AGENT_GAMES)
-            for breach in play.find_violations(type(policy), law):
-                yield breach._replace(what=f"{name}: {breach.what}")
+            check_choices = partial(check_policy_choices, problem, seat, policies, AGENT_GAMES)
+            for violation in play.find_violations(type(policy), check_choices):
+                yield violation._replace(what=f"{name}: {violation.what}")
 
 
 def _check_problem_view(problem: Problem) -> Iterator[Violation]:
-    """The look of a problem that is not built in: each part in turn, while a game is played."""
+    """Yield the violations of a user-defined problem's view while a short game is played."""
     if not problems.builtin_stem(problem):
         policies = [Random(problem, at) for at in range(len(problem.agents))]
         session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
@@ -140,7 +153,7 @@ def _check_problem_view(problem: Problem) -> Iterator[Violation]:
 
 
 def _check_game_display(session: Session) -> CheckResults:
-    """What is drawn and told of a game fits and is text."""
+    """Check that the boards and texts of a game fit their width and are text, after each turn."""
     resolve_key_maps(session.problem, DEFAULT_KEY_PREFERENCES)
     style = load_view_module(session.problem)
     while True:
@@ -152,34 +165,36 @@ def _check_game_display(session: Session) -> CheckResults:
 
 
 def _check_seat_display(style: ViewModule, session: Session, seat: int) -> CheckResults:
-    """A board, and the words beside it."""
+    """Check the boards of one seat at several widths, and the texts shown next to them."""
     view = session.view(seat)
     state = session.state if session.over else None
     for width in VIEW_WIDTHS:
-        drawn = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
-        told = f"iter_boards: got {type(drawn).__name__}, expected Text of rich"
-        yield CheckResult(isinstance(drawn, Text), "draw_state", told)
-    for part in (
+        board = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
+        message = f"iter_boards: got {type(board).__name__}, expected Text of rich"
+        yield CheckResult(isinstance(board, Text), "draw_state", message)
+    for method in (
         (style.describe_turn, style.describe_situation)
         if view.turns_played
         else (style.describe_situation,)
     ):
-        words = part(view)
-        told = f"{part.__name__}: got {words!r}, expected a sentence"
-        yield CheckResult(isinstance(words, str) and bool(words), "draw_state", told)
-    told = "goal_lines: expected a list of clauses, panel_rows: a list of pairs, all text"
+        text = method(view)
+        message = f"{method.__name__}: got {text!r}, expected a sentence"
+        yield CheckResult(isinstance(text, str) and bool(text), "draw_state", message)
+    message = "goal_lines: expected a list of clauses, panel_rows: a list of pairs, all text"
     yield CheckResult(
         _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view)),
         "draw_state",
-        told,
+        message,
     )
 
 
 def _is_text_list(value: object) -> bool:
-    return isinstance(value, list | tuple) and all(isinstance(word, str) for word in value)
+    """Return whether a value is a list or tuple of strings."""
+    return isinstance(value, list | tuple) and all(isinstance(text, str) for text in value)
 
 
 def _is_pair_list(value: object) -> bool:
+    """Return whether a value is a list or tuple of pairs of strings."""
     if not isinstance(value, list | tuple):
         return False
     return all(_is_text_list(pair) and len(pair) == 2 for pair in value)

@@ -1,4 +1,4 @@
-"""The problem, the outcome of a turn, and the policy: what everything else is written against."""
+"""The base classes of problems and policies, and the exact enumeration of outcomes."""
 
 import inspect
 import math
@@ -25,20 +25,20 @@ from dmplay.chance import (
 )
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 
-ACTION_DECIMALS = 9  # of a real-valued action, so that its text is the number
-INTERVAL_GRID_SIZE = 21  # actions that stand for an interval
-MAX_LISTING_BYTES = 384 * 2**20  # bytes of all states of a problem, or of what may come of them
+ACTION_DECIMALS = 9  # decimals of a real-valued action, so that its text is exactly the number
+INTERVAL_GRID_SIZE = 21  # actions that represent an interval in a search
+MAX_LISTING_BYTES = 384 * 2**20  # maximum bytes of an array over all states, or over their outcomes
 INIT_REFUSED_MESSAGE = (
     "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
 )
 NO_OBSERVATION_TEXT = "nothing yet"
-WAIT_LABEL = "wait"  # the action of an agent whose turn it is not, where it is the only one
-MAX_INTERNED_ARRAYS = 4096  # arrays of which one is told again where another is the same
-DEFAULT_PARAMETER_BOUND = 1e6  # a parameter that says no bounds of its own, either way
+WAIT_LABEL = "wait"  # label of the only legal action of an inactive agent
+MAX_INTERNED_ARRAYS = 4096  # maximum arrays that are shared instead of copied again
+DEFAULT_PARAMETER_BOUND = 1e6  # largest absolute value of a parameter without bounds
 READONLY_ERROR_WORDS = (
     "read-only",
     "WRITEABLE",
-)  # what is said of a write, and of the wish to write
+)  # in NumPy's errors for writing to an array, and for making it writable
 
 T = TypeVar("T")
 Memory = tuple[Array, ...]
@@ -46,70 +46,73 @@ UpdateMethod = TypeVar("UpdateMethod", bound=Callable[..., Memory])
 
 
 class Labels(tuple[str, ...]):
-    """A finite set of names; the index is the value."""
+    """A finite set of labels, like Gymnasium's Discrete; a value is the index of a label."""
 
     __slots__ = ()
     json_types: tuple[type, ...] = (str,)  # the types of an action in JSON
 
     @property
     def labels(self) -> "Labels":
-        """The names to choose from: all of them."""
+        """The labels to choose from: all of them."""
         return self
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of one observation: an index."""
+        """The shape of one observation: (), because it is an index."""
         return ()
 
     def null_observation(self, rows: int) -> Ints:
-        """What stands for nothing observed before the first turn `[B]`."""
+        """Return the null observations `[B]` used before the first turn: -1."""
         return np.full(rows, -1)
 
     def format_observation(self, observation: Array) -> str:
-        """An observation in words."""
+        """Return an observation as text: its label, or "nothing yet" for a null observation."""
         return NO_OBSERVATION_TEXT if observation < 0 else self[int(observation)]
 
     def parse_action(self, text: str) -> int:
-        """The action that a text names."""
+        """Return the index of the action that a text names; raise UnknownName if there is none."""
         word = normalize_label(text)
-        known: Sequence[str] = self if word in self else [normalize_label(label) for label in self]
-        if word not in known:
+        labels: Sequence[str] = self if word in self else [normalize_label(label) for label in self]
+        if word not in labels:
             raise UnknownName("action", text.strip(), self)
-        return known.index(word)
+        return labels.index(word)
 
     def format_action(self, action: float) -> str:
-        """The label of an action."""
+        """Return the label of an action."""
         return str(self[int(action)])
 
-    to_json_value = format_action  # as a transcript has it
+    to_json_value = format_action  # the value that a transcript records
 
     def validate_action(self, action: float, error_prefix: str, legal: Bools | None = None) -> int:
-        """The action as it will act; raises IllegalAction for what is no index, or not legal."""
+        """Return the action as an int; raise IllegalAction if it is not an index, or not legal."""
         if action not in range(len(self)):
             raise IllegalAction(
                 f"{error_prefix}: got action {action}, expected 0 to {len(self) - 1}"
             )
         if legal is not None and not legal[int(action)]:
-            told = f"{self[int(action)]} is not legal now; expected one of {self.describe_actions(legal)}"
-            raise IllegalAction(f"{error_prefix}: {told}")
+            message = (
+                f"{self[int(action)]} is not legal now; "
+                f"expected one of {self.describe_actions(legal)}"
+            )
+            raise IllegalAction(f"{error_prefix}: {message}")
         return int(action)
 
     def sample_actions(self, u: Reals, legal: Bools | None) -> Ints:
-        """Actions `[B]` by uniforms `[B]`, each that is legal `[B, A]` as likely."""
+        """Return actions `[B]` by uniforms `[B]`; the legal ones `[B, A]` are equally likely."""
         return sample_uniform_index(len(self), u, legal)
 
     def candidate_actions(self) -> Ints:
-        """The actions `[A]` that a search tries."""
+        """Return the actions `[A]` that a search tries: all indices."""
         return np.arange(len(self))
 
     def describe_actions(self, legal: Bools | None = None) -> str:
-        """The legal ones in words; '' for none."""
+        """Return the legal labels as comma-separated text; "" if there are none."""
         return ", ".join(self if legal is None else (self[a] for a in np.flatnonzero(legal)))
 
 
 @dataclass(frozen=True)
 class Interval:
-    """A continuous action set, bounds included."""
+    """A continuous action set with inclusive bounds, like Gymnasium's Box of one number."""
 
     low: float
     high: float
@@ -117,11 +120,13 @@ class Interval:
 
     @property
     def labels(self) -> Labels:
-        """The names to choose from: none, an action is a number."""
+        """The labels to choose from: none, because an action is a number."""
         return Labels()
 
     def parse_action(self, text: str) -> float:
-        """The action that a text writes."""
+        """Return the action that a text writes, rounded; raise BadParameter if it is out of
+        bounds.
+        """
         try:
             value = (
                 round(float(text), ACTION_DECIMALS)
@@ -135,17 +140,19 @@ class Interval:
         return value + 0.0
 
     def format_action(self, action: float) -> str:
-        """The number, in as many digits as it has."""
+        """Return the number with up to nine significant digits."""
         return f"{action:.9g}"
 
     def to_json_value(self, action: float) -> float:
-        """The number, as a transcript has it."""
+        """Return the number as a transcript records it."""
         return float(action)
 
     def validate_action(
         self, action: float, error_prefix: str, legal: Bools | None = None
     ) -> float:
-        """The action as it will act; raises IllegalAction for what is out of bounds."""
+        """Return the action rounded to ACTION_DECIMALS; raise IllegalAction if it is out of
+        bounds.
+        """
         if not self.low <= action <= self.high:
             raise IllegalAction(
                 f"{error_prefix}: got {action:g}, expected {self.describe_actions()}"
@@ -153,77 +160,77 @@ class Interval:
         return round(float(action), ACTION_DECIMALS) + 0.0
 
     def sample_actions(self, u: Reals, legal: Bools | None) -> Reals:
-        """Actions `[B]` by uniforms `[B]`, each as likely."""
+        """Return uniformly distributed actions `[B]` by uniforms `[B]`."""
         return np.round(self.low + (self.high - self.low) * u, ACTION_DECIMALS)
 
     def candidate_actions(self) -> Reals:
-        """The actions `[A]` that a search tries."""
+        """Return the actions `[A]` that a search tries: an evenly spaced grid."""
         return np.asarray(
             np.round(np.linspace(self.low, self.high, INTERVAL_GRID_SIZE), ACTION_DECIMALS) + 0.0
         )
 
     def clip_actions(self, numbers: Reals) -> Reals:
-        """The actions `[B]` that are closest to these numbers."""
-        within = np.minimum(np.maximum(numbers, self.low), self.high)
-        return np.asarray(within.round(ACTION_DECIMALS) + 0.0)
+        """Return the actions `[B]` closest to these numbers."""
+        clipped = np.minimum(np.maximum(numbers, self.low), self.high)
+        return np.asarray(clipped.round(ACTION_DECIMALS) + 0.0)
 
     def describe_actions(self, legal: Bools | None = None) -> str:
-        """The span in words."""
+        """Return the interval as text."""
         return f"a number from {self.low:g} to {self.high:g}"
 
 
 def normalize_label(text: str) -> str:
-    """A typed name as labels are written."""
+    """Return a typed name as labels are written: stripped, lower case, with hyphens."""
     return text.strip().lower().replace("_", "-")
 
 
 @dataclass(frozen=True)
 class RealVector:
-    """What an agent observes as real numbers: one, or a vector of so many."""
+    """The observation space of one real number, or of a vector of `size` real numbers."""
 
     size: int = 1
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """That of one observation."""
+        """The shape of one observation."""
         return (self.size,) if self.size > 1 else ()
 
     def null_observation(self, rows: int) -> Reals:
-        """What stands for nothing before the first turn `[B, ...]`."""
+        """Return the null observations `[B, ...]` used before the first turn: NaN."""
         return np.full((rows, *self.shape), np.nan)
 
     def format_observation(self, observation: Array) -> str:
-        """An observation in words."""
+        """Return an observation as text, or "nothing yet" for a null observation."""
         if np.isnan(observation).any():
             return NO_OBSERVATION_TEXT
         return ", ".join(f"{number:.6g}" for number in np.atleast_1d(observation))
 
     def to_json_value(self, observation: Array) -> float | list[float]:
-        """An observation as a transcript has it."""
-        found: float | list[float] = observation.tolist()
-        return found
+        """Return an observation as a transcript records it."""
+        value: float | list[float] = observation.tolist()
+        return value
 
 
 @dataclass(frozen=True)
 class TextLine:
-    """What an agent observes as a line of text."""
+    """The observation space of a line of text."""
 
     shape: ClassVar[tuple[int, ...]] = ()
 
     def null_observation(self, rows: int) -> Array:
-        """What stands for nothing before the first turn `[B]`."""
+        """Return the null observations `[B]` used before the first turn: empty texts."""
         return np.full(rows, "")
 
     def format_observation(self, observation: Array) -> str:
-        """An observation in words."""
+        """Return an observation as text, or "nothing yet" for a null observation."""
         return str(observation) or NO_OBSERVATION_TEXT
 
     def to_json_value(self, observation: Array) -> str:
-        """An observation as a transcript has it."""
+        """Return an observation as a transcript records it."""
         return str(observation)
 
 
-ObservationSpace = Labels | RealVector | TextLine  # what an agent can observe
+ObservationSpace = Labels | RealVector | TextLine  # the observation space of one agent
 
 
 class ContinuousStates(NamedTuple):
@@ -233,66 +240,69 @@ class ContinuousStates(NamedTuple):
 
 
 class UniformCounts(NamedTuple):
-    """How many uniforms one row of the opening, and one row of a turn, consumes."""
+    """The number of uniforms that one row consumes at the start, and in each turn."""
 
     start: int
     step: int
 
 
 class Outcome(NamedTuple):
-    """What one joint action brings about, for B rows and n agents.
+    """The outcome of one joint action, for B rows and n agents.
 
-    `state` `[B, ...]`, `rewards` `[B, n]`, and `observations`: where states are hidden `[B, n]` by
-    the index of a label (or text, or `[B, n, many]` numbers), else the next state itself.
+    The arrays are `state` `[B, ...]` and `rewards` `[B, n]`. In a partially observable problem,
+    `observations` are label indices or texts `[B, n]`, or numbers `[B, n, size]`; else they are the
+    next state itself.
     """
 
     state: Array  # [B, ...]
     rewards: Reals  # [B, n]
-    observations: Array  # [B, n, ...]; the next state itself where agents see everything
+    observations: Array  # [B, n, ...]; the next state itself if it is fully observable
 
 
 class Percept(NamedTuple):
-    """What one turn teaches one seat, for B rows."""
+    """The information that one seat receives in one turn, for B rows."""
 
-    action: Array  # [B], its own
-    observation: Array  # [B, ...]; the next state where agents see everything
-    actions: Array | None  # [B, n], the joint action where it is public
-    reward: Reals | None  # [B], its own where it is observable
+    action: Array  # [B], the seat's own action
+    observation: Array  # [B, ...]; the next state if it is fully observable
+    actions: Array | None  # [B, n], the joint action if the state is fully observable
+    reward: Reals | None  # [B], the seat's own reward if rewards are observable
 
 
-FIELD_OMITTED = np.zeros(0)  # stands for what nobody looks at
+FIELD_OMITTED = np.zeros(0)  # placeholder for a percept field that the policy does not read
 
 
 class Policy(Protocol):
-    """How one seat of a problem acts; batch-first, so that it plays one game or many at once."""
+    """The interface of a policy for one seat, which plays a batch of one game or of many."""
 
     @property
     def uniform_count(self) -> int:
-        """How many uniforms one row of one choice consumes."""
+        """The number of uniforms that one row of one choice consumes."""
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The memory before the first turn: arrays, first axis the row.
+        """Return the memory before the first turn: arrays whose first axis is the row.
 
-        The observation is the start state where agents see everything, else nothing: -1 of labels,
-        NaN of numbers, '' of texts.
+        The observation is the initial state if it is fully observable, else a null observation: -1
+        for labels, NaN for numbers, "" for texts.
         """
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """The memory after a turn."""
+        """Return the memory after a turn."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action for each row `[B]`; `legal` `[B, A]`, `u` `[B, draws]`."""
+        """Return an action for each row `[B]`; `legal` is `[B, A]`, `u` is `[B, uniform_count]`."""
 
     def action_values(self, memory: Memory) -> Reals | None:
-        """The value of each action `[B, A]`, where the policy knows it."""
+        """Return the value of each action `[B, A]`, or None if the policy has no values."""
 
 
 def requires_fields(*field_names: str) -> Callable[[UpdateMethod], UpdateMethod]:
-    """Marks an `update` that looks at these parts of a percept alone: in many games at once the
-    others are not copied for it.
+    """Return a decorator for an `update_memory` that reads only these fields of a percept.
+
+    In batches of games, the other fields are not copied for it.
     """
 
     def mark_update(update: UpdateMethod) -> UpdateMethod:
+        """Store the field names on the method and return it."""
         vars(update)["required_fields"] = field_names
         return update
 
@@ -300,27 +310,30 @@ def requires_fields(*field_names: str) -> Callable[[UpdateMethod], UpdateMethod]
 
 
 def required_fields(policy: Policy) -> Collection[str]:
-    """The parts of a percept that a policy looks at: all, unless it says so."""
-    found: Collection[str] = getattr(policy.update_memory, "required_fields", Percept._fields)
-    return found
+    """Return the percept fields that a policy reads: all, unless it declares fewer."""
+    field_names: Collection[str] = getattr(policy.update_memory, "required_fields", Percept._fields)
+    return field_names
 
 
 def readonly_copy(array: Array) -> Array:
-    """A copy that shares nothing with the game, and that nobody writes into."""
-    copied = array.copy()
-    copied.setflags(write=False)
-    return copied
+    """Return a read-only copy of an array."""
+    copy = array.copy()
+    copy.setflags(write=False)
+    return copy
 
 
 def array_bytes(array: Array) -> bytes:
-    """The bytes of an array, or of one number: what is the same has the same."""
-    if array.ndim:  # an array keeps what its `data` needs as long as it lives
+    """Return the bytes of an array or a number; equal arrays have equal bytes."""
+    if array.ndim:  # `data` would leave buffer information in the array for as long as it lives.
         return array.tobytes()
     return array.data.tobytes()
 
 
 def intern_array(array: Array) -> Array:
-    """A copy into which nobody ever can write; where its like was told before, that one."""
+    """Return a copy of an array that can never be written, shared among equal arrays.
+
+    Arrays of objects are copied and not shared.
+    """
     return (
         readonly_copy(array)
         if array.dtype.hasobject
@@ -330,17 +343,18 @@ def intern_array(array: Array) -> Array:
 
 @lru_cache(MAX_INTERNED_ARRAYS)
 def _interned_from_bytes(data: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
+    """Return a cached array over these bytes, which are immutable."""
     return np.ndarray(shape, dtype, data)
 
 
 def make_readonly(array: Array) -> Array:
-    """An array that was just made, into which nobody writes from now on."""
+    """Make a newly created array read-only and return it."""
     array.setflags(write=False)
     return array
 
 
 def check_problem(problem: object, turn_limit: int | None) -> None:
-    """Refuses what is no problem, as its name is not, and what is no number of turns."""
+    """Raise BadParameter unless this is a Problem and the turn limit is None, or 0 or more."""
     if not isinstance(problem, Problem):
         raise BadParameter(f"got {problem!r}, expected a problem, as of dmplay.load")
     if turn_limit is not None and (not isinstance(turn_limit, INTEGER_TYPES) or turn_limit < 0):
@@ -348,14 +362,14 @@ def check_problem(problem: object, turn_limit: int | None) -> None:
 
 
 def check_policy(policy: object, seat: int) -> None:
-    """Refuses what is no policy, as an agent's name is not."""
+    """Raise BadPolicy if this is not a policy, for example an agent's name."""
     if not hasattr(policy, "choose"):
-        told = f"expected a policy, as of dmplay.agent(problem, {seat}, ...)"
-        raise BadPolicy(f"seat {seat}: got {policy!r}, {told}")
+        expected = f"expected a policy, as of dmplay.agent(problem, {seat}, ...)"
+        raise BadPolicy(f"seat {seat}: got {policy!r}, {expected}")
 
 
 def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -> T:
-    """What a policy's method answers; raises BadPolicy where it writes into what it is given."""
+    """Return the result of a policy's method; raise BadPolicy if it writes to an argument."""
     try:
         return method(*args)
     except ValueError as error:
@@ -376,86 +390,100 @@ def parameter(  # noqa: PLR0913 - each is the problem's to choose
     exclusive_low: bool = False,
     choices: Sequence[str] = (),
 ) -> T:
-    """A dataclass field with its meaning and, for numbers, its bounds.
+    """Return a dataclass field with a description and, for numbers, its bounds.
 
-    Without bounds of its own a number is at most a million, or ten times its default; one that must
-    be `above` its low is so by a millionth at least. A word is one of those that it is said to be
-    `among`, or any.
+    A missing bound is a million in absolute value, or ten times the default if that is more.
+    `exclusive_low` raises the lower bound by a millionth. A text must be one of `choices`, or any
+    text if there are none.
     """
-    far = (
+    bound = (
         max(DEFAULT_PARAMETER_BOUND, 10 * abs(default))
         if isinstance(default, int | float)
         else DEFAULT_PARAMETER_BOUND
     )
-    low, high = -far if low is None else low, far if high is None else high
+    low, high = -bound if low is None else low, bound if high is None else high
     low += 1 / DEFAULT_PARAMETER_BOUND if exclusive_low else 0
-    facts = {"meaning": description, "low": low, "high": high, "among": choices}
-    return field(default=default, metadata=facts)
+    metadata = {"meaning": description, "low": low, "high": high, "among": choices}
+    return field(default=default, metadata=metadata)
 
 
 INTEGER_TYPES, NUMBER_TYPES = (int, np.integer), (int, float, np.number)
-PARAMETER_TYPES: Mapping[type, tuple[str, tuple[type, ...]]] = {  # what may stand for a default
+# type of the default -> name of the expected type, accepted types
+PARAMETER_TYPES: Mapping[type, tuple[str, tuple[type, ...]]] = {
     int: ("a whole number", INTEGER_TYPES),
     float: ("a number", NUMBER_TYPES),
     bool: ("true or false", (bool, np.bool_)),
     str: ("text", (str,)),
 }
-MAX_PRINTED_NUMBER = 1e300  # a number that can be told
+MAX_PRINTED_NUMBER = 1e300  # largest number that an error message prints
 
 
 def check_parameters(instance: Any) -> None:
-    """Refuses what the `parameter` of a dataclass cannot be: another kind, or out of bounds."""
-    for one in fields(instance):
-        if "low" in one.metadata and type(one.default) in PARAMETER_TYPES:
-            _check_parameter(getattr(instance, one.name), one)
+    """Raise BadParameter if a dataclass parameter has a wrong type or is out of bounds."""
+    for parameter_field in fields(instance):
+        if "low" in parameter_field.metadata and type(parameter_field.default) in PARAMETER_TYPES:
+            _check_parameter(getattr(instance, parameter_field.name), parameter_field)
 
 
 def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
-    """Refuses one value of a parameter that is a number, a flag or a word."""
-    words, kinds = PARAMETER_TYPES[type(parameter_field.default)]
-    flag = isinstance(value, bool | np.bool_)
-    if not isinstance(value, kinds) or flag != isinstance(parameter_field.default, bool):
-        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected {words}")
+    """Raise BadParameter if one parameter, a number, a flag or a text, has an invalid value."""
+    type_name, types = PARAMETER_TYPES[type(parameter_field.default)]
+    is_bool = isinstance(value, bool | np.bool_)
+    if not isinstance(value, types) or is_bool != isinstance(parameter_field.default, bool):
+        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected {type_name}")
     if isinstance(value, str) and value not in (parameter_field.metadata["among"] or (value,)):
-        among = ", ".join(parameter_field.metadata["among"])
-        raise BadParameter(f"{parameter_field.name}: got {value!r}, expected one of {among}")
-    if flag or isinstance(value, str):
+        allowed_texts = ", ".join(parameter_field.metadata["among"])
+        raise BadParameter(
+            f"{parameter_field.name}: got {value!r}, expected one of {allowed_texts}"
+        )
+    if is_bool or isinstance(value, str):
         return
     number: Any = value
     low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
         got = f"{number:g}" if abs(number) <= MAX_PRINTED_NUMBER else "a number beyond all bounds"
-        most = f" and at most {high:g}" if high < DEFAULT_PARAMETER_BOUND or number > high else ""
+        upper_text = (
+            f" and at most {high:g}" if high < DEFAULT_PARAMETER_BOUND or number > high else ""
+        )
         raise BadParameter(
-            f"{parameter_field.name}: got {got}, expected a number at least {low:g}{most}"
+            f"{parameter_field.name}: got {got}, expected a number at least {low:g}{upper_text}"
         )
 
 
 @dataclass(frozen=True)
 class Problem(ABC):
-    """A decision problem: n agents, one Markov state; arrays are batch-first and C-ordered.
+    """A decision problem with n agents and one Markov state.
 
-    A fact that never varies is a plain class attribute; one that depends on the parameters is a
-    property. The dynamics are `chance` and `move`; everything else is derived from these two.
+    Arrays are batch-first and C-ordered. An attribute that never varies is a plain class attribute;
+    one that depends on the parameters is a property. The dynamics are `chance` and
+    `resolve_events`; everything else is derived from these two.
     """
 
     discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
 
     def __init_subclass__(cls) -> None:
-        """Takes a plain attribute of a parameter's name, as `discount = 0.95`, for its default."""
+        """Use a class attribute with a parameter's name, such as `discount = 0.95`, as its
+        default.
+        """
         super().__init_subclass__()
         if "__init__" in vars(cls):
-            where = places.locate_definition(cls, "__init__")
-            raise BadParameter(f"{where} __init__: {INIT_REFUSED_MESSAGE}")
+            location = places.locate_definition(cls, "__init__")
+            raise BadParameter(f"{location} __init__: {INIT_REFUSED_MESSAGE}")
         bases = [_ensure_dataclass(base) for base in cls.__bases__ if issubclass(base, Problem)]
-        known = {one.name: one.type for base in bases for one in fields(base)}
-        own = inspect.get_annotations(cls)
-        plain = {name: known[name] for name in known if name in vars(cls) and name not in own}
-        if plain:
-            cls.__annotations__ = plain | own
+        inherited_types = {
+            base_field.name: base_field.type for base in bases for base_field in fields(base)
+        }
+        annotations = inspect.get_annotations(cls)
+        new_default_types = {
+            name: inherited_types[name]
+            for name in inherited_types
+            if name in vars(cls) and name not in annotations
+        }
+        if new_default_types:
+            cls.__annotations__ = new_default_types | annotations
 
     def __new__(cls, *args: object, **kwargs: object) -> Self:
-        """An instance, of a subclass without a decorator too."""
+        """Return an instance; a subclass without a decorator becomes a dataclass first."""
         _ensure_dataclass(cls)
         return super().__new__(cls)
 
@@ -471,18 +499,20 @@ class Problem(ABC):
 
     @cached_property
     def action_counts(self) -> tuple[int, ...]:
-        """How many actions each agent has to choose from; 0 where it chooses a number."""
-        return tuple(len(known.labels) for known in self.actions)
+        """The number of actions of each agent; 0 if its actions are real numbers."""
+        return tuple(len(action_set.labels) for action_set in self.actions)
 
     @property
     def observations(self) -> tuple[ObservationSpace, ...]:
-        """What each agent observes, all of one kind; () where every agent sees the state."""
+        """The observation space of each agent, all of one type; () if agents see the state."""
         return ()
 
     @cached_property
     def observation_counts(self) -> tuple[int, ...]:
-        """How many observations each agent can make; BadParameter where they have no labels."""
-        labels = [one for one in self.observations if isinstance(one, Labels)]
+        """The number of possible observations of each agent; BadParameter if they have no
+        labels.
+        """
+        labels = [space for space in self.observations if isinstance(space, Labels)]
         if len(labels) < len(self.observations):
             name = type(self).__name__
             raise BadParameter(f"{name} has observations without labels: they cannot be listed")
@@ -490,179 +520,189 @@ class Problem(ABC):
 
     @cached_property
     def partially_observable(self) -> bool:
-        """Whether agents see less than the state."""
+        """True if agents see less than the state."""
         return bool(self.observations)
 
     @property
     def state_count(self) -> int | float | ContinuousStates:
-        """How many states: a count, `math.inf`, or a part of R^dimensions; 1 for simple games."""
+        """The number of states, `math.inf`, or a part of R^dimensions; 1 for simple games."""
         return 1
 
     @property
     def horizon(self) -> int | None:
-        """The default number of turns: one of play, the dynamics have none."""
+        """The default number of turns in play, or None; the dynamics have no horizon."""
         return None
 
     @property
     def can_run_forever(self) -> bool:
-        """Whether games may go on for ever, so that those of agents alone have a limit of turns."""
+        """True if a game may never end, so that games of agents alone need a turn limit."""
         return True
 
     @property
     def shared_reward(self) -> bool:
-        """Whether all agents always receive the same reward."""
+        """True if all agents always receive the same reward."""
         return False
 
     @property
     def reward_bounds(self) -> tuple[float, float] | None:
-        """The least and the greatest reward of a turn; None where the problem does not say."""
+        """The smallest and the largest reward of a turn, or None if unknown."""
         return None
 
     @property
     def state_bounds(self) -> tuple[Array, Array] | None:
-        """The least and the greatest of each number of a state, where the problem says so."""
+        """The smallest and the largest value of each number of a state, or None if unknown."""
         return None
 
     @property
     def rewards_observable(self) -> bool:
-        """Whether a seat may see its reward each turn; a hidden state it would betray."""
+        """True if a seat may see its reward each turn; by default only if states are not hidden."""
         return not self.partially_observable
 
     @property
     def action_aliases(self) -> Mapping[str, str]:
-        """Other names of actions."""
+        """Other names of actions: alias -> label."""
         return {}
 
     def __post_init__(self) -> None:
-        """Refuses parameters out of bounds."""
+        """Raise BadParameter if a parameter has a wrong type or is out of bounds."""
         check_parameters(self)
 
     @abstractmethod
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """What nature draws before the game."""
+        """Return the independent chances that are sampled before the game."""
 
     @abstractmethod
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The start states `[rows, ...]` that these draws mean."""
+        """Return the initial states `[rows, ...]` for the sampled events."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """What nature draws in this turn: independent chances; nothing unless overridden."""
+        """Return the independent chances that are sampled in this turn; none unless overridden."""
         return ()
 
     @abstractmethod
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """What happens when the draws come out so."""
+        """Return the outcome of the joint actions `a` in the states `s` for the sampled events."""
 
     @abstractmethod
     def format_state(self, s: Array) -> str:
-        """One state, without the batch axis, as one line of text that loses nothing."""
+        """Return one state, without the batch axis, as a line of text that loses nothing."""
 
     @abstractmethod
     def parse_state(self, text: str) -> Array:
-        """The state that `notation` wrote."""
+        """Return the state that `format_state` wrote."""
 
     def terminal(self, s: Array) -> Bools:
-        """Which rows are over; a terminal state absorbs and pays nothing."""
+        """Return a mask `[B]` of the terminal states, which absorb and have reward 0."""
         return np.zeros(len(s), bool)
 
     def legal_actions_mask(self, s: Array) -> Bools | None:
-        """Which actions `[B, n, A]` the state allows; None for all."""
+        """Return the mask `[B, n, A]` of the legal actions; None if all are legal."""
         return None
 
     def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
-        """What the actions of each agent are called in one state, where that depends on it.
+        """Return the action labels of each agent in one state, or None if they do not depend on it.
 
-        As many names as there are labels in `actions`, which mean the same in every state, and
-        which transcripts hold; None stands for these. A seat reads its names: they tell it no more
-        than it may know.
+        There are as many as in `actions`, whose labels mean the same in every state and are those
+        that transcripts record. A seat reads its labels, so they must reveal only what the seat may
+        know.
         """
         return None
 
     def inactive_agents(self, s: Array) -> Bools:
-        """Which agents `[B, n]` are not asked, as it is another's turn: all they may is wait."""
-        waits = np.zeros((len(s), len(self.agents)), bool)
+        """Return a mask `[B, n]` of the inactive agents, whose only legal action is to wait."""
+        inactive = np.zeros((len(s), len(self.agents)), bool)
         legal = self.legal_actions_mask(s) if len(self.agents) > 1 else None
         if legal is None:
-            return waits
-        for seat, known in enumerate(self.actions):
-            if WAIT_LABEL in known.labels:
-                able = legal[:, seat]
-                waits[:, seat] = able[:, known.labels.index(WAIT_LABEL)] & (
-                    able.sum(axis=1) == 1
+            return inactive
+        for seat, action_set in enumerate(self.actions):
+            if WAIT_LABEL in action_set.labels:
+                seat_legal = legal[:, seat]
+                inactive[:, seat] = seat_legal[:, action_set.labels.index(WAIT_LABEL)] & (
+                    seat_legal.sum(axis=1) == 1
                 )
-        return waits
+        return inactive
 
     def wait_action(self, seat: int) -> int:
-        """The action of a seat that only waits."""
+        """Return the index of the wait action of a seat."""
         return self.actions[seat].labels.index(WAIT_LABEL)
 
     def format_transcript_state(self, s: Array) -> str:
-        """What a transcript writes of a state: its notation, unless that grows with the game."""
+        """Return the state as transcripts record it: `format_state`, unless it grows with the
+        game.
+        """
         return self.format_state(s)
 
     def description(self) -> str:
-        """What it is, in the words of whoever wrote it."""
+        """Return the description of the problem: the docstring of its class."""
         return inspect.getdoc(type(self)) or ""
 
     def enumerate_states(self) -> Array:
-        """Every state of a finite problem `[S, ...]`, in the order of their indices."""
+        """Return all states of a finite problem `[S, ...]` in index order; else raise
+        BadParameter.
+        """
         if not isinstance(self.state_count, int):
             raise BadParameter(f"{type(self).__name__} has no finite list of states")
         check_listing_size(self, self.state_count)
         return np.arange(self.state_count)
 
     def state_indices(self, s: Array) -> Ints:
-        """The place `[B]` of each state in `enumerated`."""
+        """Return the index `[B]` of each state in `enumerate_states`."""
         return s
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
-        """The probability `[S]` of these observations and each next state, from a belief `[S]`.
+        """Return the joint probability `[S]` of these observations and each next state.
 
-        None stands for what is not known: an unknown action is taken to be uniformly random, an
-        unknown observation says nothing.
+        The current state has the distribution `belief` `[S]`. None means unknown: an unknown action
+        is taken to be uniformly random, an unknown observation is ignored.
         """
         support = np.flatnonzero(belief)
-        known = zip(actions, self.action_counts, strict=True)
-        each = [range(many) if a is None else (a,) for a, many in known]
-        choices = np.array(list(product(*each)))
+        pairs = zip(actions, self.action_counts, strict=True)
+        options = [range(action_count) if a is None else (a,) for a, action_count in pairs]
+        joint_actions = np.array(list(product(*options)))
         states = self.enumerate_states()[support]
         p, outcome = enumerate_outcomes(
-            self, np.repeat(states, len(choices), axis=0), np.tile(choices, (len(states), 1))
+            self,
+            np.repeat(states, len(joint_actions), axis=0),
+            np.tile(joint_actions, (len(states), 1)),
         )
-        weight = p * np.repeat(belief[support] / len(choices), len(choices))[:, None]
+        weight = p * np.repeat(belief[support] / len(joint_actions), len(joint_actions))[:, None]
         for seat, observation in enumerate(observations):
             if observation is not None:
                 weight = weight * (outcome.observations[:, :, seat] == observation)
-        after = next_state_indices(self, outcome).reshape(-1)
-        return np.bincount(after, weight.reshape(-1), minlength=len(belief)).astype(float)
+        next_states = next_state_indices(self, outcome).reshape(-1)
+        return np.bincount(next_states, weight.reshape(-1), minlength=len(belief)).astype(float)
 
     @cached_property
     def uniform_counts(self) -> UniformCounts:
-        """How many uniforms one row of the opening and of a turn consumes."""
-        opening = self.initial_chance(1)
-        start = sum(chance.uniform_count for chance in opening)
-        s = self.initial_states(1, sample_all(opening, np.zeros((1, start))))
-        a = np.array([[known.candidate_actions()[0] for known in self.actions]])
-        return UniformCounts(
-            start, sum(chance.uniform_count for chance in self.chance(s, a))
-        )
+        """The number of uniforms that one row consumes at the start, and in each turn."""
+        initial_chances = self.initial_chance(1)
+        start_count = sum(chance.uniform_count for chance in initial_chances)
+        s = self.initial_states(1, sample_all(initial_chances, np.zeros((1, start_count))))
+        a = np.array([[action_set.candidate_actions()[0] for action_set in self.actions]])
+        return UniformCounts(start_count, sum(chance.uniform_count for chance in self.chance(s, a)))
 
     def sample_initial_states(self, u: Reals) -> Array:
-        """Start states `[B, ...]` from uniforms `[B, draws.start]`."""
+        """Return initial states `[B, ...]` from uniforms `[B, uniform_counts.start]`."""
         return self.initial_states(len(u), sample_all(self.initial_chance(len(u)), u))
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """One turn of B rows: states, joint actions `[B, n]`, uniforms `[B, draws.step]`."""
+        """Return the outcome of one turn of B rows.
+
+        The states are `s`, the joint actions `a` `[B, n]`, the uniforms `u` `[B,
+        uniform_counts.step]`.
+        """
         return self.resolve_events(s, a, sample_all(self.chance(s, a), u))
 
     def initial_observations(self, s: Array) -> Array:
-        """What each agent observes of a hidden start `[B, n, ...]`: nothing unless overridden."""
-        return np.stack([known.null_observation(len(s)) for known in self.observations], axis=1)
+        """Return the observations `[B, n, ...]` of hidden initial states; null unless
+        overridden.
+        """
+        return np.stack([space.null_observation(len(s)) for space in self.observations], axis=1)
 
     def initial_observation(self, s: Array, seat: int) -> Array:
-        """What a seat sees before the first turn: the state `[B, ...]`, or what it may of it."""
+        """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
         return readonly_copy(
             self.initial_observations(s)[:, seat] if self.partially_observable else s
         )
@@ -674,18 +714,21 @@ class Problem(ABC):
         outcome: Outcome,
         field_names: Collection[str] = Percept._fields,
     ) -> Percept:
-        """What a turn by the joint actions `[B, n]` teaches a seat, in arrays of its own.
+        """Return the information that a turn with joint actions `[B, n]` gives a seat, as copies.
 
-        Only the parts that are named are copied; the others are empty.
+        Only the fields in `field_names` are copied; the others are empty.
         """
 
         def copy_if_required(name: str, array: Array) -> Array:
+            """Return a copy of an array if its field is required, else FIELD_OMITTED."""
             return readonly_copy(array) if name in field_names else FIELD_OMITTED
 
-        seen = outcome.observations[:, seat] if self.partially_observable else outcome.observations
+        observation = (
+            outcome.observations[:, seat] if self.partially_observable else outcome.observations
+        )
         return Percept(
             copy_if_required("action", actions[:, seat]),
-            copy_if_required("observation", seen),
+            copy_if_required("observation", observation),
             None if self.partially_observable else copy_if_required("actions", actions),
             copy_if_required("reward", outcome.rewards[:, seat])
             if self.rewards_observable
@@ -694,7 +737,7 @@ class Problem(ABC):
 
     @property
     def kind(self) -> str:
-        """The field's name for this class of problem, derived from its facts."""
+        """The class of problem, such as MDP, POMDP or Markov game, derived from its attributes."""
         if self.state_count == 1:
             return "simple game"
         if len(self.agents) == 1:
@@ -704,22 +747,22 @@ class Problem(ABC):
         return "Dec-POMDP" if self.shared_reward else "POMG"
 
     def seat_index(self, name: str) -> int:
-        """The index of the agent of this name."""
+        """Return the index of the agent with this name; raise UnknownName if there is none."""
         if name not in self.agents:
             raise UnknownName("seat", name, self.agents)
         return int(self.agents.index(name))
 
     def parse_action(self, seat: int, text: str) -> float:
-        """The action that a person's text names: an index, or a number of the interval."""
+        """Return the action that a typed text names: an index, or a number of the interval."""
         return self.actions[seat].parse_action(self.action_aliases.get(normalize_label(text), text))
 
     def format_action(self, seat: int, action: float) -> str:
-        """The label of an action, or its number."""
+        """Return the label of an action, or its number as text."""
         return self.actions[seat].format_action(action)
 
 
 def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:
-    """A subclass, made the frozen dataclass that it stands for where no decorator did."""
+    """Return a subclass as a frozen dataclass, applying the decorator if it is missing."""
     return (
         problem_class
         if "__dataclass_fields__" in vars(problem_class)
@@ -735,63 +778,71 @@ class OutcomeDistribution(NamedTuple):
 
 
 def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribution:
-    """Every outcome of the joint actions `a` `[B, n]` in the states `s` `[B, ...]`, as indices.
+    """Return every outcome of joint actions in these states, with its probability.
 
-    The probabilities are `[B, K]`, the arrays of the outcome `[B, K, ...]`. Raises IllegalAction
-    for the index of no action, BadParameter where chance draws real numbers, TooMuch where there
-    are too many to list. States are not looked at, nor whether actions are legal there.
+    The states `s` are `[B, ...]`, the joint actions `a` `[B, n]`, given as indices. The
+    probabilities are `[B, K]`, the arrays of the outcomes `[B, K, ...]`. Raise IllegalAction for an
+    index without an action, BadParameter if chance samples real numbers, BudgetExceeded if there
+    are too many outcomes to list. The states, and the legality of the actions in them, are not
+    checked.
     """
-    for agent, known, chosen in zip(problem.agents, problem.actions, a.T, strict=True):
-        for one in (chosen.min(), chosen.max()) if known.labels and len(a) else ():
-            known.validate_action(one.item(), agent)
+    for agent, action_set, seat_actions in zip(problem.agents, problem.actions, a.T, strict=True):
+        for action in (
+            (seat_actions.min(), seat_actions.max()) if action_set.labels and len(a) else ()
+        ):
+            action_set.validate_action(action.item(), agent)
     chances = _require_finite_chances(problem, problem.chance(s, a))
-    rows = len(s)
-    probabilities, events = _enumerate_joint_events(chances, rows)
-    many = probabilities.shape[1]
-    outcome = problem.resolve_events(np.repeat(s, many, axis=0), np.repeat(a, many, axis=0), events)
-    shaped = [part.reshape(rows, many, *part.shape[1:]) for part in outcome]
-    return OutcomeDistribution(probabilities, Outcome(*shaped))
+    row_count = len(s)
+    probabilities, events = _enumerate_joint_events(chances, row_count)
+    event_count = probabilities.shape[1]
+    outcome = problem.resolve_events(
+        np.repeat(s, event_count, axis=0), np.repeat(a, event_count, axis=0), events
+    )
+    arrays = [array.reshape(row_count, event_count, *array.shape[1:]) for array in outcome]
+    return OutcomeDistribution(probabilities, Outcome(*arrays))
 
 
 def enumerate_possible_outcomes(
     problem: Problem, s: Array, a: Array
 ) -> tuple[Ints, Reals, Outcome]:
-    """The outcomes `[N]` of `exact` that can happen: of which row each is, and how likely."""
+    """Return the N outcomes of positive probability: their rows, probabilities and outcomes."""
     probabilities, events = _enumerate_joint_events(
         _require_finite_chances(problem, problem.chance(s, a)), len(s)
     )
-    row, _ = likely = np.nonzero(probabilities)
-    drawn = tuple(event.reshape(probabilities.shape)[likely] for event in events)
-    return row, probabilities[likely], problem.resolve_events(s[row], a[row], drawn)
+    row, _ = nonzero = np.nonzero(probabilities)
+    possible_events = tuple(event.reshape(probabilities.shape)[nonzero] for event in events)
+    return row, probabilities[nonzero], problem.resolve_events(s[row], a[row], possible_events)
 
 
 def check_listing_size(problem: Problem, number_count: float) -> None:
-    """Refuses a list of so many numbers of a problem's states, before it is made."""
-    what = f"{type(problem).__name__}: a list of its states"
-    Budget(what, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
+    """Raise BudgetExceeded if a list of this many numbers over the states would be too large."""
+    task = f"{type(problem).__name__}: a list of its states"
+    Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
         24.0 * number_count
     )
 
 
 def next_state_indices(problem: Problem, outcome: Outcome) -> Ints:
-    """The indices `[B, K]` of the next states that `exact` lists."""
-    rows, many, *state = outcome.state.shape
-    return checked_state_indices(problem, outcome.state.reshape(rows * many, *state)).reshape(
-        rows, many
-    )
+    """Return the indices `[B, K]` of the next states that `enumerate_outcomes` lists."""
+    row_count, event_count, *state_shape = outcome.state.shape
+    return checked_state_indices(
+        problem, outcome.state.reshape(row_count * event_count, *state_shape)
+    ).reshape(row_count, event_count)
 
 
 def checked_state_indices(problem: Problem, s: Array) -> Ints:
-    """The place `[B]` of each state in `enumerated`; refuses what is no state of the problem."""
-    places, count = problem.state_indices(s), problem.state_count
-    if isinstance(count, int) and len(s) and not 0 <= places.min() <= places.max() < count:
-        got = f"{places.min()} to {places.max()}"
-        raise BadParameter(f"got states {got}, expected 0 to {count - 1}, as many as there are")
-    return places
+    """Return the index `[B]` of each state; raise BadParameter for an invalid state."""
+    indices, count = problem.state_indices(s), problem.state_count
+    if isinstance(count, int) and len(s) and not 0 <= indices.min() <= indices.max() < count:
+        index_range = f"{indices.min()} to {indices.max()}"
+        raise BadParameter(
+            f"got states {index_range}, expected 0 to {count - 1}, as many as there are"
+        )
+    return indices
 
 
 def initial_state_distribution(problem: Problem) -> tuple[Reals, Array]:
-    """Every start state `[K, ...]` with its probability `[K]`; a state may come up twice."""
+    """Return the probabilities `[K]` and the initial states `[K, ...]`; a state may occur twice."""
     probabilities, events = _enumerate_joint_events(
         _require_finite_chances(problem, problem.initial_chance(1)), 1
     )
@@ -801,6 +852,7 @@ def initial_state_distribution(problem: Problem) -> tuple[Reals, Array]:
 def _require_finite_chances(
     problem: Problem, chances: tuple[Chance, ...]
 ) -> tuple[FiniteChance, ...]:
+    """Return the chances; raise BadParameter if one of them samples real numbers."""
     finite = tuple(chance for chance in chances if isinstance(chance, FiniteChance))
     if len(finite) < len(chances):
         name = type(problem).__name__
@@ -811,17 +863,21 @@ def _require_finite_chances(
 def _enumerate_joint_events(
     chances: tuple[FiniteChance, ...], rows: int
 ) -> tuple[Reals, tuple[Array, ...]]:
-    """Probabilities `[B, K]` of all joint events, and these events, each `[B * K]`."""
-    each = [np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)]
-    many = math.prod(p.shape[1] for p in each)
-    what = f"listing {rows * many} outcomes one by one"
-    budget = Budget(what, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
-    budget.check_memory(8.0 * rows * many * (4 + 3 * len(each)))
-    combined = np.indices([p.shape[1] for p in each]).reshape(len(each), many)
-    probabilities = np.ones((rows, many))
+    """Return the probabilities `[B, K]` of all joint events, and the events, each `[B * K]`."""
+    distributions = [
+        np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)
+    ]
+    joint_count = math.prod(p.shape[1] for p in distributions)
+    task = f"listing {rows * joint_count} outcomes one by one"
+    budget = Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
+    budget.check_memory(8.0 * rows * joint_count * (4 + 3 * len(distributions)))
+    event_grid = np.indices([p.shape[1] for p in distributions]).reshape(
+        len(distributions), joint_count
+    )
+    probabilities = np.ones((rows, joint_count))
     events = []
-    for chosen, p in zip(combined, each, strict=True):
-        probabilities = probabilities * p[:, chosen]
-        # An event that cannot happen here is replaced by the first: its weight is 0 anyhow.
-        events.append(np.where(p[:, chosen] > 0, chosen, 0).reshape(-1))
+    for indices, p in zip(event_grid, distributions, strict=True):
+        probabilities = probabilities * p[:, indices]
+        # An impossible event is replaced by the first one; its weight is 0 in any case.
+        events.append(np.where(p[:, indices] > 0, indices, 0).reshape(-1))
     return probabilities, tuple(events)

@@ -1,4 +1,4 @@
-"""Files: only what has an end is read, nothing is overwritten unasked, a write is whole or none."""
+"""Safe access to files: no endless reads, no unwanted overwrites, and atomic writes."""
 
 import contextlib
 import errno
@@ -8,81 +8,89 @@ from pathlib import Path
 
 from dmplay.errors import BadParameter, DiskFull, DmplayError
 
-OPEN_FILES_FOLDER = Path("/dev/fd")  # what the caller has opened, as a shell does for <(...)
+# files that the caller has opened, for example a shell for <(...)
+OPEN_FILES_FOLDER = Path("/dev/fd")
 INPUT_DEVICES, OUTPUT_DEVICES = ("/dev/stdin", "/dev/null"), ("/dev/stdout", "/dev/null")
 PRIVATE_FILE_MODE, SHARED_FILE_MODE = (
     0o600,
     0o666,
-)  # who may read and write a file, as far as the umask lets them
-DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # how a system says that a disk is
-DRAFT_PREFIX = ".dmplay-"  # how the name begins of what is not whole yet
+)  # permissions for the owner only, and for everyone; the umask may remove some
+DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a full disk
+DRAFT_PREFIX = ".dmplay-"  # how the names of unfinished files begin
 
 
 def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
-    """The user's folder of a kind, by the base directory specification; without a home, none.
+    """Return the dmplay folder in one of the user's XDG base directories.
 
-    By that a path which is not absolute is none.
+    The environment variable names the base directory if its value is an absolute path, as the
+    specification demands; else it is the path `names` in the home folder. Without a home folder,
+    the result is a path that cannot exist.
     """
-    told = Path(env.get(variable, ""))
+    configured = Path(env.get(variable, ""))
     try:
-        return (told if told.is_absolute() else Path.home().joinpath(*names)) / "dmplay"
+        return (configured if configured.is_absolute() else Path.home().joinpath(*names)) / "dmplay"
     except RuntimeError:
         return Path(os.devnull, "no home", "dmplay")
 
 
-MAX_FILE_BYTES = 64 * 2**20  # bytes of a file that is read
-WRITE_BUFFER_BYTES = 2**18  # bytes that are written at once
+MAX_FILE_BYTES = 64 * 2**20  # maximum bytes of a file that is read
+WRITE_BUFFER_BYTES = 2**18  # bytes written at once
 
 
 def is_output_device(path: Path) -> bool:
-    """Whether a path is a device that is written as it stands."""
+    """Return whether a path is a device that is written in place, such as /dev/stdout."""
     return str(path) in OUTPUT_DEVICES
 
 
 def read_bytes(path: Path) -> bytes:
-    """What stands in a file; raises OSError for what may have no end, or is too large."""
+    """Return the bytes of a file; raise OSError if it may be endless or is too large."""
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         _refuse_endless_file(path)
     with path.open("rb") as file:
-        read = file.read(MAX_FILE_BYTES + 1)
-    if len(read) > MAX_FILE_BYTES:
+        data = file.read(MAX_FILE_BYTES + 1)
+    if len(data) > MAX_FILE_BYTES:
         raise OSError(errno.EFBIG, f"larger than {MAX_FILE_BYTES // 2**20} MB", str(path))
-    return read
+    return data
 
 
 def _refuse_endless_file(path: Path) -> None:
+    """Raise OSError if a path is a FIFO, a socket or a device, which may be endless."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file", str(path))
 
 
 def default_file_mode() -> int:
-    """The mode of a new file that everybody may read whom the umask lets."""
+    """Return the mode of a new file that everyone may read, as far as the umask allows."""
     mask = os.umask(0o077)
     os.umask(mask)
     return 0o644 & ~mask
 
 
 def is_locked_elsewhere(descriptor: int) -> bool:
-    """Whether another program writes this open file; if not, nobody else can until it is closed."""
+    """Return whether another program has locked this open file; if not, lock it until closed."""
     try:
         import fcntl
-    except ImportError:  # not on every system
+    except ImportError:  # fcntl does not exist on every system
         return False
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-    except OSError as error:  # another error is a file system without locks
+    except OSError as error:  # Any other error means a file system without locks.
         return isinstance(error, BlockingIOError)
     return False
 
 
 def is_game_running(path: Path) -> bool:
-    """Whether a file is that of a game somebody plays now."""
+    """Return whether another program is playing the game that is recorded in a file."""
     with path.open("rb") as file:
         return is_locked_elsewhere(file.fileno())
 
 
 def check_writable(path: Path, *, force: bool) -> None:
-    """Refuses a name that cannot be written, or not without loss; an empty file is none."""
+    """Raise an error if a path cannot be written, or not without losing data.
+
+    Raise FileExistsError for a folder or a file that is not empty, unless `force` is set, and
+    BadParameter for a symbolic link or the file of a running game.
+    """
     _refuse_endless_file(path)
     if not force and path.exists() and (path.is_dir() or path.stat().st_size):
         raise FileExistsError
@@ -94,7 +102,7 @@ def check_writable(path: Path, *, force: bool) -> None:
 
 @contextlib.contextmanager
 def exclusive_lock(path: Path) -> Iterator[None]:
-    """Waits, by this lock file, until no other program is in here, where the system can tell."""
+    """Run the block while this process alone holds a lock file, where the system has locks."""
     handle = os.open(path, os.O_RDWR | os.O_CREAT, PRIVATE_FILE_MODE)
     try:
         with contextlib.suppress(ImportError, OSError):
@@ -107,7 +115,7 @@ def exclusive_lock(path: Path) -> Iterator[None]:
 
 
 def check_not_source(path: Path, source: str | Path) -> None:
-    """Refuses to write onto the file that is read, under whatever name."""
+    """Raise BadParameter if a path is the file that is read, under whatever name."""
     if path.exists() and path.samefile(source):
         raise BadParameter(f"{path}: it is the transcript that is read")
 
@@ -115,9 +123,10 @@ def check_not_source(path: Path, source: str | Path) -> None:
 def write_file(
     path: Path, text: Iterable[str], *, force: bool = False, private: bool = False
 ) -> None:
-    """Writes a file in one step: a reader sees nothing, the old file or the whole new one.
+    """Write a file in one step: a reader finds no file, the old one or the complete new one.
 
-    A new one that is private nobody else may read.
+    Only the owner may read a new file that is `private`. Raise BadParameter if the file exists and
+    `force` is not set, or if it cannot be written, and DiskFull if the disk is full.
     """
     try:
         if is_output_device(path):
@@ -133,68 +142,73 @@ def write_file(
 
 
 def read_complete_lines(path: Path) -> Iterator[str]:
-    """The whole lines of a file that grows, however long it is; a torn last one is none."""
+    """Yield the complete lines of a growing file of any length, without an incomplete last line."""
     _refuse_endless_file(path)
     with path.open(encoding="utf-8", errors="replace", newline="\n") as file:
         yield from (row for row in file if row.endswith("\n"))
 
 
 def write_at_offset(path: Path, offset: int, text: str) -> int:
-    """Puts text, all or none, behind the first bytes of a file; how many there are then."""
-    raw = left = memoryview(text.encode())
+    """Replace a file from `offset` on by text, completely or not at all; return its new size."""
+    data = remaining = memoryview(text.encode())
     try:
         with path.open("r+b", buffering=0) as file:
             file.truncate(offset)
             file.seek(offset)
             try:
-                while left:
-                    left = left[file.write(left) :]
+                while remaining:
+                    remaining = remaining[file.write(remaining) :]
             except OSError:
                 file.truncate(offset)
                 raise
     except OSError as error:
         raise _write_error(path, error) from None
-    return offset + len(raw)
+    return offset + len(data)
 
 
 def _write_error(path: Path, error: OSError) -> DmplayError:
-    """Why a file cannot be written: the disk is full, or it is none to write."""
-    kind = DiskFull if error.errno in DISK_FULL_ERRNOS else BadParameter
-    return kind(f"cannot write {path}: {error.strerror}")
+    """Return the error for a file that cannot be written: DiskFull, or BadParameter."""
+    error_type = DiskFull if error.errno in DISK_FULL_ERRNOS else BadParameter
+    return error_type(f"cannot write {path}: {error.strerror}")
 
 
 def _write_atomically(path: Path, text: Iterable[str], mode: int) -> None:
-    """Writes beside the file, and then puts the whole in its place."""
+    """Write a draft next to the file and then move it to its place."""
     _remove_stale_drafts(path.parent)
-    spare = path.with_name(f"{DRAFT_PREFIX}{os.urandom(8).hex()}.tmp")
-    handle, name = _open_draft(spare, mode)
-    named = name == str(spare)
+    draft_path = path.with_name(f"{DRAFT_PREFIX}{os.urandom(8).hex()}.tmp")
+    handle, open_name = _open_draft(draft_path, mode)
+    has_name = open_name == str(draft_path)
     try:
         with open(handle, "w", WRITE_BUFFER_BYTES, encoding="utf-8", newline="\n") as file:
-            is_locked_elsewhere(handle)  # locks it: no other write takes it for one that was left
+            # The lock keeps other writes from removing this draft as a leftover.
+            is_locked_elsewhere(handle)
             file.writelines(text)
             file.flush()
-            there = path.exists()
-            if there:
-                os.chmod(name, path.stat().st_mode & 0o777)
-            if not named:  # a link refuses what has come to be there
-                os.link(name, spare if there else path, src_dir_fd=handle)
-        if named or there:
-            os.replace(spare, path)
+            exists = path.exists()
+            if exists:
+                os.chmod(open_name, path.stat().st_mode & 0o777)
+            if not has_name:  # A link fails if a file has appeared there in the meantime.
+                os.link(open_name, draft_path if exists else path, src_dir_fd=handle)
+        if has_name or exists:
+            os.replace(draft_path, path)
     finally:
-        spare.unlink(missing_ok=True)
+        draft_path.unlink(missing_ok=True)
 
 
 def _remove_stale_drafts(folder: Path) -> None:
-    """Removes the drafts that killed writes left in a folder."""
+    """Remove the drafts that killed processes left in a folder."""
     with contextlib.suppress(OSError):
-        for left in folder.glob(f"{DRAFT_PREFIX}*.tmp"):
-            if not is_game_running(left):
-                left.unlink(missing_ok=True)
+        for draft in folder.glob(f"{DRAFT_PREFIX}*.tmp"):
+            if not is_game_running(draft):
+                draft.unlink(missing_ok=True)
 
 
 def _open_draft(draft_path: Path, mode: int) -> tuple[int, str]:
-    """An open file and its name: one that a kill leaves nothing of where the system can."""
+    """Open a draft and return its descriptor and its name.
+
+    Where the system supports it, the file has no directory entry, so that a killed process leaves
+    nothing behind.
+    """
     with contextlib.suppress(AttributeError, OSError):
         handle = os.open(draft_path.parent, os.O_TMPFILE | os.O_WRONLY, mode)
         return handle, f"/proc/self/fd/{handle}"

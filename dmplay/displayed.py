@@ -1,4 +1,7 @@
-"""What a notebook shows of a game. Drawing is far below the game itself, and so is found late."""
+"""The display of a game in a notebook; the drawing code is imported only when it is used.
+
+Drawing belongs to a layer far above the game itself.
+"""
 
 from importlib import import_module
 
@@ -7,8 +10,8 @@ class NotebookDisplay:
     """A game that a notebook shows as its board, as text and as HTML."""
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
-        shown: dict[str, str] = import_module("dmplay.reports.notebook").mime_bundle(self)
-        return shown
+        mime_bundle: dict[str, str] = import_module("dmplay.reports.notebook").mime_bundle(self)
+        return mime_bundle
 
     def _repr_html_(self) -> str:
         return self._repr_mimebundle_()["text/html"]

@@ -1,50 +1,53 @@
-"""The errors that dmplay raises, each also the builtin that a caller would expect.
+"""The errors that dmplay raises, each also the builtin error that a caller would expect.
 
 DmplayError
-|-- UnknownName (LookupError)            no such problem, variant, agent, action ...
+|-- UnknownName (LookupError)            a name of no problem, variant, agent, action ...
 |-- BadParameter (ValueError)            a value that a parameter or option cannot take
 |-- IllegalAction (ValueError)           an action that the state does not allow
 |-- ImpossibleObservation (ValueError)   an observation of probability 0: there is no posterior
-|-- EpisodeOver (RuntimeError)           a turn after the end
-|-- BadPolicy (RuntimeError)             a policy that does not keep its contract
+|-- EpisodeOver (RuntimeError)           a turn after the end of the episode
+|-- BadPolicy (RuntimeError)             a policy that violates its interface
 |   `-- Forfeit                          a program that does not answer as it must
-|-- NoRoom (OSError)                     what is written does not fit on the disk
-|-- TooMuch (RuntimeError)               a computation beyond its budget of work or memory
-|-- LostGames (RuntimeError)            games whose worker died each time they were played
+|-- DiskFull (OSError)                   a file that does not fit on the disk
+|-- BudgetExceeded (RuntimeError)        a computation beyond its budget of work or memory
+|-- LostGames (RuntimeError)             games whose worker died each time they were played
 |-- BadFile (ValueError)                 a file that is not in its format: line and column
-|   `-- BadTranscript                    a transcript that is not
+|   `-- BadTranscript                    a file that is not a transcript
 `-- TranscriptMismatch (AssertionError)  a transcript whose replay differs
 """
 
 from collections.abc import Iterable
 from difflib import get_close_matches
 
-MAX_LISTED_NAMES = 16  # in one message
-MAX_NAME_CHARS = 200  # characters of a name that is told
+MAX_LISTED_NAMES = 16  # maximum names listed in one message
+MAX_NAME_CHARS = 200  # maximum characters of a name in a message
 
 
 class DmplayError(Exception):
-    """Any error that dmplay raises on purpose; its text is one line for people."""
+    """The base class of errors that dmplay raises on purpose; their text is one line for people."""
 
-    entrant_index: int | None = None  # in whose games it came up, where several play the same
+    # index of the entrant in whose games it occurred, if several play the same games
+    entrant_index: int | None = None
 
 
 class UnknownName(DmplayError, LookupError):
-    """A name that is not among those that exist."""
+    """A name that does not exist; the message suggests similar names, or lists those that do."""
 
     def __init__(
         self, category: str, name: str, names: Iterable[str], error_prefix: str = ""
     ) -> None:
-        known = list(names)
+        all_names = list(names)
         name = name if len(name) <= MAX_NAME_CHARS else f"{name[:MAX_NAME_CHARS]}..."
-        close = get_close_matches(name.lower(), known, n=3, cutoff=0.5)
-        shown = (
-            known
-            if len(known) <= MAX_LISTED_NAMES
-            else [*known[: MAX_LISTED_NAMES - 2], "...", known[-1]]
+        close = get_close_matches(name.lower(), all_names, n=3, cutoff=0.5)
+        choices = (
+            all_names
+            if len(all_names) <= MAX_LISTED_NAMES
+            else [*all_names[: MAX_LISTED_NAMES - 2], "...", all_names[-1]]
         )
         hint = (
-            f"did you mean {' or '.join(close)}?" if close else f"expected {_format_choices(shown)}"
+            f"did you mean {' or '.join(close)}?"
+            if close
+            else f"expected {_format_choices(choices)}"
         )
         super().__init__(
             f"{error_prefix}{': ' if error_prefix else ''}unknown {category} {name!r}; {hint}"
@@ -68,11 +71,11 @@ class EpisodeOver(DmplayError, RuntimeError):
 
 
 class BadPolicy(DmplayError, RuntimeError):
-    """A policy that does not keep its contract, or cannot play this problem."""
+    """A policy that violates its interface, or cannot play this problem."""
 
 
 class Forfeit(BadPolicy):
-    """A program in a seat that does not answer as it must: why in a word, and what it did."""
+    """A program in a seat that does not answer as it must: a one-word reason, and details."""
 
     def __init__(self, reason: str, details: str, seat: str = "") -> None:
         super().__init__(reason, details, seat)
@@ -87,26 +90,26 @@ class DiskFull(DmplayError, OSError):
 
 
 class BudgetExceeded(DmplayError, RuntimeError):
-    """A computation beyond its budget: what it is, what it would take, what costs less."""
+    """A computation beyond its budget: the task, its requirement, and a cheaper alternative."""
 
     def __init__(self, task: str, requirement: str, remedy: str) -> None:
         super().__init__(f"{task}: {requirement}; {remedy}")
 
 
 class LostGames(DmplayError, RuntimeError):
-    """Games whose worker died each time they were played: the first and the end of each block."""
+    """Games whose worker died each time they were played: the start and stop of each block."""
 
     def __init__(self, blocks: list[tuple[int, int]], reason: str) -> None:
         super().__init__(blocks, reason)
         self.blocks, self.reason = blocks, reason
 
     def __str__(self) -> str:
-        told = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)
-        return f"games {told} were lost: {self.reason}"
+        ranges = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)
+        return f"games {ranges} were lost: {self.reason}"
 
 
 class BadFile(DmplayError, ValueError):
-    """A file that is not in its format, with the line and column of the first fault."""
+    """A file that is not in its format, with the line and column of the first error."""
 
     def __init__(self, path: str, line: int, column: int | None, explanation: str) -> None:
         super().__init__(path, line, column, explanation)
@@ -126,4 +129,5 @@ class TranscriptMismatch(DmplayError, AssertionError):
 
 
 def _format_choices(names: list[str]) -> str:
+    """Return the expected names as text: "one of A, B", or "none"."""
     return f"one of {', '.join(names)}" if names else "none"

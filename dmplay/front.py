@@ -1,4 +1,4 @@
-"""The front end that plays a game: screen, lines, data or nothing, as the terminal allows."""
+"""The launcher of games and shells: full screen, lines of text, JSON or no output at all."""
 
 import contextlib
 import sys
@@ -31,11 +31,13 @@ help tells the rest, Ctrl-D leaves"""
 
 
 def play_game(table: GameController, command: PlayCommand) -> int:
-    """Plays the game that is wanted with the front end that the terminal allows; the exit code."""
+    """Play a game with the front end that the terminal allows, and return the exit code."""
     terminal, quiet = current_terminal(command.terminal_options), command.quiet
-    why = "--quiet" if quiet else terminal.plain_reason
-    if command.has_rate_option and why:
-        raise BadParameter(f"--rate: real time is for the full screen; there is none (from {why})")
+    plain_reason = "--quiet" if quiet else terminal.plain_reason
+    if command.has_rate_option and plain_reason:
+        raise BadParameter(
+            f"--rate: real time is for the full screen; there is none (from {plain_reason})"
+        )
     table.set_game(start_game(command.request))
     code = 0
     with _end_game_on_exit(table, quiet=quiet):
@@ -56,7 +58,7 @@ def play_game(table: GameController, command: PlayCommand) -> int:
 
 
 def run_shell(table: GameController, command: ShellCommand) -> int:
-    """Plays at a table in words, typed, piped or given; returns the exit code."""
+    """Run the shell on commands that are typed, piped or given as options; return the exit code."""
     terminal = current_terminal(command.terminal_options)
     shell = Shell(table, terminal, command.speed)
     code = 0
@@ -80,7 +82,7 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
 
 
 def _run_gallery(shell: Shell) -> int:
-    """Shows the gallery, and after it what is wanted there, until the player leaves."""
+    """Show the gallery and run each choice until the player leaves; return the exit code."""
     gallery = Gallery(list_problem_entries(), shell.terminal, time.strftime("%Y%m%d"))
     while True:
         code = run_full_screen(gallery)
@@ -96,7 +98,7 @@ def _run_gallery(shell: Shell) -> int:
 
 
 def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) -> int:
-    """Plays the game that was chosen, or has the player type; the exit code."""
+    """Play the chosen game on the full screen, or run the shell; return the exit code."""
     table = shell.controller
     if words == SHELL_COMMAND:
         from dmplay import prompt
@@ -114,12 +116,13 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
 
 @contextlib.contextmanager
 def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator[None]:
-    """Ends the game, and tells where it is kept, however its player leaves."""
+    """Run the block, end the game however the player leaves, and print where it is saved."""
     try:
         with exit_on_signals():
             try:
                 yield
-            except (KeyboardInterrupt, OSError, SystemExit):  # or the terminal is gone
+            # An OSError means that the terminal is lost.
+            except (KeyboardInterrupt, OSError, SystemExit):
                 table.end_game("interrupted")
                 raise
     finally:
@@ -128,32 +131,40 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
 
 
 def print_epilogue(table: GameController) -> None:
-    """Where the transcripts are, how to see the last again, how to play it again."""
-    whole = [one for one in table.finished_games if not one.write_error and one.path.exists()]
-    rows = [f"transcript: {recorder.path}" for recorder in whole]
-    sealed = table.has_game and table.game.is_concealed  # and so neither looked at nor begun again
-    if whole:
-        trust = " --trust" if problems.requires_trust(table.finished_games[whole[-1]]) else ""
-        does = "resume" if sealed and whole[-1].path == table.game.transcript_path else "replay"
-        rows.append(f"{does}: dmplay {does} {quote(str(whole[-1].path))}{trust}")
+    """Print the paths of the transcripts, and commands to replay the last or play it again."""
+    recorders = [
+        candidate
+        for candidate in table.finished_games
+        if not candidate.write_error and candidate.path.exists()
+    ]
+    lines = [f"transcript: {recorder.path}" for recorder in recorders]
+    # a sealed game can be neither replayed nor started again
+    sealed = table.has_game and table.game.is_concealed
+    if recorders:
+        trust = " --trust" if problems.requires_trust(table.finished_games[recorders[-1]]) else ""
+        verb = "resume" if sealed and recorders[-1].path == table.game.transcript_path else "replay"
+        lines.append(f"{verb}: dmplay {verb} {quote(str(recorders[-1].path))}{trust}")
     if table.has_game and table.game.play_again_command and not sealed:
-        rows.append(f"again: {table.game.play_again_command}")
+        lines.append(f"again: {table.game.play_again_command}")
     if table.removed_save_count:
-        rows.append(
-            f"removed: {format_count(table.removed_save_count, 'older game')}; the last {MAX_SAVES} are kept"
+        lines.append(
+            f"removed: {format_count(table.removed_save_count, 'older game')}; "
+            f"the last {MAX_SAVES} are kept"
         )
-    rows += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
-    for row in rows:
-        print(escape_unprintable(row), file=sys.stderr)
+    lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
+    for line in lines:
+        print(escape_unprintable(line), file=sys.stderr)
 
 
 def report_write_errors(recorders: Iterable[Recorder]) -> int:
-    """Exit code 1, and a line each, where turns could not be written."""
-    bad = [recorder for recorder in recorders if recorder.write_error]
-    for recorder in bad:
+    """Print each error of writing a transcript; return exit code 1 if there is any, else 0."""
+    failed = [recorder for recorder in recorders if recorder.write_error]
+    for recorder in failed:
         assert recorder.write_error
         if isinstance(recorder.write_error, BrokenPipeError):
             raise recorder.write_error
-        told = escape_unprintable(f"cannot write {recorder.path}: {recorder.write_error.strerror}")
-        print(f"error: {told}", file=sys.stderr)
-    return 1 if bad else 0
+        message = escape_unprintable(
+            f"cannot write {recorder.path}: {recorder.write_error.strerror}"
+        )
+        print(f"error: {message}", file=sys.stderr)
+    return 1 if failed else 0

@@ -1,13 +1,13 @@
-"""The problems as environments of Gymnasium: `gymnasium.make("dmplay.gym:dmplay/Hexworld-v0")`.
+"""Gymnasium environments of the problems: `gymnasium.make("dmplay.gym:dmplay/Hexworld-v0")`.
 
-An environment is one seat of a problem; agents sit in the others. It gives a learner the rewards
-that play withholds where they would betray a hidden state. A move that is not legal changes
-nothing, and no turn passes; `info["action_mask"]` marks those that are. A game is truncated at its
+An environment is one seat of a problem; agents play the others. A learner gets the rewards, even
+those that play withholds because they would reveal a hidden state. An illegal action changes
+nothing, and no turn passes; `info["action_mask"]` marks the legal ones. A game is truncated at its
 turn limit. The observation is
 
 - the state, where agents see it; in a game of one state the actions of the last round, each plus
   one, and zeros before the first;
-- else the index of what was observed, and one more than the last index before the first turn.
+- else the index of the observation, and one more than the last index before the first turn.
 """
 
 from typing import Any
@@ -32,7 +32,7 @@ NOT_RESET_MESSAGE = "step: no game was begun; call reset first"
 
 
 class Env(gymnasium.Env[Any, Any]):
-    """One game at a time: `reset(seed=s)` begins episode 0 of a seed, `reset()` the next one.
+    """One game at a time: `reset(seed=s)` starts episode 0 of a seed, `reset()` the next one.
 
     Its episodes are those of a session, and the rows of a rollout, of the same seed.
     """
@@ -50,57 +50,63 @@ class Env(gymnasium.Env[Any, Any]):
         **parameters: Any,
     ) -> None:
         self.problem = resolve_problem(problem, parameters)
-        place = self.problem.seat_index(seat) if seat else 0
-        self.seat = SeatSpaces(self.problem, place)
+        seat_index = self.problem.seat_index(seat) if seat else 0
+        self.seat = SeatSpaces(self.problem, seat_index)
         self.action_space, self.observation_space = (
             self.seat.action_space,
             self.seat.observation_space,
         )
         self.render_mode = render_mode
         self._turn_limit = turns
-        self._policies = load_other_policies(self.problem, place, others)
+        self._policies = load_other_policies(self.problem, seat_index, others)
         self._seed, self._episode = -1, 0
         self.session: Session | None = None
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Any, Info]:
-        """Begins an episode: `options={"episode": n}` says which of the seed."""
+        """Start an episode; `options={"episode": n}` selects the episode of the seed."""
         super().reset(seed=seed)
         if seed is not None or self._seed < 0:
             self._seed, self._episode = new_seed() if seed is None else seed, -1
         self._episode = (options or {}).get("episode", self._episode + 1)
-        dice = SeededUniforms(self._seed, self._episode)
-        self.session = Session(self.problem, dice, self._policies, turn_limit=self._turn_limit)
+        uniform_source = SeededUniforms(self._seed, self._episode)
+        self.session = Session(
+            self.problem, uniform_source, self._policies, turn_limit=self._turn_limit
+        )
         return self._current_observation(self.session), self.seat.make_info(
             self.session.legal_actions_mask(self.seat.seat)
         )
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
-        """Plays a turn."""
+        """Play a turn and return the observation, reward, terminated, truncated and info."""
         game, seat = self._current_session(), self.seat.seat
-        done, legal = (
+        chosen_action, legal = (
             self.seat.decode_actions(np.asarray(action)[None])[0],
             game.legal_actions_mask(seat),
         )
         reward = 0.0
-        if legal is None or legal[int(done)]:
-            turn = game.advance([done if i == seat else None for i in range(len(self._policies))])
+        if legal is None or legal[int(chosen_action)]:
+            turn = game.advance(
+                [chosen_action if i == seat else None for i in range(len(self._policies))]
+            )
             reward = float(turn.rewards[seat])
-        over = game.end_reason
+        end_reason = game.end_reason
         info = self.seat.make_info(game.legal_actions_mask(seat))
         return (
             self._current_observation(game),
             reward,
-            over == "terminal",
-            over not in (None, "terminal"),
+            end_reason == "terminal",
+            end_reason not in (None, "terminal"),
             info,
         )
 
     def _current_session(self) -> Session:
+        """Return the current session; raise BadParameter before the first reset."""
         if self.session is None:
             raise BadParameter(NOT_RESET_MESSAGE)
         return self.session
 
     def _current_observation(self, game: Session) -> Any:
+        """Return the current observation of the seat, in the observation space."""
         turn = len(game.turns)
         joint = game.turns[-1].actions[None] if turn else None
         return self.seat.encode_observations(
@@ -108,7 +114,7 @@ class Env(gymnasium.Env[Any, Any]):
         )[0]
 
     def render(self) -> str | None:
-        """The board as the seat sees it, with `render_mode="ansi"`."""
+        """Return the board as the seat sees it, with `render_mode="ansi"`; else None."""
         return (
             render_board(self._current_session(), self.seat.seat)
             if self.render_mode == "ansi"
@@ -117,10 +123,10 @@ class Env(gymnasium.Env[Any, Any]):
 
 
 class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """Many games at once; a row that is over begins anew with the next step.
+    """Many games at once; a finished row starts its next game with the next step.
 
-    With `dice="recorded"` game k of row r is episode r + k * num_envs of the seed; with
-    `dice="fast"` no seed plays the same game again, and a step takes a fraction of the time.
+    With `uniforms="recorded"` game k of row r is episode r + k * num_envs of the seed; with
+    `uniforms="fast"` no seed plays the same game again, and a step takes a fraction of the time.
     """
 
     metadata = {"autoreset_mode": AutoresetMode.NEXT_STEP}  # noqa: RUF012 - as Gymnasium has it
@@ -139,15 +145,15 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         if uniforms not in ("recorded", "fast"):
             raise BadParameter(f"dice: got {uniforms!r}, expected recorded or fast")
         self.problem = resolve_problem(problem, parameters)
-        place = self.problem.seat_index(seat) if seat else 0
+        seat_index = self.problem.seat_index(seat) if seat else 0
         self.num_envs = num_envs
-        self._seat = SeatSpaces(self.problem, place)
+        self._seat = SeatSpaces(self.problem, seat_index)
         self.single_action_space = self._seat.action_space
         self.single_observation_space = self._seat.observation_space
         self.action_space = batch_space(self._seat.action_space, num_envs)
         self.observation_space = batch_space(self._seat.observation_space, num_envs)
         self._turn_limit = self.problem.horizon if turns is None else turns
-        self._policies = load_other_policies(self.problem, place, others)
+        self._policies = load_other_policies(self.problem, seat_index, others)
         self._fast = uniforms == "fast"
         self._rows: VectorGames | None = None
         self._info = {**self._seat.make_info(None)}
@@ -155,40 +161,45 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
             self._info = {"action_mask": np.tile(self._info["action_mask"], (num_envs, 1))}
 
     def reset(self, *, seed: int | None = None, options: Info | None = None) -> tuple[Array, Info]:
-        """Begins all rows; without a seed, the next games of the last one."""
+        """Start a game in each row; without a seed, the next games of the last seed."""
         if self._rows is None or seed is not None:
             seed = new_seed() if seed is None else seed
-            luck = FastUniforms(seed) if self._fast else ReplayableUniforms(seed, self.num_envs)
+            uniform_source = (
+                FastUniforms(seed) if self._fast else ReplayableUniforms(seed, self.num_envs)
+            )
             self._rows = VectorGames(
-                self._seat, self._policies, luck, self.num_envs, self._turn_limit
+                self._seat, self._policies, uniform_source, self.num_envs, self._turn_limit
             )
         else:
             self._rows.reset()
         return self._rows.observations.copy(), self._reset_info(self._rows)
 
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
-        """Plays a turn in every row; one that was over begins anew, whichever action it has."""
+        """Play a turn in each row; a finished row starts its next game and ignores its action."""
         if self._rows is None:
             raise BadParameter(NOT_RESET_MESSAGE)
-        told = np.asarray(actions)
-        if told.shape[:1] != (self.num_envs,):
-            raise IllegalAction(f"step: got shape {told.shape}, expected {self.num_envs} actions")
+        action_array = np.asarray(actions)
+        if action_array.shape[:1] != (self.num_envs,):
+            raise IllegalAction(
+                f"step: got shape {action_array.shape}, expected {self.num_envs} actions"
+            )
         if self._rows.done_mask.any():
-            told = told.copy()
-            told[self._rows.done_mask] = 0  # what is not looked at may be anything, as in Gymnasium
-        rewards, terminated, truncated = self._rows.step(self._seat.decode_actions(told))
-        seen = self._rows.observations.copy()
-        return seen, rewards, terminated, truncated.copy(), self._reset_info(self._rows)
+            action_array = action_array.copy()
+            # Ignored actions may be anything, as in Gymnasium.
+            action_array[self._rows.done_mask] = 0
+        rewards, terminated, truncated = self._rows.step(self._seat.decode_actions(action_array))
+        observations = self._rows.observations.copy()
+        return observations, rewards, terminated, truncated.copy(), self._reset_info(self._rows)
 
     def _reset_info(self, rows: VectorGames) -> Info:
-        """Which actions `[B, A]` are legal."""
+        """Return the info with the mask `[B, A]` of the legal actions."""
         if rows.legal_actions_mask is None:
             return dict(self._info)
         return {"action_mask": rows.legal_actions_mask[:, self._seat.seat].astype(np.int8)}
 
 
 def _register_environments() -> None:
-    """Has Gymnasium know every problem and variant, as `dmplay/CryingBaby-v0`."""
+    """Register each problem and variant with Gymnasium, for example as `dmplay/CryingBaby-v0`."""
     for name in problem_names():
         for variant in problems.load_variants(name):
             spec = f"{name}:{variant}" if variant else name

@@ -1,4 +1,4 @@
-"""The loop by hand: one game in Python, whose actions and observations are words and numbers."""
+"""Manual play of one game from Python, with actions and observations as words and numbers."""
 
 import os
 from collections.abc import Sequence
@@ -16,12 +16,12 @@ from dmplay.session import Session
 
 
 class ManualGame(NotebookDisplay):
-    """A game, and the seats in it that are played by hand; a notebook shows its board."""
+    """A game whose manual seats are played from Python; a notebook shows its board."""
 
     def __init__(self, session: Session) -> None:
         self.session = session
         self._manual_seats = [
-            seat for seat, one in enumerate(session.seated_policies) if one is None
+            seat for seat, policy in enumerate(session.seated_policies) if policy is None
         ]
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
@@ -29,40 +29,44 @@ class ManualGame(NotebookDisplay):
 
     @property
     def over(self) -> bool:
-        """Whether no more turns can be played."""
+        """True if no more turns can be played."""
         return self.session.over
 
     def _seat_index(self, agent: str) -> int:
-        """The seat of this name; the first that is played by hand if none is named."""
+        """Return the seat of the agent with this name; by default the first manual seat."""
         return self.session.problem.seat_index(agent) if agent else (self._manual_seats or [0])[0]
 
     def legal_actions(self, agent: str = "") -> object:
-        """The actions that can be done, by name, or the bounds of a number."""
+        """Return the legal actions of a seat by name, or the bounds of a number."""
         seat = self._seat_index(agent)
         return describe_choices(self.session.problem, seat, self.session.legal_actions_mask(seat))
 
     def last_observation(self, agent: str = "") -> object:
-        """What was seen last: an observation, or the state where agents see it."""
+        """Return the last observation of a seat, or the state if agents see it."""
         seat = self._seat_index(agent)
-        now = self.session.observation_after(seat, len(self.session.turns))
-        return encode_observation(self.session.problem, seat, now)
+        observation = self.session.observation_after(seat, len(self.session.turns))
+        return encode_observation(self.session.problem, seat, observation)
 
     def act(self, *actions: str | float) -> JsonObject:
-        """Plays a turn by an action for each seat in hand; what it taught the first of them."""
+        """Play a turn with one action for each manual seat; return what the first of them
+        observes.
+        """
         if len(actions) != len(self._manual_seats):
             names = ", ".join(self.session.problem.agents[seat] for seat in self._manual_seats)
             expected = f"expected one for each of {names}" if names else "agents play every seat"
             raise BadPolicy(f"got {format_count(len(actions), 'action')}, {expected}")
-        done: list[float | None] = [None] * len(self.session.seated_policies)
+        joint_action: list[float | None] = [None] * len(self.session.seated_policies)
         for seat, action in zip(self._manual_seats, actions, strict=True):
-            done[seat] = self.session.problem.parse_action(seat, str(action))
-        self.session.advance(done)
+            joint_action[seat] = self.session.problem.parse_action(seat, str(action))
+        self.session.advance(joint_action)
         if self.over:
             close_bots(self.session, type(self.session.problem).__name__)
         return self.last_percept()
 
     def last_percept(self, agent: str = "") -> JsonObject:
-        """What the last turn taught a seat; raises IllegalAction where none was played."""
+        """Return the information that a seat got in its last turn, or raise IllegalAction if
+        none.
+        """
         seat = self._seat_index(agent)
         if not self.session.turns:
             raise IllegalAction("no turn was played that could teach anything")
@@ -70,14 +74,14 @@ class ManualGame(NotebookDisplay):
         return encode_percept(self.session.problem, seat, percept, 0)
 
     def undo(self, turns: int = 1) -> None:
-        """Takes back turns; the same actions then meet the same dice."""
+        """Undo turns; the same actions then meet the same random events."""
         self.session.undo(turns)
 
     @property
     def returns(self) -> dict[str, float]:
-        """What each agent earned so far: the discounted sum of its rewards.
+        """The discounted sum of rewards of each agent so far.
 
-        Rewards that betray what is hidden are left out until the game is over.
+        It is empty until the game is over if rewards would reveal a hidden state.
         """
         session = self.session
         if not (self.over or session.problem.rewards_observable):
@@ -92,18 +96,19 @@ def play(
     *,
     turns: int | None = None,
 ) -> ManualGame:
-    """A game to be played by hand: an agent for each seat, None for those in hand; without agents
-    all are.
+    """Return a game to play from Python, with an agent or None (manual) for each seat.
+
+    Without agents, all seats are manual.
     """
-    rules = problems.load_problem(problem) if isinstance(problem, str | os.PathLike) else problem
-    sitting = list(agents) or [None] * len(rules.agents)
-    if len(sitting) != len(rules.agents):
+    loaded = problems.load_problem(problem) if isinstance(problem, str | os.PathLike) else problem
+    players = list(agents) or [None] * len(loaded.agents)
+    if len(players) != len(loaded.agents):
         raise BadPolicy(
-            f"got {format_count(len(sitting), 'agent')}, expected one for each of {rules.agents}"
+            f"got {format_count(len(players), 'agent')}, expected one for each of {loaded.agents}"
         )
     policies = [
-        known.load_agent(rules, seat, who) if isinstance(who, str) else who
-        for seat, who in enumerate(sitting)
+        known.load_agent(loaded, seat, player) if isinstance(player, str) else player
+        for seat, player in enumerate(players)
     ]
     seed = new_seed() if seed is None else seed
-    return ManualGame(Session(rules, SeededUniforms(seed), policies, turn_limit=turns))
+    return ManualGame(Session(loaded, SeededUniforms(seed), policies, turn_limit=turns))

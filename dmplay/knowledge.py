@@ -1,4 +1,4 @@
-"""What a seat knows of a game: what it was told turn by turn, and what it believes by that."""
+"""The history of what one seat has observed, and the beliefs computed from it."""
 
 from collections.abc import Sequence
 from threading import Lock
@@ -8,14 +8,15 @@ from dmplay import belief as beliefs
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem, readonly_copy
 
-CHUNK_TURNS = 256  # turns of a part of what a seat was told
-BELIEF_LOCK = Lock()  # had by who works out beliefs: a view may be drawn beside a thought
+CHUNK_TURNS = 256  # turns in one chunk of a history
+# Held while beliefs are computed, because a view may be drawn during a background task.
+BELIEF_LOCK = Lock()
 
 T = TypeVar("T")
 
 
 class ChunkedList(Generic[T]):
-    """What a seat was told, in parts: what is taken back leaves the parts before it as they are."""
+    """A list in chunks, so that a copied prefix shares its full chunks with the original."""
 
     def __init__(self, chunks: Sequence[list[T]] = ()) -> None:
         self.chunks = [*chunks]
@@ -25,32 +26,33 @@ class ChunkedList(Generic[T]):
         return self.chunks[index // CHUNK_TURNS][index % CHUNK_TURNS]
 
     def append(self, item: T) -> None:
-        """Adds what came last."""
+        """Append one item."""
         self.extend([item])
 
     def extend(self, items: Sequence[T]) -> None:
-        """Adds all that came last, in order."""
-        room = -self.length % CHUNK_TURNS  # of the last part
-        if room:
-            self.chunks[-1].extend(items[:room])
+        """Append several items, in order."""
+        free_slots = -self.length % CHUNK_TURNS  # free slots in the last chunk
+        if free_slots:
+            self.chunks[-1].extend(items[:free_slots])
         self.chunks += [
-            [*items[at : at + CHUNK_TURNS]] for at in range(room, len(items), CHUNK_TURNS)
+            [*items[start : start + CHUNK_TURNS]]
+            for start in range(free_slots, len(items), CHUNK_TURNS)
         ]
         self.length += len(items)
 
     def copy_prefix(self, end: int) -> "ChunkedList[T]":
-        """The first so many, or all: other lists where more is to come."""
+        """Return a copy of the first `end` items, or of all, that can grow separately."""
         end = min(end, self.length)
-        whole = self.chunks[: end // CHUNK_TURNS]
+        full_chunks = self.chunks[: end // CHUNK_TURNS]
         return ChunkedList(
-            [*whole, self.chunks[end // CHUNK_TURNS][: end % CHUNK_TURNS]]
+            [*full_chunks, self.chunks[end // CHUNK_TURNS][: end % CHUNK_TURNS]]
             if end % CHUNK_TURNS
-            else whole
+            else full_chunks
         )
 
 
 class HistorySnapshot(Sequence[T]):
-    """What a seat was told so far, of what may grow: as long as it is now."""
+    """A snapshot of a chunked list that may grow later; its length stays."""
 
     def __init__(self, items: ChunkedList[T]) -> None:
         self._chunks, self._length = items.chunks, items.length
@@ -64,25 +66,25 @@ class HistorySnapshot(Sequence[T]):
     def __getitem__(self, place: slice) -> tuple[T, ...]: ...
     def __getitem__(self, place: int | slice) -> T | tuple[T, ...]:
         if isinstance(place, slice):
-            return tuple(self[at] for at in range(self._length)[place])
-        at = place + self._length if place < 0 else place
-        if not 0 <= at < self._length:
+            return tuple(self[position] for position in range(self._length)[place])
+        position = place + self._length if place < 0 else place
+        if not 0 <= position < self._length:
             raise IndexError(f"got {place}, expected one of {self._length}")
-        return self._chunks[at // CHUNK_TURNS][at % CHUNK_TURNS]
+        return self._chunks[position // CHUNK_TURNS][position % CHUNK_TURNS]
 
 
 class SeatHistory(NamedTuple):
-    """All that one seat was told, in lists of its own: nothing leads from them to the game."""
+    """The full history of one seat, in lists of its own that give no access to the game."""
 
     observations: ChunkedList[Array]  # one more than turns
     actions: ChunkedList[float]
     joint_actions: ChunkedList[Array]
     rewards: ChunkedList[float]
-    beliefs: ChunkedList[Reals]  # as many as were looked at so far, one more than turns at most
-    action_labels: ChunkedList[str]  # what its actions were called, where that depends on the state
+    beliefs: ChunkedList[Reals]  # those computed so far, at most one more than turns
+    action_labels: ChunkedList[str]  # labels of the seat's actions, if labels depend on the state
 
     def copy_until_turn(self, turns: int) -> "SeatHistory":
-        """What it was told up to a turn."""
+        """Return the history up to a turn."""
         return SeatHistory(
             self.observations.copy_prefix(turns + 1),
             self.actions.copy_prefix(turns),
@@ -94,8 +96,9 @@ class SeatHistory(NamedTuple):
 
 
 class BeliefHistory(HistorySnapshot[Reals]):
-    """What a seat believed before the first turn and after each: worked out when it is looked at,
-    from nothing but what the seat was told.
+    """The beliefs of a seat before the first turn and after each, computed when they are read.
+
+    They are computed from the seat's history alone.
     """
 
     def __init__(self, problem: Problem, seat: int, history: SeatHistory) -> None:
@@ -108,24 +111,24 @@ class BeliefHistory(HistorySnapshot[Reals]):
     @overload
     def __getitem__(self, place: slice) -> tuple[Reals, ...]: ...
     def __getitem__(self, place: int | slice) -> Reals | tuple[Reals, ...]:
-        places = range(self._length)[place]
-        last = max(places, default=-1) if isinstance(places, range) else places
-        known = self._history.beliefs
+        indices = range(self._length)[place]
+        last = max(indices, default=-1) if isinstance(indices, range) else indices
+        cached = self._history.beliefs
         with BELIEF_LOCK:
-            for turn in range(known.length, last + 1):
-                known.append(readonly_copy(self._belief_after(turn)))
+            for turn in range(cached.length, last + 1):
+                cached.append(readonly_copy(self._belief_after(turn)))
         return super().__getitem__(place)
 
     def _belief_after(self, turn: int) -> Reals:
-        """What it believed after a turn, by what it believed before."""
+        """Return the belief after a turn, computed from the belief before it."""
         if not turn:
             return beliefs.initial_seat_belief(
                 self._problem, self._seat, self._history.observations[0]
             )
-        did: list[int | None] = [None] * len(self._problem.agents)
-        saw = list(did)
-        did[self._seat] = int(self._history.actions[turn - 1])
-        saw[self._seat] = int(self._history.observations[turn])
+        joint_action: list[int | None] = [None] * len(self._problem.agents)
+        joint_observation = list(joint_action)
+        joint_action[self._seat] = int(self._history.actions[turn - 1])
+        joint_observation[self._seat] = int(self._history.observations[turn])
         return beliefs.update_belief(
-            self._problem, self._history.beliefs[turn - 1], did, saw
+            self._problem, self._history.beliefs[turn - 1], joint_action, joint_observation
         ).belief

@@ -1,4 +1,4 @@
-"""Games with one state and a payoff table, played in rounds."""
+"""The base class of games with one state and a payoff table, played in rounds."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -13,31 +13,31 @@ from dmplay.core import Labels, Outcome, Problem
 
 @dataclass(frozen=True)
 class MatrixGame(Problem):
-    """A simple game: all choose at once, the table pays, and the next round is the same."""
+    """A simple game: all agents choose at once and get payoffs from a table, every round."""
 
     horizon = 10
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """Two unless a game has others."""
+        """The names of the agents: two unless overridden."""
         return ("agent1", "agent2")
 
     @property
     @abstractmethod
     def actions(self) -> tuple[Labels, ...]:
-        """What each of them can do."""
+        """The action labels of each agent."""
 
     @property
     @abstractmethod
     def payoffs(self) -> Reals:
-        """The rewards `[A1, ..., An, n]`, agent 1's actions first."""
+        """The rewards `[A1, ..., An, n]`, with agent 1's actions first."""
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Nothing."""
+        """Return no chances: the game has one initial state."""
         return ()
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The one state."""
+        """Return the only state, 0, for each row."""
         return np.zeros(rows, np.int64)
 
     @cached_property
@@ -46,16 +46,16 @@ class MatrixGame(Problem):
         return self.payoffs.reshape(-1, len(self.agents))
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """What the table pays."""
+        """Return the rewards that the table has for the joint actions; the state stays."""
         joint: Column = to_column(a[:, 0])
-        for seat, many in enumerate(self.action_counts[1:], 1):
-            joint = joint * many + to_column(a[:, seat])
+        for seat, action_count in enumerate(self.action_counts[1:], 1):
+            joint = joint * action_count + to_column(a[:, seat])
         return Outcome(s, take_rows(self._joint_payoffs, joint), s)
 
     def format_state(self, s: Array) -> str:
-        """`-`: there is nothing to say."""
+        """Return "-", because there is only one state."""
         return "-"
 
     def parse_state(self, text: str) -> Array:
-        """The one state."""
+        """Return the only state, 0."""
         return np.array(0)

@@ -1,4 +1,4 @@
-"""Where code that somebody brought says a thing, or fails: its file and line."""
+"""The file and line of definitions and errors in user-defined code."""
 
 import ast
 import inspect
@@ -17,50 +17,55 @@ INSTALLED_PREFIXES = (
     *map(sysconfig.get_path, ("purelib", "platlib")),
     "<",
 )
-LIBRARY_FOLDERS = {"site-packages", "dist-packages"}  # folders, of other environments too
+# folders of installed packages, also in other environments
+LIBRARY_FOLDERS = {"site-packages", "dist-packages"}
 
 
 def describe_error_location(error: BaseException) -> str:
-    """The line of code outside of dmplay and of packages that an error comes from, and the error;
-    '' where there is none.
+    """Return the line of user-defined code that an error comes from, and the error; "" if none.
+
+    User-defined is all code outside of dmplay, the standard library and installed packages.
     """
     frames = traceback.extract_tb(error.__traceback__)
-    own = [frame for frame in frames if not _is_installed(frame.filename)]
-    if not own:
+    user_frames = [frame for frame in frames if not _is_installed(frame.filename)]
+    if not user_frames:
         return ""
-    what = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
-    return f"{format_location(own[-1].filename, own[-1].lineno)}: {what}"
+    error_text = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
+    return f"{format_location(user_frames[-1].filename, user_frames[-1].lineno)}: {error_text}"
 
 
 def describe_exit_location(error: SystemExit) -> str:
-    """The line of such code that ends the program, and how; '' where dmplay does, as signals have
-    it.
+    """Return the line of user-defined code that raised SystemExit, and the error; "" if none.
+
+    The result is "" if dmplay itself ends the program, as it does for signals.
     """
-    raised = traceback.extract_tb(error.__traceback__)[-1]
-    return "" if _is_installed(raised.filename) else describe_error_location(error)
+    last_frame = traceback.extract_tb(error.__traceback__)[-1]
+    return "" if _is_installed(last_frame.filename) else describe_error_location(error)
 
 
 def _is_installed(file: str) -> bool:
-    """Whether a file is dmplay's, Python's or a package's."""
+    """Return whether a file belongs to dmplay, the standard library or an installed package."""
     return file.startswith(INSTALLED_PREFIXES) or not LIBRARY_FOLDERS.isdisjoint(Path(file).parts)
 
 
 def locate_definition(
     user_class: type, name: str = "", argument: str = "", order: Sequence[str] = ()
 ) -> str:
-    """The line on which a class says a name, or an argument of the call, in this order, that is it.
+    """Return the file and line where a user-defined class defines a name.
 
-    Where it leaves that to dmplay, the line on which the class begins; '' of one in no file.
+    If the value is a call, `argument` selects the line of this argument; `order` names the
+    positional ones. If the class leaves the name to dmplay, return the line where the class begins;
+    "" for a class without a file.
     """
-    for one in user_class.__mro__:
-        if name in vars(one) and not _class_file(one).startswith(PACKAGE_FOLDER):
-            return _definition_line(one, name, argument, order)
-    begins = _find_class_node(user_class)
-    return format_location(_class_file(user_class), begins.lineno) if begins else ""
+    for base in user_class.__mro__:
+        if name in vars(base) and not _class_file(base).startswith(PACKAGE_FOLDER):
+            return _definition_line(base, name, argument, order)
+    class_node = _find_class_node(user_class)
+    return format_location(_class_file(user_class), class_node.lineno) if class_node else ""
 
 
 def format_location(file: str, line: int | None) -> str:
-    """A file, and a line of it, as a person types it: `./tiger.py:14`."""
+    """Return a file and a line as a person types them: `./tiger.py:14`."""
     path = os.path.relpath(file)
     path = file if path.startswith(os.path.join("..", "..")) else path
     path = path if path.startswith((".", os.sep)) else os.path.join(".", path)
@@ -68,21 +73,23 @@ def format_location(file: str, line: int | None) -> str:
 
 
 def _class_file(kind: type) -> str:
-    """The file of a class; '' where it has none of its own."""
+    """Return the source file of a class; "" if it has none, or one of the standard library."""
     try:
         file = inspect.getsourcefile(kind) or ""
-    except (TypeError, OSError):  # built in, or made at a prompt
+    except (TypeError, OSError):  # built in, or defined at a prompt
         return ""
     return "" if file.startswith(STDLIB_FOLDER) else file
 
 
 @cache
 def _parse_source(file: str, changed: float) -> ast.Module:
-    return ast.parse(Path(file).read_bytes())  # in the encoding that it names
+    """Return the syntax tree of a file, cached by its modification time."""
+    # bytes, so that the encoding declaration is respected
+    return ast.parse(Path(file).read_bytes())
 
 
 def _find_class_node(kind: type) -> ast.ClassDef | None:
-    """Where a class stands in its file."""
+    """Return the syntax node of a class in its file; None if the file or the class is missing."""
     file = _class_file(kind)
     if not os.path.isfile(file):
         return None
@@ -92,34 +99,39 @@ def _find_class_node(kind: type) -> ast.ClassDef | None:
 
 
 def _definition_line(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
-    """The line of a method or a value in a class."""
-    found = vars(kind)[name]
-    written = getattr(found, "fget", None) or getattr(found, "func", None) or found
-    if inspect.isfunction(written):
-        code = written.__code__
+    """Return the file and line of a method or a value that a class itself defines."""
+    attribute = vars(kind)[name]
+    function = getattr(attribute, "fget", None) or getattr(attribute, "func", None) or attribute
+    if inspect.isfunction(function):
+        code = function.__code__
         return format_location(code.co_filename, code.co_firstlineno)
-    begins = _find_class_node(kind)
-    for node in begins.body if begins else ():
+    class_node = _find_class_node(kind)
+    for node in class_node.body if class_node else ():
         if any(
-            isinstance(part, ast.Name) and part.id == name for part in _assignment_targets(node)
+            isinstance(target, ast.Name) and target.id == name
+            for target in _assignment_targets(node)
         ):
             return format_location(_class_file(kind), _argument_line(node, argument, order))
     return locate_definition(kind)
 
 
 def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
-    """What a statement gives a value to."""
+    """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
     targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
-    kinds = ast.Assign | ast.AnnAssign
-    return [part for one in targets for part in ast.walk(one)] if isinstance(node, kinds) else []
+    assignment_types = ast.Assign | ast.AnnAssign
+    return (
+        [child for target in targets for child in ast.walk(target)]
+        if isinstance(node, assignment_types)
+        else []
+    )
 
 
 def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
-    """The line of an argument of the call whose value is given; else of all."""
+    """Return the line of an argument of the assigned call, else the line of the statement."""
     call = getattr(node, "value", None)
     if not argument or not isinstance(call, ast.Call):
         return node.lineno
-    given = dict(zip(order, call.args, strict=False)) | {
-        one.arg: one.value for one in call.keywords
+    arguments = dict(zip(order, call.args, strict=False)) | {
+        keyword.arg: keyword.value for keyword in call.keywords
     }
-    return given[argument].lineno if argument in given else node.lineno
+    return arguments[argument].lineno if argument in arguments else node.lineno

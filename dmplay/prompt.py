@@ -28,50 +28,50 @@ from dmplay.words.commands import PlayerQuit
 from dmplay.words.completion.candidates import CommandCompleter
 from dmplay.words.shell import Shell
 
-MAX_STATE_CHARS = 24  # characters of a state that the toolbar has room for
+MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar
 
 
 class ShellHistory(InMemoryHistory):
-    """The lines typed, but for choices that another person must not see."""
+    """A history of the typed lines, without choices that another person must not see."""
 
     def __init__(self, shell: Shell, saved_history: History) -> None:
         super().__init__()
         self._shell, self._saved_history = shell, saved_history
 
     def load_history_strings(self) -> Iterable[str]:
-        """The lines of all sessions, the last first."""
+        """Return the lines of all sessions, the last first."""
         return self._saved_history.load_history_strings()
 
     def append_string(self, string: str) -> None:
-        """Keeps a line."""
+        """Add a line to the history of this session, unless it must stay secret."""
         if not self._shell.controller.is_input_hidden:
             super().append_string(string)
 
     def store_string(self, string: str) -> None:
-        """Writes a line down."""
+        """Write a line to the saved history."""
         self._saved_history.store_string(string)
 
 
 def toolbar_text(shell: Shell) -> str:
-    """Score, place and the key for help."""
-    facts = []
+    """Return the toolbar's text: score, state or observation, and the key for help."""
+    items = []
     if shell.game:
         view = shell.game.view()
         if view.rewards is not None:
-            facts.append(f"score {shell.game.narrator.seat_return(shell.game.snapshot()):.2f}")
+            items.append(f"score {shell.game.narrator.seat_return(shell.game.snapshot()):.2f}")
         if not view.problem.partially_observable and view.problem.state_count != 1:
-            at = view.problem.format_state(view.observation)
-            facts += [f"at {at}"] if len(at) <= MAX_STATE_CHARS else []
+            state_text = view.problem.format_state(view.observation)
+            items += [f"at {state_text}"] if len(state_text) <= MAX_STATE_CHARS else []
         elif view.problem.partially_observable and view.turns_played:
-            facts.append(
+            items.append(
                 f"saw {view.problem.observations[view.seat].format_observation(view.observation)}"
             )
-    between = " - " if shell.terminal.ascii else " · "
-    return f" {between.join([*facts, 'F1 help'])}"
+    separator = " - " if shell.terminal.ascii else " · "
+    return f" {separator.join([*items, 'F1 help'])}"
 
 
 def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None = None) -> int:
-    """Asks for lines until the player leaves; returns the exit code."""
+    """Read and run lines until the player leaves; return the exit code."""
     session = _create_prompt_session(shell, input_, output)
     shell.controller.open_screen = lambda: _show_full_screen(shell)
     warned = False
@@ -95,7 +95,7 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
             return 0
         warned = False
         try:
-            with exit_on_signals():  # the library puts back no handler but its own
+            with exit_on_signals():  # prompt_toolkit restores only its own signal handlers.
                 shell.run_line(line)
         except PlayerQuit:
             return 0
@@ -108,12 +108,13 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
 def _create_prompt_session(
     shell: Shell, input_: Input | None, output: Output | None
 ) -> PromptSession[str]:
-    """The line editor, with its history, completion and toolbar."""
+    """Return the line editor, with its history, completion and toolbar."""
     file = saves.shell_history_path()
     bindings = KeyBindings()
 
     @bindings.add("f1")
     def _submit_help(event: KeyPressEvent) -> None:
+        """Enter and submit the command "help"."""
         event.current_buffer.text = "help"
         event.current_buffer.validate_and_handle()
 
@@ -137,14 +138,17 @@ def _create_prompt_session(
 
 
 def _install_signal_handlers() -> None:
-    """Lets the signals that end a program end the prompt."""
+    """Install handlers with which termination signals exit the prompt."""
     app, loop = get_app(), asyncio.get_running_loop()
     for number, code in SIGNAL_EXIT_CODES.items():
         loop.add_signal_handler(number, partial(app.exit, exception=SystemExit(code)))
 
 
 def _show_full_screen(shell: Shell) -> str:
-    """Shows the game on the full screen."""
+    """Show the game on the full screen and return ""; raise SystemExit if a signal ended it.
+
+    Ctrl-C (SIGINT) does not raise it.
+    """
     code = run_full_screen(PlayScreen(shell.controller, shell.terminal, shell.speed))
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)

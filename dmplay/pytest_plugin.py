@@ -1,7 +1,7 @@
-"""Transcripts as test items: every `.dmt` file that pytest collects is verified.
+"""A pytest plugin that verifies every `.dmt` transcript that pytest collects.
 
-`--dmplay-update` rewrites the files instead, never where CI is set. A problem or an agent of
-your own needs `dmplay_trust = true` in the pytest configuration: only then is it imported.
+The option `--dmplay-update` rewrites the files instead, but not if CI is set. User-defined problems
+and agents are imported only with `dmplay_trust = true` in the pytest configuration.
 """
 
 import os
@@ -18,7 +18,7 @@ TRANSCRIPT_SUFFIX = ".dmt"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Adds `--dmplay-update` and `dmplay_trust`."""
+    """Add the option `--dmplay-update` and the setting `dmplay_trust`."""
     group = parser.getgroup("dmplay", "golden transcripts")
     group.addoption("--dmplay-update", action="store_true", help="rewrite transcripts that differ")
     parser.addini(
@@ -27,13 +27,13 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Refuses to rewrite goldens where nobody looks at them."""
+    """Raise UsageError for `--dmplay-update` if CI is set, because nobody reviews changes there."""
     if config.getoption("--dmplay-update") and os.environ.get("CI"):
         raise pytest.UsageError("--dmplay-update: not where CI is set")
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:
-    """Collects transcripts."""
+    """Return a collector for a transcript file, and None for any other file."""
     if file_path.suffix != TRANSCRIPT_SUFFIX:
         return None
     collected: pytest.Collector = TranscriptFile.from_parent(parent, path=file_path)
@@ -41,18 +41,18 @@ def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Col
 
 
 class TranscriptFile(pytest.File):
-    """A file that holds one transcript."""
+    """A collected file with one transcript."""
 
     def collect(self) -> Iterable[pytest.Item]:
-        """One item."""
+        """Yield the single test item of the file."""
         yield TranscriptItem.from_parent(self, name="verify")
 
 
 class TranscriptItem(pytest.Item):
-    """Verifies its transcript, or rewrites it."""
+    """A test item that verifies its transcript, or rewrites it."""
 
     def runtest(self) -> None:
-        """Fails with the report of `dmplay verify`."""
+        """Verify the transcript; raise TranscriptMismatch with the report if it fails."""
         from dmplay.game import checking
 
         trusted = bool(self.config.getini("dmplay_trust"))
@@ -70,11 +70,11 @@ class TranscriptItem(pytest.Item):
     def repr_failure(
         self, excinfo: pytest.ExceptionInfo[BaseException], style: object = None
     ) -> str:
-        """The report alone; a traceback only for what is no error of ours."""
+        """Return the message of a dmplay error, and the traceback of any other error."""
         if isinstance(excinfo.value, DmplayError):
             return escape_unprintable(str(excinfo.value))
         return str(super().repr_failure(excinfo))
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """The file."""
+        """Return the location and the name of the item for test reports."""
         return self.path, 0, f"transcript {self.path.name}"

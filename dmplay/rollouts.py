@@ -1,4 +1,4 @@
-"""Many games at once: a problem and its policies, to returns."""
+"""Rollouts: batches of games, played by policies without people, and their returns."""
 
 import math
 import sys
@@ -44,36 +44,38 @@ MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
     8,
     32,
     2,
-)  # games of a block; games and turns that tell what they cost
-DISPATCH_SECONDS = 0.006  # seconds in which an engine hands a block to a worker
-MEMORY_COPIES = 8  # of a memory, which a policy makes while it brings it up to date
-PREALLOCATED_BYTES = 2**24  # bytes that are freed and kept for the next arrays
-MAX_QUICK_PROBE_SECONDS = 0.005  # seconds that these turns of one game take where many can be tried
+)  # minimum episodes of a block; episodes and turns of a timing probe
+DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block to a worker
+MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
+# bytes that are freed at once, so that the allocator keeps them for the next arrays
+PREALLOCATED_BYTES = 2**24
+MAX_QUICK_PROBE_SECONDS = 0.005  # seconds of a probe of one game up to which larger probes are run
 
 
 class Rollout(NamedTuple):
-    """What came of E games of n agents; what was not to be kept has no rows."""
+    """The results of E games of n agents; arrays that are not kept have no rows."""
 
     returns: Reals  # [E, n], discounted sums of rewards
-    total_rewards: Reals  # [E, n], plain sums
+    total_rewards: Reals  # [E, n], undiscounted sums of rewards
     turn_counts: Ints  # [E]
-    terminated: Bools  # [E], in a terminal state
-    final_states: Array  # [E, ...], the last
-    control_variates: Reals  # [E, n], discounted sums of what was luck
+    terminated: Bools  # [E], whether the game ended in a terminal state
+    final_states: Array  # [E, ...], the final states
+    control_variates: Reals  # [E, n], discounted sums of the control variate
 
 
-ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]  # how much of a turn was, [B, n]
+# the luck [B, n] in the rewards of a turn
+ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]
 DEFAULT_ARRAYS = (
     "returns",
     "total_rewards",
     "turn_counts",
     "terminated",
     "final_states",
-)  # what is kept
+)  # the arrays kept by default
 
 
 class RolloutSpec(NamedTuple):
-    """Which games are played, how, by whose work, and what is kept of each."""
+    """The settings of a rollout: episodes, turn limit, seed, workers, and the arrays to keep."""
 
     episodes: range
     turn_limit: int | None = None
@@ -86,14 +88,14 @@ class RolloutSpec(NamedTuple):
 
 
 class PartialResults(NamedTuple):
-    """What came of the games that were played where not all were, and which they are."""
+    """The results of the games that were played before a rollout was cut short."""
 
-    rollouts: tuple[Rollout, ...]  # by each entrant; none where there are no games
+    rollouts: tuple[Rollout, ...]  # one for each entrant; empty if no games were played
     episodes: Ints
 
 
 class RolloutInterrupted(KeyboardInterrupt):
-    """Ctrl-C while games were played."""
+    """A KeyboardInterrupt (Ctrl-C) during a rollout, with the partial results."""
 
     def __init__(self, partial_results: PartialResults) -> None:
         super().__init__("interrupted")
@@ -101,7 +103,7 @@ class RolloutInterrupted(KeyboardInterrupt):
 
 
 class RolloutBlocksLost(LostGames):
-    """Games that were lost, and the rest of them."""
+    """Games that were lost with their workers, with the partial results of the others."""
 
     def __init__(self, error: LostGames, partial_results: PartialResults) -> None:
         super().__init__(error.blocks, error.reason)
@@ -121,82 +123,103 @@ def rollout(  # noqa: PLR0913 - each is the caller's to choose
     progress: ProgressCallback | None = None,
     keep: Sequence[str] = DEFAULT_ARRAYS,
 ) -> Rollout:
-    """Plays episodes `first` .. `first + episodes - 1` of a seed, one policy to a seat.
+    """Play consecutive episodes of a seed from `first_episode` on, with one policy per seat.
 
-    Row r is the game that a session plays with `Dice(seed, first + r)`, whatever the workers or
-    the executor, the blocks and their order. `progress` is told the share that is played. Raises
-    Lost when workers died again and again, and Interrupted; what cannot be played is a BadPolicy,
-    an IllegalAction or a BadParameter.
+    Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`, whatever
+    the workers, the executor, the blocks and their order. `progress` is called with the share of
+    the games that is played. Raise RolloutBlocksLost if workers died again and again,
+    RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
+    played.
     """
-    which = range(first_episode, first_episode + episodes)
-    games = RolloutSpec(which, turn_limit, seed, workers, executor, progress, keep)
-    (found,) = rollout_entrants(problem, [policies], games)
-    return found
+    episode_range = range(first_episode, first_episode + episodes)
+    spec = RolloutSpec(episode_range, turn_limit, seed, workers, executor, progress, keep)
+    (result,) = rollout_entrants(problem, [policies], spec)
+    return result
 
 
 def rollout_entrants(
     problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec
 ) -> tuple[Rollout, ...]:
-    """The same games by each of some entrants, block by block: the policies of each, as above.
+    """Play the same games with each entrant (a policy per seat), and return a rollout for each.
 
-    So what was played by the time of an interruption was played by all. `luck` tells how much of
-    what came of joint actions was luck: 0 where it is not given.
+    The games are played block by block, so that after an interruption all entrants have played the
+    same games. `control_variate` computes the luck in the outcome of joint actions; without it the
+    luck is 0.
     """
-    which, keep, workers, progress = spec.episodes, spec.keep, spec.workers, spec.progress
-    if which.stop < which.start:
-        raise BadParameter(f"episodes: got {which.stop - which.start}, expected 0 or more")
-    spec = spec._replace(seed=SeededUniforms(spec.seed, which.start).seed)
+    episode_range, keep, workers, progress = spec.episodes, spec.keep, spec.workers, spec.progress
+    if episode_range.stop < episode_range.start:
+        raise BadParameter(
+            f"episodes: got {episode_range.stop - episode_range.start}, expected 0 or more"
+        )
+    spec = spec._replace(seed=SeededUniforms(spec.seed, episode_range.start).seed)
     check_problem(problem, spec.turn_limit)
     for policies in entrants:
-        given: object = policies
-        if not isinstance(given, Sequence) or len(given) != len(problem.agents):
-            told = f"{len(given)} policies" if isinstance(given, Sequence) else f"{given!r}"
-            raise BadPolicy(f"got {told}, expected one for each of {problem.agents}")
-        for seat, policy in enumerate(given):
+        seat_policies: object = policies
+        if not isinstance(seat_policies, Sequence) or len(seat_policies) != len(problem.agents):
+            description = (
+                f"{len(seat_policies)} policies"
+                if isinstance(seat_policies, Sequence)
+                else f"{seat_policies!r}"
+            )
+            raise BadPolicy(f"got {description}, expected one for each of {problem.agents}")
+        for seat, policy in enumerate(seat_policies):
             check_policy(policy, seat)
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)
-    work = partial(
+    block_function = partial(
         _run_block_for_entrants, problem, entrants, spec._replace(executor=None, progress=None)
     )
-    alone = spec.executor is None and workers == 1 and progress is None
-    hands = 0 if alone else workers if isinstance(workers, int) else 1
-    size = (
+    in_process = spec.executor is None and workers == 1 and progress is None
+    probe_workers = 0 if in_process else workers if isinstance(workers, int) else 1
+    block_size = (
         MAX_BLOCK_EPISODES
-        if len(which) <= MIN_BLOCK_EPISODES
-        else _block_size(problem, entrants, spec.seed, hands)
+        if len(episode_range) <= MIN_BLOCK_EPISODES
+        else _block_size(problem, entrants, spec.seed, probe_workers)
     )
-    kept: tuple[Rollout, ...] | None = None
-    played = np.zeros(len(which), bool)
+    results: tuple[Rollout, ...] | None = None
+    finished = np.zeros(len(episode_range), bool)
     with report_progress_to(progress) if progress else nullcontext():
         budget = Budget("a rollout", "try fewer games at a time", math.inf)
         try:
-            blocks = run_blocks(work, which, size=size, workers=workers, executor=spec.executor)
-            for block, parts in blocks:
-                kept = kept or tuple(_allocate_rollout(one, keep, len(which)) for one in parts)
-                rows = slice(block.start - which.start, block.stop - which.start)
-                for whole, one in zip(kept, parts, strict=True):
+            blocks = run_blocks(
+                block_function,
+                episode_range,
+                size=block_size,
+                workers=workers,
+                executor=spec.executor,
+            )
+            for block, block_results in blocks:
+                results = results or tuple(
+                    _allocate_rollout(block_result, keep, len(episode_range))
+                    for block_result in block_results
+                )
+                block_rows = slice(
+                    block.start - episode_range.start, block.stop - episode_range.start
+                )
+                for result, block_result in zip(results, block_results, strict=True):
                     for name in keep:
-                        getattr(whole, name)[rows] = getattr(one, name)
-                played[rows] = True
-                budget.spend_work(0, float(played.mean()))
+                        getattr(result, name)[block_rows] = getattr(block_result, name)
+                finished[block_rows] = True
+                budget.spend_work(0, float(finished.mean()))
         except LostGames as error:
             raise RolloutBlocksLost(
-                error, _partial_results(kept, keep, which.start, played)
+                error, _partial_results(results, keep, episode_range.start, finished)
             ) from None
         except KeyboardInterrupt:
-            raise RolloutInterrupted(_partial_results(kept, keep, which.start, played)) from None
-    return kept or work(which)
+            raise RolloutInterrupted(
+                _partial_results(results, keep, episode_range.start, finished)
+            ) from None
+    return results or block_function(episode_range)
 
 
 def _block_size(
     problem: Problem, entrants: Sequence[Sequence[Policy]], seed: int, workers: int
 ) -> int:
-    """The games of a block: so many that their memories fit, and no more than suits workers."""
+    """Return the episodes per block: few enough for memory, and not more than suits the workers."""
     size = MAX_BLOCK_EPISODES
-    for place, policies in enumerate(entrants):
-        with _set_error_entrant(place):
+    for index, policies in enumerate(entrants):
+        with _set_error_entrant(index):
             size = min(size, _max_episodes_in_memory(problem, policies, seed))
             if workers:
                 size = min(size, _efficient_block_size(problem, policies, seed, workers))
@@ -204,22 +227,22 @@ def _block_size(
 
 
 def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
-    """The games whose memories may be held at a time, by what one game's take."""
+    """Return the largest number of episodes whose memories fit, measured by those of one game."""
     state = problem.sample_initial_states(
         generate_uniforms(
             seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=problem.uniform_counts.start
         )
     )
-    held = sum(
-        part.nbytes
-        for seat, one in enumerate(policies)
-        for part in call_memory_method(
-            "turn 1", one.initial_memory, 1, problem.initial_observation(state, seat)
+    memory_bytes = sum(
+        array.nbytes
+        for seat, policy in enumerate(policies)
+        for array in call_memory_method(
+            "turn 1", policy.initial_memory, 1, problem.initial_observation(state, seat)
         )
     )
     return int(
         np.clip(
-            DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(held, 1)),
+            DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(memory_bytes, 1)),
             MIN_BLOCK_EPISODES,
             MAX_BLOCK_EPISODES,
         )
@@ -229,40 +252,50 @@ def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: 
 def _efficient_block_size(
     problem: Problem, policies: Sequence[Policy], seed: int, workers: int
 ) -> int:
-    """The games of a block of which all but a twentieth of the time is the games' own.
+    """Return the episodes per block for which at most a twentieth of the time is overhead.
 
-    And which takes so long that blocks can be handed to all workers meanwhile. Measured by the
-    first turns of one game and of some: of few where one takes long.
+    A block also takes long enough to dispatch blocks to all workers in the meantime. Both are
+    measured by the first turns of one game and of several; of few if one game is slow.
     """
 
     def measure_seconds(episode_count: int) -> float:
-        since = time.perf_counter()
+        """Return the seconds that the first turns of this many episodes take."""
+        start_time = time.perf_counter()
         _run_block(problem, policies, RolloutSpec(range(episode_count), PROBE_TURNS, seed, keep=()))
-        return time.perf_counter() - since
+        return time.perf_counter() - start_time
 
-    measure_seconds(1)  # what is made once
-    quick = measure_seconds(1) < MAX_QUICK_PROBE_SECONDS
-    few, some, tries = (
-        (2, PROBE_EPISODES, 3) if quick else (1, MIN_BLOCK_EPISODES, 1)
-    )  # one may go a way of its own
-    less, more = (min(measure_seconds(many) for _ in range(tries)) for many in (few, some))
+    measure_seconds(1)  # The first call computes what is cached later.
+    is_quick = measure_seconds(1) < MAX_QUICK_PROBE_SECONDS
+    small_count, large_count, repeats = (
+        (2, PROBE_EPISODES, 3) if is_quick else (1, MIN_BLOCK_EPISODES, 1)
+    )  # a single game may be unusual
+    small_seconds, large_seconds = (
+        min(measure_seconds(count) for _ in range(repeats)) for count in (small_count, large_count)
+    )
     while (
-        quick and more < 2 * less and some < MAX_BLOCK_EPISODES
-    ):  # too few to tell what one more costs
-        some *= 4
-        more = min(measure_seconds(some) for _ in range(tries))
-    each = max((more - less) / (some - few), 0.05 * more / some)  # a busy machine may say nothing
-    wanted = max(19.0 * (less - few * each), DISPATCH_SECONDS * workers) / each
-    return int(np.clip(wanted, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
+        is_quick and large_seconds < 2 * small_seconds and large_count < MAX_BLOCK_EPISODES
+    ):  # too few games to measure the cost of one more
+        large_count *= 4
+        large_seconds = min(measure_seconds(large_count) for _ in range(repeats))
+    # On a busy machine the difference may be too small.
+    seconds_per_game = max(
+        (large_seconds - small_seconds) / (large_count - small_count),
+        0.05 * large_seconds / large_count,
+    )
+    block_size = (
+        max(19.0 * (small_seconds - small_count * seconds_per_game), DISPATCH_SECONDS * workers)
+        / seconds_per_game
+    )
+    return int(np.clip(block_size, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
 
 
 def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
-    """Room for so many games, in the arrays that are kept."""
-    many = [episodes if name in keep else 0 for name in Rollout._fields]
+    """Return uninitialized arrays for the episodes, without rows in those that are not kept."""
+    row_counts = [episodes if name in keep else 0 for name in Rollout._fields]
     return Rollout(
         *(
-            np.empty((rows, *part.shape[1:]), part.dtype)
-            for rows, part in zip(many, template, strict=True)
+            np.empty((row_count, *array.shape[1:]), array.dtype)
+            for row_count, array in zip(row_counts, template, strict=True)
         )
     )
 
@@ -270,32 +303,32 @@ def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> 
 def _partial_results(
     results: tuple[Rollout, ...] | None, keep: Sequence[str], first_episode: int, finished: Bools
 ) -> PartialResults:
-    """The games that were played."""
-    found = (
-        one._replace(**{name: getattr(one, name)[finished] for name in keep})
-        for one in results or ()
+    """Return the results and the numbers of the episodes that were finished."""
+    rollouts_so_far = (
+        result._replace(**{name: getattr(result, name)[finished] for name in keep})
+        for result in results or ()
     )
-    return PartialResults(tuple(found), first_episode + np.flatnonzero(finished))
+    return PartialResults(tuple(rollouts_so_far), first_episode + np.flatnonzero(finished))
 
 
 def _run_block_for_entrants(
     problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec, episodes: range
 ) -> tuple[Rollout, ...]:
-    """Has each of the entrants play these of the games."""
+    """Return the rollout of each entrant for one block of episodes."""
     np.empty(
         PREALLOCATED_BYTES, np.uint8
-    )  # until as much is freed at once, glibc returns arrays page by page
+    )  # Until this much is freed at once, glibc gives the memory of arrays back page by page.
     spec = spec._replace(episodes=episodes)
-    found = []
-    for place, policies in enumerate(entrants):
-        with scale_progress_part(place, len(entrants)), _set_error_entrant(place):
-            found.append(_run_block(problem, policies, spec))
-    return tuple(found)
+    results = []
+    for index, policies in enumerate(entrants):
+        with scale_progress_part(index, len(entrants)), _set_error_entrant(index):
+            results.append(_run_block(problem, policies, spec))
+    return tuple(results)
 
 
 @contextmanager
 def _set_error_entrant(entrant_index: int) -> Iterator[None]:
-    """Has errors tell in whose games they came up."""
+    """Run the block and record the index of the entrant in errors that it raises."""
     try:
         yield
     except DmplayError as error:
@@ -303,68 +336,88 @@ def _set_error_entrant(entrant_index: int) -> Iterator[None]:
         raise
 
 
-def _run_block(problem: Problem, policies: Sequence[Policy], spec: RolloutSpec) -> Rollout:
-    """Plays these games side by side.
+def _run_block(  # noqa: PLR0915 - the steps of one loop
+    problem: Problem, policies: Sequence[Policy], spec: RolloutSpec
+) -> Rollout:
+    """Play a block of games in parallel rows and return their rollout.
 
-    All rows draw every turn, finished or not, so that two policies meet the same luck.
+    All rows consume uniforms every turn, finished or not, so that two policies meet the same random
+    events.
     """
-    which, seed, luck, many = spec.episodes, spec.seed, spec.control_variate, len(spec.episodes)
-    usual = problem.horizon or (DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize)
-    limit = usual if spec.turn_limit is None else spec.turn_limit
+    episodes, seed, control_variate, episode_count = (
+        spec.episodes,
+        spec.seed,
+        spec.control_variate,
+        len(spec.episodes),
+    )
+    default_limit = problem.horizon or (
+        DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize
+    )
+    limit = default_limit if spec.turn_limit is None else spec.turn_limit
     budget = Budget("a rollout", "try fewer games at a time", math.inf)
     budget.check_memory(
-        24.0 * many * max(*problem.uniform_counts, *(policy.uniform_count for policy in policies))
+        24.0
+        * episode_count
+        * max(*problem.uniform_counts, *(policy.uniform_count for policy in policies))
     )
 
-    row = np.arange(many)  # the games that go on
+    running = np.arange(episode_count)  # the games that are still running
 
     def generate_block_uniforms(stream: int, turn: int, count: int) -> Reals:
-        only = row if len(row) < many else None
+        """Return the uniforms of the running games."""
+        selected_rows = running if len(running) < episode_count else None
         return generate_uniforms(
             seed,
             stream,
             turn,
-            first_episode=which.start,
-            rows=many,
+            first_episode=episodes.start,
+            rows=episode_count,
             count=count,
-            selected_rows=only,
+            selected_rows=selected_rows,
         )
 
     state = problem.sample_initial_states(
         generate_block_uniforms(NATURE_STREAM, 0, problem.uniform_counts.start)
     )
     discounted = problem.discount != 1.0
-    sums = [np.zeros((many, len(policies))) for _ in range(1 + discounted + bool(luck))]
-    ended = list[tuple[int, Memory]]()  # after so many turns: games, and what came of them
-    weight, played = 1.0, 0
+    sums = [
+        np.zeros((episode_count, len(policies)))
+        for _ in range(1 + discounted + bool(control_variate))
+    ]
+    # turns played -> arrays of the games that ended then
+    finished_groups = list[tuple[int, Memory]]()
+    weight, turns_played = 1.0, 0
     memories = [
         call_memory_method(
-            "turn 1", one.initial_memory, many, problem.initial_observation(state, seat)
+            "turn 1", player.initial_memory, episode_count, problem.initial_observation(state, seat)
         )
-        for seat, one in enumerate(policies)
+        for seat, player in enumerate(policies)
     ]
     for turn in range(1, limit + 1):
-        over = problem.terminal(state)
-        (off,) = over.nonzero()
-        if len(off):  # these games are kept, and the others go on
-            live, (on,) = (row, state, *sums), (~over).nonzero()
-            ended.append((played, _take_rows(live, off)))
-            row, state, *sums = _take_rows(live, on)
-            memories = [_take_rows(memory, on) for memory in memories]
-        if not len(row):
+        terminal = problem.terminal(state)
+        (finished_rows,) = terminal.nonzero()
+        if len(finished_rows):  # Finished games are stored, and the others continue.
+            arrays, (running_rows,) = (running, state, *sums), (~terminal).nonzero()
+            finished_groups.append((turns_played, _take_rows(arrays, finished_rows)))
+            running, state, *sums = _take_rows(arrays, running_rows)
+            memories = [_take_rows(memory, running_rows) for memory in memories]
+        if not len(running):
             break
-        far = (turn - 1) / (limit if limit < sys.maxsize else DEFAULT_TURN_LIMIT + turn)
-        share = 1.0 - (1.0 - far) * len(row) / many  # what is over is played
+        progress = (turn - 1) / (limit if limit < sys.maxsize else DEFAULT_TURN_LIMIT + turn)
+        # finished games count as fully played
+        share = 1.0 - (1.0 - progress) * len(running) / episode_count
         budget.spend_work(0, share)
-        drawn = [
+        choice_uniforms = [
             generate_block_uniforms(1 + seat, turn, policy.uniform_count)
             for seat, policy in enumerate(policies)
         ]
-        where = [f"turn {turn}, {agent}" for agent in problem.agents]
-        each = zip(where, policies, memories, strict=True)
-        choosers = [partial(_choose_for_seat, *one) for one in each]
+        error_prefixes = [f"turn {turn}, {agent}" for agent in problem.agents]
+        players = zip(error_prefixes, policies, memories, strict=True)
+        choosers = [partial(_choose_for_seat, *player) for player in players]
         with scale_progress(share, share):
-            actions = _choose_joint_actions(problem, choosers, state, drawn, where)
+            actions = _choose_joint_actions(
+                problem, choosers, state, choice_uniforms, error_prefixes
+            )
         outcome = problem.step(
             state,
             actions,
@@ -372,47 +425,53 @@ def _run_block(problem: Problem, policies: Sequence[Policy], spec: RolloutSpec) 
         )
         memories = [
             call_memory_method(
-                at, one.update_memory, len(row), memory,
-                problem.build_percept(seat, actions, outcome, required_fields(one)),
+                prefix,
+                player.update_memory,
+                len(running),
+                memory,
+                problem.build_percept(seat, actions, outcome, required_fields(player)),
             )
-            for seat, (at, one, memory) in enumerate(zip(where, policies, memories, strict=True))
-        ]  # fmt: skip
+            for seat, (prefix, player, memory) in enumerate(
+                zip(error_prefixes, policies, memories, strict=True)
+            )
+        ]
         sums[0] += outcome.rewards
         if discounted:
             sums[1] += weight * outcome.rewards
-        if luck:
-            sums[-1] += weight * luck(state, actions, outcome)
-        state, played = outcome.state, turn
+        if control_variate:
+            sums[-1] += weight * control_variate(state, actions, outcome)
+        state, turns_played = outcome.state, turn
         weight *= problem.discount
-    ended.append((played, (row, state, *sums)))
-    over = np.ones(many, bool)
-    over[row] = problem.terminal(state)
-    length, state, totals, *others = _merge_in_episode_order(ended)
-    lucky = others.pop() if luck else np.zeros_like(totals)
-    returns = others.pop() if discounted else totals.copy()
-    found = Rollout(returns, totals, length, over, state, lucky)
-    unkept = {*Rollout._fields} - {*spec.keep}
-    return found._replace(**{name: getattr(found, name)[:0] for name in unkept})
+    finished_groups.append((turns_played, (running, state, *sums)))
+    terminal = np.ones(episode_count, bool)
+    terminal[running] = problem.terminal(state)
+    turn_counts, state, totals, *other_sums = _merge_in_episode_order(finished_groups)
+    control_variates = other_sums.pop() if control_variate else np.zeros_like(totals)
+    returns = other_sums.pop() if discounted else totals.copy()
+    result = Rollout(returns, totals, turn_counts, terminal, state, control_variates)
+    omitted = {*Rollout._fields} - {*spec.keep}
+    return result._replace(**{name: getattr(result, name)[:0] for name in omitted})
 
 
 def _merge_in_episode_order(ended: Sequence[tuple[int, Memory]]) -> Memory:
-    """How many turns each game lasted, and what came of it, in the order of the games."""
-    lasted, parts = zip(*ended, strict=True)
-    row, *rest = map(np.concatenate, zip(*parts, strict=True))
-    length = np.repeat(lasted, [len(part[0]) for part in parts])
-    place = np.empty_like(row)
-    place[row] = np.arange(len(row))
-    return _take_rows((length, *rest), place)
+    """Return the turn counts and the arrays of all finished games, in episode order."""
+    turns_played, parts = zip(*ended, strict=True)
+    indices, *arrays = map(np.concatenate, zip(*parts, strict=True))
+    turn_counts = np.repeat(turns_played, [len(group[0]) for group in parts])
+    order = np.empty_like(indices)
+    order[indices] = np.arange(len(indices))
+    return _take_rows((turn_counts, *arrays), order)
 
 
 def _take_rows(arrays: Memory, indices: Ints) -> Memory:
-    return tuple([part.take(indices, axis=0) for part in arrays])
+    """Return the rows at these indices of each array."""
+    return tuple([array.take(indices, axis=0) for array in arrays])
 
 
 def _choose_for_seat(
     error_prefix: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals
 ) -> Array:
-    """What a policy chooses, an action for each game."""
+    """Return the actions that a policy chooses, one for each game; raise BadPolicy if invalid."""
     return validate_choices(
         policy, call_policy(error_prefix, policy.choose, memory, legal, u), len(u), error_prefix
     )
@@ -421,21 +480,23 @@ def _choose_for_seat(
 def _validate_actions(
     action_set: Labels | Interval, choices: Array, legal: Bools | None, error_prefix: str
 ) -> Array:
-    """Actions `[B]` as they will act; raises IllegalAction where a session would."""
+    """Return valid actions `[B]`, labels as integers; raise IllegalAction where a session would."""
     if action_set.labels and choices.dtype.kind == "f":
-        for one in np.unique(choices):
-            action_set.validate_action(one.item(), error_prefix)
-    done = choices.astype(np.int64, copy=False) if action_set.labels else choices
-    # Read without a sign, what is below 0 is beyond the last label.
-    if not action_set.labels or np.maximum.reduce(done.view(np.uint64)) >= len(action_set.labels):
-        for one in (done.min(), done.max()):
-            action_set.validate_action(one.item(), error_prefix)
+        for action in np.unique(choices):
+            action_set.validate_action(action.item(), error_prefix)
+    actions = choices.astype(np.int64, copy=False) if action_set.labels else choices
+    # As an unsigned number, a negative action is larger than the last index.
+    if not action_set.labels or np.maximum.reduce(actions.view(np.uint64)) >= len(
+        action_set.labels
+    ):
+        for action in (actions.min(), actions.max()):
+            action_set.validate_action(action.item(), error_prefix)
     if action_set.labels and legal is not None:
-        able = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + done)
-        if not able.all():
-            row = able.argmin()
-            action_set.validate_action(done[row].item(), error_prefix, legal[row])
-    return done
+        is_legal = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + actions)
+        if not is_legal.all():
+            row = is_legal.argmin()
+            action_set.validate_action(actions[row].item(), error_prefix, legal[row])
+    return actions
 
 
 def _choose_joint_actions(
@@ -445,26 +506,26 @@ def _choose_joint_actions(
     uniforms: Sequence[Reals],
     error_prefixes: Sequence[str],
 ) -> Array:
-    """The joint actions `[B, n]` that the policies choose, reals to so many decimals."""
+    """Return the joint actions `[B, n]` that the policies choose, real numbers rounded."""
     legal = problem.legal_actions_mask(state)
-    chosen = [
+    choices = [
         choose(None if legal is None else readonly_copy(legal[:, seat]), u)
         for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
     ]
-    if legal is not None:  # whoever only waits is not asked
-        waiting = problem.inactive_agents(state)
-        for seat, waits in enumerate(waiting.T):
-            if waits.any():
-                chosen[seat] = np.where(waits, problem.wait_action(seat), chosen[seat])
-    able = [
+    if legal is not None:  # Inactive agents wait, whatever their policy chose.
+        inactive = problem.inactive_agents(state)
+        for seat, is_inactive in enumerate(inactive.T):
+            if is_inactive.any():
+                choices[seat] = np.where(is_inactive, problem.wait_action(seat), choices[seat])
+    valid_actions = [
         _validate_actions(
             problem.actions[seat],
-            one,
+            seat_actions,
             None if legal is None else legal[:, seat],
             error_prefixes[seat],
         )
-        for seat, one in enumerate(chosen)
+        for seat, seat_actions in enumerate(choices)
     ]
-    actions = stack_columns(able, int if all(problem.action_counts) else float)
-    # As in a session, so that the text of an action is the action.
+    actions = stack_columns(valid_actions, int if all(problem.action_counts) else float)
+    # Rounded as in a session, so that the text of an action is exactly the action.
     return np.round(actions, ACTION_DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

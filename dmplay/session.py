@@ -1,4 +1,4 @@
-"""One game as a state machine, without input or output: what was done, drawn, seen and paid."""
+"""One game as a state machine without I/O: actions, uniforms, states and rewards."""
 
 import math
 from collections import Counter
@@ -35,19 +35,19 @@ from dmplay.knowledge import BeliefHistory, ChunkedList, HistorySnapshot, SeatHi
 from dmplay.rules import StateInfo, make_dynamics
 from dmplay.tabular import Tabular
 
-DEFAULT_TURN_LIMIT = 10_000  # where nothing else ends a game
-MAX_FAST_BELIEF_STATES = 4096  # states that a view shows a belief over, where it is quick to have
-MAX_TABULAR_BELIEF_STATES = 2**16  # of them where what can happen is listed
-MAX_LISTED_STATES = 64  # states; a longer belief, written as a list, is no use to a reader
+DEFAULT_TURN_LIMIT = 10_000  # turn limit if nothing else ends a game
+MAX_FAST_BELIEF_STATES = 4096  # maximum states of a displayed belief if its update is fast
+MAX_TABULAR_BELIEF_STATES = 2**16  # maximum states of a displayed belief if the problem is Tabular
+MAX_LISTED_STATES = 64  # maximum states of any other belief; a longer list is of no use to a reader
 
 P_co = TypeVar("P_co", bound=Problem, covariant=True)
 
 
 class EpisodeUniforms(Protocol):
-    """Where the draws of a game come from: `dice.Dice`, or a script in a test."""
+    """The source of a game's uniforms: `SeededUniforms`, or a script in a test."""
 
     def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
-        """Uniforms `[1, count]`."""
+        """Return the uniforms `[1, count]` of a stream in one turn."""
 
 
 class Turn(NamedTuple):
@@ -62,46 +62,48 @@ class Turn(NamedTuple):
 
 @dataclass(frozen=True)
 class View(Generic[P_co]):
-    """All that a seat may know, and nothing else."""
+    """The information that one seat may have about the game, and nothing else."""
 
     problem: P_co
     seat: int
-    observations: Sequence[Array]  # one more than turns; the first is -1 where states are hidden
-    actions: Sequence[float]  # its own
-    joint_actions: Sequence[Array] | None  # everybody's `[n]`, where every agent sees the state
-    rewards: Sequence[float] | None  # its own, where observable or once the game is over
+    observations: Sequence[Array]  # one more than turns; the first is -1 if the state is hidden
+    actions: Sequence[float]  # the seat's own
+    joint_actions: Sequence[Array] | None  # of all agents `[n]`, if the state is fully observable
+    rewards: Sequence[float] | None  # the seat's own, if observable or once the game is over
     legal_actions_mask: Bools | None  # [A]; None for all
-    beliefs: Sequence[Reals] | None  # [S] each, where states are hidden and few enough
+    # [S] each, if the state is hidden and there are few enough states
+    beliefs: Sequence[Reals] | None
     end_reason: str | None
     turn_limit: int | None
     state_action_labels: Labels | None = (
-        None  # what its actions are called now, where that depends on the state
+        None  # the current action labels, if they depend on the state
     )
-    past_action_labels: Sequence[str] = ()  # and what its own were called, then
+    # the labels of the seat's past actions, if they depend on the state
+    past_action_labels: Sequence[str] = ()
     player_label: str = (
-        "you"  # who has it, as told to who looks on: by name where agents alone play
+        "you"  # the player's name for onlookers: "you", or the agent's name if no person plays
     )
 
     @property
     def turns_played(self) -> int:
-        """How many turns were played."""
+        """The number of turns played."""
         return len(self.actions)
 
     @property
     def observation(self) -> Array:
-        """The latest observation, or the state where every agent sees it."""
+        """The latest observation, or the state if every agent sees it."""
         return self.observations[-1]
 
     @property
     def last_action_label(self) -> str:
-        """The name of its latest action; nothing before the first."""
+        """The label of the seat's latest action; "" before the first."""
         if self.past_action_labels:
             return self.past_action_labels[-1]
         return self.problem.format_action(self.seat, self.actions[-1]) if self.actions else ""
 
     @property
     def action_labels(self) -> Labels:
-        """What its actions are called now; none of reals."""
+        """The current labels of the seat's actions; empty if actions are real numbers."""
         return (
             self.problem.actions[self.seat].labels
             if self.state_action_labels is None
@@ -110,32 +112,32 @@ class View(Generic[P_co]):
 
     @property
     def belief(self) -> Reals:
-        """The latest of its beliefs, for those who know that it has them."""
+        """The latest belief; the caller must know that the seat has beliefs."""
         assert self.beliefs is not None
         return self.beliefs[-1]
 
 
 def belief_size(problem: Problem) -> float:
-    """How many hidden states a belief is over; infinity where there is no belief."""
+    """Return the number of hidden states that a belief covers; infinity if there is no belief."""
     if not problem.partially_observable or isinstance(problem.state_count, ContinuousStates):
         return math.inf
-    labelled = all(isinstance(known, Labels) for known in problem.observations)
+    labelled = all(isinstance(space, Labels) for space in problem.observations)
     return problem.state_count if labelled else math.inf
 
 
 class _CurrentFacts(NamedTuple):
-    """What was asked after the last turn: front ends ask often."""
+    """The facts about the current state, cached because front ends read them often."""
 
-    last_turn: Turn | Array  # or the first state
+    last_turn: Turn | Array  # or the initial state
     state_info: StateInfo
-    natural_end_reason: str | None  # that the game has come to by itself
+    natural_end_reason: str | None  # the natural end of the game, if reached
 
 
 class Session(NotebookDisplay):
     """One game; a seat without a policy is played from outside, through `advance`.
 
-    It has `limit` turns at most, by default the problem's horizon. Raises BadPolicy where there is
-    not a policy, or None, for each seat.
+    It has at most `turn_limit` turns, by default the problem's horizon. Raise BadPolicy unless
+    there is a policy, or None, for each seat.
     """
 
     def __init__(
@@ -151,9 +153,9 @@ class Session(NotebookDisplay):
         self.problem = problem
         self.uniform_source = uniform_source
         self.turn_limit = problem.horizon if turn_limit is None else turn_limit
-        count = problem.uniform_counts.start
+        start_count = problem.uniform_counts.start
         self.initial_uniforms = readonly_copy(
-            uniform_source.generate_uniforms(NATURE_STREAM, 0, 0, count)[0]
+            uniform_source.generate_uniforms(NATURE_STREAM, 0, 0, start_count)[0]
             if initial_uniforms is None
             else initial_uniforms
         )
@@ -161,48 +163,61 @@ class Session(NotebookDisplay):
             problem.sample_initial_states(self.initial_uniforms[None])[0]
         )
         self.turns: list[Turn] = []
-        self.reroll_counts: dict[int, int] = {}  # turn -> how often its dice were thrown anew
-        self.hint_counts: Counter[str] = (
-            Counter()
-        )  # agent -> how often whoever plays it was given advice
+        self.reroll_counts: dict[int, int] = {}  # turn -> number of rerolls
+        self.hint_counts: Counter[str] = Counter()  # agent -> number of hints given to its player
         self._forced_end_reason: str | None = None
         self._dynamics = make_dynamics(problem, self.initial_state)
         self._cached_facts: _CurrentFacts | None = None
-        self._running_sums: list[tuple[float, ...]] = []  # the next weight, returns [n], totals [n]
-        self._histories: dict[int, SeatHistory] = {}  # by seat, for its views
+        # after each turn: next discount weight, returns [n], total rewards [n]
+        self._running_sums: list[tuple[float, ...]] = []
+        self._histories: dict[int, SeatHistory] = {}  # seat -> history, for its views
         self.seated_policies = [
             None if policy is None else SeatedPolicy(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
         ]
         if len(self.seated_policies) != len(problem.agents):
-            told = f"{len(self.seated_policies)} policies"
-            raise BadPolicy(f"got {told}, expected one, or None, for each of {problem.agents}")
+            policy_text = f"{len(self.seated_policies)} policies"
+            raise BadPolicy(
+                f"got {policy_text}, expected one, or None, for each of {problem.agents}"
+            )
 
     def copy_at_start(self, policies: Sequence[Policy | None] = ()) -> "Session":
-        """The same game before its first turn, its seats played by these policies, if any."""
-        source, limit, opening = self.uniform_source, self.turn_limit, self.initial_uniforms
-        return Session(self.problem, source, policies, turn_limit=limit, initial_uniforms=opening)
+        """Return the same game before its first turn, with these policies in its seats, if any."""
+        uniform_source, turn_limit, initial_uniforms = (
+            self.uniform_source,
+            self.turn_limit,
+            self.initial_uniforms,
+        )
+        return Session(
+            self.problem,
+            uniform_source,
+            policies,
+            turn_limit=turn_limit,
+            initial_uniforms=initial_uniforms,
+        )
 
     @property
     def state(self) -> Array:
-        """The present state, without the batch axis."""
+        """The current state, without the batch axis."""
         return self.turns[-1].state if self.turns else self.initial_state
 
     @property
     def end_reason(self) -> str | None:
-        """Why the game is over: terminal, horizon, turn limit, or what `end` was told; or None."""
+        """The reason the game is over: terminal, horizon, turn limit, or that of `end`; else
+        None.
+        """
         return self._forced_end_reason or self._current_facts().natural_end_reason
 
     def _current_facts(self) -> _CurrentFacts:
-        """What is known now, asked once a turn."""
-        last = self.turns[-1] if self.turns else self.initial_state
-        if self._cached_facts is None or self._cached_facts.last_turn is not last:
-            place = self._dynamics.state_info(self.state)
-            self._cached_facts = _CurrentFacts(last, place, self._natural_end_reason(place))
+        """Return the facts about the current state, computed once a turn."""
+        last_turn = self.turns[-1] if self.turns else self.initial_state
+        if self._cached_facts is None or self._cached_facts.last_turn is not last_turn:
+            info = self._dynamics.state_info(self.state)
+            self._cached_facts = _CurrentFacts(last_turn, info, self._natural_end_reason(info))
         return self._cached_facts
 
     def _natural_end_reason(self, state_info: StateInfo) -> str | None:
-        """The end that the game has come to by itself."""
+        """Return the reason for the natural end of the game, or None if it is not reached."""
         if state_info.terminal:
             return "terminal"
         if self.turn_limit is not None and len(self.turns) >= self.turn_limit:
@@ -211,254 +226,287 @@ class Session(NotebookDisplay):
 
     @property
     def over(self) -> bool:
-        """Whether no more turns can be played."""
+        """True if no more turns can be played."""
         return self.end_reason is not None
 
     def end(self, reason: str) -> None:
-        """Ends the game here, unless it is over already."""
+        """End the game with this reason, unless it is over already."""
         if not self.over:
             self._forced_end_reason = reason
 
     def legal_actions_mask(self, seat: int) -> Bools | None:
-        """The actions `[A]` open to a seat; None for all."""
+        """Return the mask `[A]` of the legal actions of a seat; None if all are legal."""
         legal = self._current_facts().state_info.legal_actions_mask
         return None if legal is None else readonly_copy(legal[seat])
 
     def action_labels(self, seat: int) -> Labels:
-        """What the actions of a seat are called now; none of reals."""
-        called = self.problem.action_labels(self.state)
-        return called[seat] if called else self.problem.actions[seat].labels
+        """Return the current action labels of a seat; empty if actions are real numbers."""
+        state_labels = self.problem.action_labels(self.state)
+        return state_labels[seat] if state_labels else self.problem.actions[seat].labels
 
     def format_action(self, seat: int, action: float) -> str:
-        """What an action is called now, or its number."""
+        """Return the current label of an action, or its number as text."""
         labels = self.action_labels(seat)
         return labels[int(action)] if labels else self.problem.format_action(seat, action)
 
     def is_inactive(self, seat: int) -> bool:
-        """Whether a seat is not asked now, as it is another's turn."""
+        """Return whether a seat is inactive, because it is another's turn."""
         return bool(self._current_facts().state_info.inactive_agents[seat])
 
     def active_seats(self, seats: Sequence[int]) -> list[int]:
-        """Those of some seats whose turn it is."""
+        """Return those of the given seats that are active this turn."""
         return [seat for seat in seats if not self.is_inactive(seat)]
 
     def is_waiting_for_others(self, seats: Sequence[int]) -> bool:
-        """Whether some seats play, and it is the turn of others alone."""
-        going = bool(seats) and not self.over and not self.active_seats(seats)
-        return going and bool(self.active_seats(range(len(self.problem.agents))))
+        """Return whether none of the given seats is active, but another seat is."""
+        all_inactive = bool(seats) and not self.over and not self.active_seats(seats)
+        return all_inactive and bool(self.active_seats(range(len(self.problem.agents))))
 
     def choose_policy_actions(self) -> list[float | None]:
-        """What each policy does now; None for a seat played from outside, or not asked."""
+        """Return each policy's action; None for a seat played from outside, or inactive."""
         return [
-            None if follower is None or self.is_inactive(seat) else follower.choose()
-            for seat, follower in enumerate(self.seated_policies)
+            None if seated_policy is None or self.is_inactive(seat) else seated_policy.choose()
+            for seat, seated_policy in enumerate(self.seated_policies)
         ]
 
     def can_reproduce_turns(self, turns: Turn) -> bool:
-        """Whether each policy acts in the next turns `[T, ...]` as was done, and tells so at once:
-        all of them are asked together, and none is a waiting seat's.
+        """Return whether the policies choose the recorded actions of the next turns `[T, ...]`.
+
+        All policies are checked in one batch. The result is False if a seat is inactive in one of
+        the turns, or if a policy raises an error.
         """
-        asked = [follower for follower in self.seated_policies if follower]
-        if not asked:
+        seated_policies = [seated_policy for seated_policy in self.seated_policies if seated_policy]
+        if not seated_policies:
             return True
         s = np.concatenate([self.state[None], turns.state[:-1]])
-        with suppress(Exception):  # of what is written for one row alone
-            waiting = self.problem.inactive_agents(s).any()
-            return not waiting and all(follower.can_reproduce_turns(s, turns) for follower in asked)
+        with suppress(Exception):  # Policies that accept only one row raise errors.
+            any_inactive = self.problem.inactive_agents(s).any()
+            return not any_inactive and all(
+                seated_policy.can_reproduce_turns(s, turns) for seated_policy in seated_policies
+            )
         return False
 
     def fill_in_actions(self, actions: Sequence[float | None] = ()) -> list[float | None]:
-        """The given actions, and those that the policies choose now for the rest.
+        """Return the given actions, with missing ones chosen by the policies.
 
-        Who only waits is not asked.
+        Inactive seats get their wait action, and their policies are not called.
         """
         agents = self.problem.agents
-        given = list(actions) or [None] * len(agents)
-        if len(given) != len(agents):
-            raise IllegalAction(f"got {len(given)} actions, expected one for each of {agents}")
-        if None not in given:
-            return given
-        every = enumerate(zip(given, self.seated_policies, strict=True))
+        filled = list(actions) or [None] * len(agents)
+        if len(filled) != len(agents):
+            raise IllegalAction(f"got {len(filled)} actions, expected one for each of {agents}")
+        if None not in filled:
+            return filled
+        seats = enumerate(zip(filled, self.seated_policies, strict=True))
         return [
-            action if action is not None else self._choose_for_seat(seat, follower)
-            for seat, (action, follower) in every
+            action if action is not None else self._choose_for_seat(seat, seated_policy)
+            for seat, (action, seated_policy) in seats
         ]
 
     def _choose_for_seat(self, seat: int, seated_policy: "SeatedPolicy | None") -> float | None:
+        """Return a seat's wait action, or its policy's choice, or None if it has no policy."""
         if self.is_inactive(seat):
             return self.problem.wait_action(seat)
         return seated_policy.choose() if seated_policy else None
 
     def advance(self, actions: Sequence[float | None] = (), uniforms: Reals | None = None) -> Turn:
-        """Plays one turn: the given actions, and those of the policies for the rest.
+        """Play one turn with the given actions, and those of the policies for the other seats.
 
-        Raises IllegalAction, and changes nothing, where the state does not allow an action.
+        Raise IllegalAction, and change nothing, if the state does not allow an action; EpisodeOver
+        if the game is over.
         """
         if self.over:
-            why = describe_end_reason(self.end_reason)
-            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({why})")
-        decided = enumerate(self.fill_in_actions(actions))
-        joint = np.array([self.validate_action(seat, action) for seat, action in decided])
-        number = len(self.turns) + 1
+            reason_text = describe_end_reason(self.end_reason)
+            raise EpisodeOver(f"turn {len(self.turns) + 1}: the game is over ({reason_text})")
+        filled_actions = enumerate(self.fill_in_actions(actions))
+        joint = np.array([self.validate_action(seat, action) for seat, action in filled_actions])
+        turn_number = len(self.turns) + 1
         if uniforms is None:
-            reroll = self.reroll_counts.get(number, 0)
+            reroll = self.reroll_counts.get(turn_number, 0)
             uniforms = self.uniform_source.generate_uniforms(
-                NATURE_STREAM, number, reroll, self.problem.uniform_counts.step
+                NATURE_STREAM, turn_number, reroll, self.problem.uniform_counts.step
             )[0]
-        did, state, seen, rewards = self._dynamics.resolve_turn(self.state, joint, uniforms)
-        turn = Turn(did, readonly_copy(uniforms), state, seen, rewards)
+        played_actions, state, observations, rewards = self._dynamics.resolve_turn(
+            self.state, joint, uniforms
+        )
+        turn = Turn(played_actions, readonly_copy(uniforms), state, observations, rewards)
         self.turns.append(turn)
         return turn
 
     def next_turn_numbers(self, count: int) -> range:
-        """The numbers of the next so many turns."""
+        """Return the numbers of the next `count` turns."""
         return range(len(self.turns) + 1, len(self.turns) + 1 + count)
 
     def append_turns(self, turns: Iterable[Turn]) -> None:
-        """Plays turns as they were worked out before, from this state on."""
+        """Append turns that were computed before, from the current state on."""
         self.turns.extend(turns)
 
     def validate_action(self, seat: int, action: float | None) -> float:
-        """The action as it will act; raises IllegalAction where the state does not allow it."""
+        """Return the action as it is played; raise IllegalAction if the state does not allow it."""
         problem = self.problem
-        where = f"turn {len(self.turns) + 1}, {problem.agents[seat]}"
+        error_prefix = f"turn {len(self.turns) + 1}, {problem.agents[seat]}"
         if action is None:
-            raise IllegalAction(f"{where}: no action given")
-        known = self.action_labels(seat) or problem.actions[seat]
-        return known.validate_action(action, where, self.legal_actions_mask(seat))
+            raise IllegalAction(f"{error_prefix}: no action given")
+        action_set = self.action_labels(seat) or problem.actions[seat]
+        return action_set.validate_action(action, error_prefix, self.legal_actions_mask(seat))
 
     def turns_to_undo(self, seats: Sequence[int], choices: int) -> int:
-        """How many turns ago these seats, or of none everybody, made so many choices."""
-        befores = [self.initial_state, *(turn.state for turn in self.turns[:-1])][: len(self.turns)]
-        many = 0
-        for turns, state in enumerate(reversed(befores), 1):
-            many += not seats or not self.problem.inactive_agents(state[None])[0, seats].all()
-            if many == choices:
+        """Return the number of turns that contain the last `choices` choices of these seats.
+
+        Without seats, every turn counts as a choice. Raise IllegalAction if the seats chose less
+        often, in some turns only. If they chose in every turn, return `choices`, which `undo`
+        refuses if too large.
+        """
+        choice_states = [self.initial_state, *(turn.state for turn in self.turns[:-1])][
+            : len(self.turns)
+        ]
+        choice_count = 0
+        for turns, state in enumerate(reversed(choice_states), 1):
+            choice_count += (
+                not seats or not self.problem.inactive_agents(state[None])[0, seats].all()
+            )
+            if choice_count == choices:
                 return turns
-        if many < len(self.turns):
-            raise IllegalAction(f"undo {choices}: you chose in {format_count(many, 'turn')}")
+        if choice_count < len(self.turns):
+            raise IllegalAction(
+                f"undo {choices}: you chose in {format_count(choice_count, 'turn')}"
+            )
         return choices
 
     def undo(self, turns: int = 1) -> list[Turn]:
-        """Takes back the last turns and returns them; the same action gives the same outcome."""
+        """Undo the last turns and return them; the same actions give the same outcomes again."""
         if not 1 <= turns <= len(self.turns):
-            played = f"{len(self.turns)} turn{'s were' if len(self.turns) != 1 else ' was'} played"
-            raise IllegalAction(f"undo {turns}: {played}")
+            played_text = (
+                f"{len(self.turns)} turn{'s were' if len(self.turns) != 1 else ' was'} played"
+            )
+            raise IllegalAction(f"undo {turns}: {played_text}")
         self._forced_end_reason = None
-        taken = self.turns[-turns:]
+        undone = self.turns[-turns:]
         del self.turns[-turns:]
-        left = len(self.turns)  # a view stays what it was
-        del self._running_sums[left + 1 :]
+        remaining_count = len(self.turns)  # Views that exist already do not change.
+        del self._running_sums[remaining_count + 1 :]
         self._histories = {
-            seat: told.copy_until_turn(left) for seat, told in self._histories.items()
+            seat: history.copy_until_turn(remaining_count)
+            for seat, history in self._histories.items()
         }
-        for follower in self.seated_policies:
-            if follower:
-                follower.forget_undone_turns()
-        return taken
+        for seated_policy in self.seated_policies:
+            if seated_policy:
+                seated_policy.forget_undone_turns()
+        return undone
 
     def reroll(self, draws: Reals | None = None) -> Turn:
-        """Plays the last turn again, the same actions under other dice."""
+        """Play the last turn again, with the same actions and other uniforms."""
         actions = self.undo()[0].actions
-        number = len(self.turns) + 1
-        self.reroll_counts[number] = self.reroll_counts.get(number, 0) + 1
+        turn_number = len(self.turns) + 1
+        self.reroll_counts[turn_number] = self.reroll_counts.get(turn_number, 0) + 1
         return self.advance(list(actions), draws)
 
     def observation_after(self, seat: int, turn: int) -> Array:
-        """What a seat saw after a turn; before the first, the state or -1."""
+        """Return the observation of a seat after a turn; before the first, the initial
+        observation.
+        """
         if turn == 0:
-            first: Array = self.problem.initial_observation(self.initial_state[None], seat)[0]
-            return first
+            initial: Array = self.problem.initial_observation(self.initial_state[None], seat)[0]
+            return initial
         return self._seat_observation(seat, self.turns[turn - 1])
 
     def _seat_observation(self, seat: int, turn: Turn) -> Array:
-        seen: Array = (
+        """Return the observation of a seat in a turn, or the state if agents see it."""
+        observation: Array = (
             turn.observations[seat] if self.problem.partially_observable else turn.observations
         )
-        return seen
+        return observation
 
     def build_percept(self, seat: int, turn: int) -> Percept:
-        """What a turn (from 1) taught a seat, as a batch of one row."""
+        """Return the information that a turn (from 1) gave a seat, as a batch of one row."""
         actions, _, state, observations, rewards = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
         return self._dynamics.build_percept(seat, actions[None], outcome)
 
     @cached_property
     def has_visible_beliefs(self) -> bool:
-        """Whether seats have a belief to show: hidden states, finite and few enough."""
+        """True if views show beliefs: the states are hidden, finite and few enough."""
         if isinstance(self.problem, Tabular):
             return belief_size(self.problem) <= MAX_TABULAR_BELIEF_STATES
-        quick = type(self.problem).joint_belief_update is not Problem.joint_belief_update
-        return belief_size(self.problem) <= (MAX_FAST_BELIEF_STATES if quick else MAX_LISTED_STATES)
+        has_fast_update = type(self.problem).joint_belief_update is not Problem.joint_belief_update
+        return belief_size(self.problem) <= (
+            MAX_FAST_BELIEF_STATES if has_fast_update else MAX_LISTED_STATES
+        )
 
     def current_beliefs(self) -> Reals:
-        """What each seat believes now `[n, S]`."""
+        """Return the current belief of each seat `[n, S]`."""
         seats = range(len(self.seated_policies))
         return np.array(
             [BeliefHistory(self.problem, seat, self._update_history(seat))[-1] for seat in seats]
         )
 
     def _update_history(self, seat: int, *, rewards_visible: bool = False) -> SeatHistory:
-        """What a seat was told, up to the last turn; rewards only where they may be known."""
+        """Return the history of a seat up to the last turn; rewards only if they may be seen."""
         if seat not in self._histories:
             self._histories[seat] = SeatHistory(*(ChunkedList() for _ in SeatHistory._fields))
             self._histories[seat].observations.append(intern_array(self.observation_after(seat, 0)))
-        told = self._histories[seat]
+        history = self._histories[seat]
         hidden = self.problem.partially_observable
-        many = told.actions.length
-        new = self.turns[many:]
-        before = self.turns[many - 1].state if many else self.initial_state
-        for turn, state in zip(new, [before, *(turn.state for turn in new)], strict=False):
-            called = self.problem.action_labels(state)
-            if called:
-                told.action_labels.append(called[seat][int(turn.actions[seat])])
-        told.observations.extend([intern_array(self._seat_observation(seat, turn)) for turn in new])
-        told.actions.extend([float(turn.actions[seat]) for turn in new])
+        turn_count = history.actions.length
+        new_turns = self.turns[turn_count:]
+        previous_state = self.turns[turn_count - 1].state if turn_count else self.initial_state
+        for turn, state in zip(
+            new_turns, [previous_state, *(turn.state for turn in new_turns)], strict=False
+        ):
+            labels = self.problem.action_labels(state)
+            if labels:
+                history.action_labels.append(labels[seat][int(turn.actions[seat])])
+        history.observations.extend(
+            [intern_array(self._seat_observation(seat, turn)) for turn in new_turns]
+        )
+        history.actions.extend([float(turn.actions[seat]) for turn in new_turns])
         if not hidden:
-            told.joint_actions.extend([intern_array(turn.actions) for turn in new])
+            history.joint_actions.extend([intern_array(turn.actions) for turn in new_turns])
         if rewards_visible:
-            unpaid = self.turns[told.rewards.length :]
-            told.rewards.extend([float(turn.rewards[seat]) for turn in unpaid])
-        return told
+            unrecorded_turns = self.turns[history.rewards.length :]
+            history.rewards.extend([float(turn.rewards[seat]) for turn in unrecorded_turns])
+        return history
 
     def view(self, seat: int, *, rewards_visible: bool = False) -> View[Problem]:
-        """What this seat may know; its rewards, though they are not observed, where it is paid."""
-        ending = self.end_reason
-        rewards_visible = rewards_visible or self.problem.rewards_observable or ending is not None
-        problem, told = self.problem, self._update_history(seat, rewards_visible=rewards_visible)
+        """Return the view of a seat; `rewards_visible` adds rewards that it cannot observe."""
+        end_reason = self.end_reason
+        rewards_visible = (
+            rewards_visible or self.problem.rewards_observable or end_reason is not None
+        )
+        problem, history = self.problem, self._update_history(seat, rewards_visible=rewards_visible)
         return View(
             problem=problem,
             seat=seat,
-            observations=HistorySnapshot(told.observations),
-            actions=HistorySnapshot(told.actions),
+            observations=HistorySnapshot(history.observations),
+            actions=HistorySnapshot(history.actions),
             joint_actions=None
             if problem.partially_observable
-            else HistorySnapshot(told.joint_actions),
-            rewards=HistorySnapshot(told.rewards) if rewards_visible else None,
+            else HistorySnapshot(history.joint_actions),
+            rewards=HistorySnapshot(history.rewards) if rewards_visible else None,
             legal_actions_mask=self.legal_actions_mask(seat),
-            beliefs=BeliefHistory(problem, seat, told) if self.has_visible_beliefs else None,
-            end_reason=ending,
+            beliefs=BeliefHistory(problem, seat, history) if self.has_visible_beliefs else None,
+            end_reason=end_reason,
             turn_limit=self.turn_limit,
             state_action_labels=self.action_labels(seat)
             if problem.action_labels(self.state)
             else None,
-            past_action_labels=HistorySnapshot(told.action_labels),
+            past_action_labels=HistorySnapshot(history.action_labels),
         )
 
     def returns(self) -> Reals:
-        """The discounted sum of rewards of each agent `[n]`."""
+        """Return the discounted sum of rewards of each agent `[n]`."""
         return np.array(self._current_sums()[1 : 1 + len(self.seated_policies)])
 
     def seat_return(self, seat: int) -> float:
-        """The discounted sum of rewards of one agent."""
+        """Return the discounted sum of rewards of one agent."""
         return self._current_sums()[1 + seat]
 
     def total_rewards(self) -> Reals:
-        """The plain sum of rewards of each agent `[n]`."""
+        """Return the undiscounted sum of rewards of each agent `[n]`."""
         return np.array(self._current_sums()[1 + len(self.seated_policies) :])
 
     def _current_sums(self) -> tuple[float, ...]:
-        """Both sums, each turn added once, in order."""
+        """Return the next discount weight, returns and total rewards, adding each turn once."""
         if not self._running_sums:
             self._running_sums.append((1.0, *[0.0] * (2 * len(self.seated_policies))))
         if len(self._running_sums) > len(self.turns):
@@ -472,7 +520,7 @@ class Session(NotebookDisplay):
 
 
 class SeatedPolicy:
-    """A policy that follows one seat of a session: to play it, or only to advise."""
+    """A policy in one seat of a session: to play the seat, or only to give hints."""
 
     def __init__(self, session: Session, seat: int, policy: Policy) -> None:
         check_policy(policy, seat)
@@ -480,107 +528,121 @@ class SeatedPolicy:
         self._memories: list[Memory] = []
 
     def __str__(self) -> str:
-        """The turn and the seat that it is to choose for."""
+        """Return the turn and the agent for which the policy chooses next, as text."""
         return f"turn {len(self.session.turns) + 1}, {self.session.problem.agents[self.seat]}"
 
     def forget_undone_turns(self) -> None:
-        """Drops what turns taken back had taught."""
+        """Delete the memories of turns that were undone."""
         del self._memories[len(self.session.turns) + 1 :]
 
     def current_memory(self) -> Memory:
-        """The policy's memory now, after every turn played."""
+        """Return the policy's current memory, after every turn played."""
         self.forget_undone_turns()
         if not self._memories:
-            seen = readonly_copy(np.asarray(self.session.observation_after(self.seat, 0))[None])
-            self._memories.append(call_memory_method(self, self.policy.initial_memory, 1, seen))
+            observation = readonly_copy(
+                np.asarray(self.session.observation_after(self.seat, 0))[None]
+            )
+            self._memories.append(
+                call_memory_method(self, self.policy.initial_memory, 1, observation)
+            )
         for turn in range(len(self._memories), len(self.session.turns) + 1):
             percept = self.session.build_percept(self.seat, turn)
-            known = self._memories[-1]
+            latest = self._memories[-1]
             self._memories.append(
-                call_memory_method(self, self.policy.update_memory, 1, known, percept)
+                call_memory_method(self, self.policy.update_memory, 1, latest, percept)
             )
         return self._memories[-1]
 
     def choose(self) -> float:
-        """The action the policy takes now."""
+        """Return the action that the policy chooses in the current state."""
         session = self.session
         turn = len(session.turns) + 1
-        # A reroll is nature's alone: the seats act again as they did.
+        # A reroll changes only nature's uniforms: the policies choose as before.
         u = session.uniform_source.generate_uniforms(
             1 + self.seat, turn, 0, self.policy.uniform_count
         )
         legal = session.legal_actions_mask(self.seat)
-        able = None if legal is None else readonly_copy(legal[None])
-        chosen = call_policy(self, self.policy.choose, self.current_memory(), able, u)
-        return float(validate_choices(self.policy, chosen, 1, self)[0])
+        legal_row = None if legal is None else readonly_copy(legal[None])
+        choice = call_policy(self, self.policy.choose, self.current_memory(), legal_row, u)
+        return float(validate_choices(self.policy, choice, 1, self)[0])
 
     def can_reproduce_turns(self, s: Array, turns: Turn) -> bool:
-        """Whether the policy acts in the next turns `[T, ...]`, from these states, as was done.
+        """Return whether the policy chooses the recorded actions of the next turns `[T, ...]`.
 
-        What it remembers after each is found as if it had to forget all the others, and then
-        from that found for the turn before: where both are the same, it is what it remembers. Else
-        it is told of one turn after the other, and only asked at once.
+        The turns start in the states `s`. The memory after each turn is first computed as if the
+        current memory came before every turn, and then again from the results for the previous
+        turns. If both agree, these are the memories. If not, they are computed turn by turn, and
+        only the choices are made in one batch.
         """
-        problem, seat, many = self.session.problem, self.seat, len(s)
+        problem, seat, turn_count = self.session.problem, self.seat, len(s)
         outcome = Outcome(turns.state, turns.rewards, turns.observations)
         percept = problem.build_percept(seat, turns.actions, outcome)
-        first = tuple(make_readonly(part.repeat(many, axis=0)) for part in self.current_memory())
-        after = self.policy.update_memory(first, percept)
-        pairs = zip(first, after, strict=True)
-        before = tuple(make_readonly(np.concatenate([now[:1], then[:-1]])) for now, then in pairs)
-        if not all(map(np.array_equal, after, self.policy.update_memory(before, percept))):
-            before, after = self._memories_in_sequence(percept, many)
+        repeated_memory = tuple(
+            make_readonly(array.repeat(turn_count, axis=0)) for array in self.current_memory()
+        )
+        memories_after = self.policy.update_memory(repeated_memory, percept)
+        pairs = zip(repeated_memory, memories_after, strict=True)
+        memories_before = tuple(
+            make_readonly(np.concatenate([current[:1], updated[:-1]])) for current, updated in pairs
+        )
+        if not all(
+            map(np.array_equal, memories_after, self.policy.update_memory(memories_before, percept))
+        ):
+            memories_before, memories_after = self._memories_in_sequence(percept, turn_count)
         draw, numbers = (
             self.session.uniform_source.generate_uniforms,
-            self.session.next_turn_numbers(many),
+            self.session.next_turn_numbers(turn_count),
         )
-        us = [draw(1 + seat, turn, 0, self.policy.uniform_count) for turn in numbers]
+        uniforms = [draw(1 + seat, turn, 0, self.policy.uniform_count) for turn in numbers]
         legal = problem.legal_actions_mask(s)
-        able = None if legal is None else readonly_copy(legal[:, seat])
-        chosen = self.policy.choose(before, able, np.concatenate(us))
-        rows = zip(*(part[:, None] for part in after), strict=True)
-        self._memories += rows if after else [()] * many
-        return np.array_equal(chosen, turns.actions[:, seat])
+        legal_mask = None if legal is None else readonly_copy(legal[:, seat])
+        choices = self.policy.choose(memories_before, legal_mask, np.concatenate(uniforms))
+        rows = zip(*(array[:, None] for array in memories_after), strict=True)
+        self._memories += rows if memories_after else [()] * turn_count
+        return np.array_equal(choices, turns.actions[:, seat])
 
     def _memories_in_sequence(self, percept: Percept, count: int) -> tuple[Memory, Memory]:
-        """What it remembers before and after each of so many turns."""
-        kept = [self.current_memory()]
+        """Return the memories before and after each of `count` turns, updated turn by turn."""
+        memories = [self.current_memory()]
         for turn in range(count):
-            told = (None if part is None else part[turn : turn + 1] for part in percept)
-            kept.append(self.policy.update_memory(kept[-1], Percept._make(told)))
-        each = [make_readonly(np.concatenate(parts)) for parts in zip(*kept, strict=True)]
-        return tuple(part[:-1] for part in each), tuple(part[1:] for part in each)
+            row = (None if array is None else array[turn : turn + 1] for array in percept)
+            memories.append(self.policy.update_memory(memories[-1], Percept._make(row)))
+        stacked = [make_readonly(np.concatenate(parts)) for parts in zip(*memories, strict=True)]
+        return tuple(array[:-1] for array in stacked), tuple(array[1:] for array in stacked)
 
     def action_values(self) -> Reals | None:
-        """The value of each action `[A]` now, where the policy knows it."""
+        """Return the current value of each action `[A]`, or None if the policy has no values."""
         values = call_policy(self, self.policy.action_values, self.current_memory())
         return None if values is None else values[0]
 
 
 def validate_choices(policy: Policy, choice: object, rows: int, error_prefix: object) -> Array:
-    """What a policy chose, an action for each row; raises BadPolicy for anything else."""
-    answer = np.asarray(choice)
-    if answer.shape != (rows,) or answer.dtype.kind not in "biuf":
-        wanted = "one action" if rows == 1 else f"{rows} actions"
-        given = " ".join(repr(choice).split())
-        told = f"{type(policy).__name__} chose {given}, expected an array of {wanted}"
-        raise BadPolicy(f"{error_prefix}: {told}")
-    return answer
+    """Return a policy's choice as an array with an action for each row; else raise BadPolicy."""
+    actions = np.asarray(choice)
+    if actions.shape != (rows,) or actions.dtype.kind not in "biuf":
+        expected = "one action" if rows == 1 else f"{rows} actions"
+        choice_text = " ".join(repr(choice).split())
+        message = f"{type(policy).__name__} chose {choice_text}, expected an array of {expected}"
+        raise BadPolicy(f"{error_prefix}: {message}")
+    return actions
 
 
 def call_memory_method(
     error_prefix: object, method: Callable[..., object], rows: int, *args: object
 ) -> Memory:
-    """The memory that a policy's method answers, arrays with a row for each game.
+    """Return the memory from a policy's method as a tuple of arrays with a row for each game.
 
-    Raises BadPolicy for anything else.
+    Raise BadPolicy for anything else.
     """
     memory = call_policy(error_prefix, method, *args)
     if not isinstance(memory, tuple | list):
         got = repr(memory)
-    elif all([isinstance(one, np.ndarray) and one.shape[:1] == (rows,) for one in memory]):
+    elif all([isinstance(array, np.ndarray) and array.shape[:1] == (rows,) for array in memory]):
         return tuple(memory)
     else:
-        got = f"({', '.join([str(np.asarray(one).shape) for one in memory])})"
-    told = f"{method.__qualname__} gave {got}, expected a tuple of arrays of {format_count(rows, 'row')}"
-    raise BadPolicy(f"{error_prefix}: {told}")
+        got = f"({', '.join([str(np.asarray(array).shape) for array in memory])})"
+    message = (
+        f"{method.__qualname__} gave {got}, expected a "
+        f"tuple of arrays of {format_count(rows, 'row')}"
+    )
+    raise BadPolicy(f"{error_prefix}: {message}")

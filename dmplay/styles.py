@@ -1,4 +1,4 @@
-"""Lines of a screen, and what terminals take: rows of SGR codes, ANSI, prompt-toolkit fragments."""
+"""Styled lines of a screen, and their conversion to SGR codes, ANSI text and prompt_toolkit."""
 
 from collections import defaultdict
 from collections.abc import Sequence
@@ -8,21 +8,22 @@ from itertools import pairwise
 from rich.text import Text
 
 Fragments = list[tuple[str, str]]
-StyledRow = tuple[tuple[str, str], ...]  # pieces of a row, each with its SGR codes
+StyledRow = tuple[tuple[str, str], ...]  # the pieces of a row, each with its SGR codes
 ScreenLine = (
     str | StyledRow | Text
-)  # of a screen: words, or pieces with styles for codes, or any rich text
+)  # a line of the screen: plain text, pieces with style names, or rich Text
 
-CUBE_LEVELS = (0, 95, 135, 175, 215, 255)  # of each primary colour in the palette's cube
+# levels of each primary colour in the colour cube of the palette
+CUBE_LEVELS = (0, 95, 135, 175, 215, 255)
 
 
 def palette_rgb(number: int) -> tuple[int, int, int]:
-    """Red, green and blue, 0 to 255, of a colour of the palette from 16 on: a cube, then greys."""
+    """Return red, green and blue, 0 to 255, of a palette colour from 16 on: a cube, then greys."""
     if number >= 232:
         grey = 8 + 10 * (number - 232)
         return grey, grey, grey
-    red, rest = divmod(number - 16, 36)
-    return CUBE_LEVELS[red], CUBE_LEVELS[rest // 6], CUBE_LEVELS[rest % 6]
+    red, remainder = divmod(number - 16, 36)
+    return CUBE_LEVELS[red], CUBE_LEVELS[remainder // 6], CUBE_LEVELS[remainder % 6]
 
 
 COLOR_NAMES = ("black", "red", "green", "yellow", "blue", "magenta", "cyan", "white")
@@ -32,7 +33,7 @@ PROMPT_TOOLKIT_STYLES = {name: f"ansi{name.replace('_', '')}" for name in SGR_CO
 PROMPT_TOOLKIT_STYLES |= {"white": "ansigray", "bright_white": "ansiwhite"}
 NUMBERED_COLORS = {
     f"color({number})": name for number, name in enumerate(SGR_CODES)
-}  # as others draw them
+}  # palette numbers of the named colours, as other programs write them
 SGR_CODES |= {number: SGR_CODES[name] for number, name in NUMBERED_COLORS.items()}
 PROMPT_TOOLKIT_STYLES |= {
     number: PROMPT_TOOLKIT_STYLES[name] for number, name in NUMBERED_COLORS.items()
@@ -57,62 +58,70 @@ SGR_CODES |= {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse
 
 
 def to_plain_text(line: ScreenLine) -> str:
-    """What stands in a line."""
+    """Return the text of a line without its styles."""
     if isinstance(line, str):
         return line
     return line.plain if isinstance(line, Text) else "".join([piece for piece, _ in line])
 
 
 def to_rich_text(line: ScreenLine) -> Text:
-    """A line as rich text, which takes longest to make."""
+    """Return a line as rich Text, the slowest kind of line to create."""
     if isinstance(line, Text):
         return line
     return Text(line) if isinstance(line, str) else Text.assemble(*line)
 
 
 def split_style_runs(text: Text) -> list[tuple[frozenset[str], str]]:
-    """The text in pieces of one style each, a style as its words."""
+    """Return the text in pieces of one style each, with the style as a set of words."""
     plain = text.plain
-    begin, finish = defaultdict(list), defaultdict(list)
+    starting_styles, ending_styles = defaultdict(list), defaultdict(list)
     for span in text.spans:
         style, end = str(span.style), min(span.end, len(plain))
         if span.start < end and style:
-            begin[span.start].append(style)
-            finish[end].append(style)
+            starting_styles[span.start].append(style)
+            ending_styles[end].append(style)
     pieces: list[tuple[frozenset[str], str]] = []
     active = [str(text.style)]
-    for start, end in pairwise(sorted({0, len(plain), *begin, *finish})):
-        for style in finish[start]:
+    for start, end in pairwise(sorted({0, len(plain), *starting_styles, *ending_styles})):
+        for style in ending_styles[start]:
             active.remove(style)
-        active += begin[start]
-        words = _style_words(tuple(active))
-        if pieces and pieces[-1][0] == words:
-            pieces[-1] = (words, pieces[-1][1] + plain[start:end])
+        active += starting_styles[start]
+        style_words = _style_words(tuple(active))
+        if pieces and pieces[-1][0] == style_words:
+            pieces[-1] = (style_words, pieces[-1][1] + plain[start:end])
         else:
-            pieces.append((words, plain[start:end]))
+            pieces.append((style_words, plain[start:end]))
     return pieces
 
 
 @cache
 def _style_words(styles: tuple[str, ...]) -> frozenset[str]:
-    words = frozenset(word for style in styles for word in style.replace("on ", "on_").split())
-    return words - {"not", "bold"} if "not" in words else words  # the only negation in use
+    """Return the style words of several styles; "not bold" removes "bold"."""
+    style_words = frozenset(
+        word for style in styles for word in style.replace("on ", "on_").split()
+    )
+    # "not" is only used in "not bold".
+    return style_words - {"not", "bold"} if "not" in style_words else style_words
 
 
 def to_fragments(text: Text, theme: str) -> Fragments:
-    """Pieces for prompt-toolkit."""
-    return [(_prompt_toolkit_style(words, theme), piece) for words, piece in split_style_runs(text)]
+    """Return the text as fragments for prompt_toolkit."""
+    return [
+        (_prompt_toolkit_style(style_words, theme), piece)
+        for style_words, piece in split_style_runs(text)
+    ]
 
 
 @cache
 def _prompt_toolkit_style(words: frozenset[str], theme: str) -> str:
+    """Return style words as a prompt_toolkit style in a theme."""
     return " ".join(
         sorted(PROMPT_TOOLKIT_STYLES.get(word, word) for word in _theme_words(words, theme))
     )
 
 
 def to_ansi(line: ScreenLine, theme: str) -> str:
-    """A line, or a text of several, with escape sequences."""
+    """Return a line, or a text of several lines, with ANSI escape sequences."""
     if isinstance(line, str):
         return line
     if isinstance(line, tuple):
@@ -121,40 +130,47 @@ def to_ansi(line: ScreenLine, theme: str) -> str:
 
 
 def _ansi_row(row: Sequence[tuple[str, str]]) -> str:
+    """Return a row of pieces and SGR codes as text with ANSI escape sequences."""
     return "".join([f"\x1b[{codes}m{piece}\x1b[0m" if codes else piece for piece, codes in row])
 
 
 def to_styled_rows(text: Text, theme: str) -> list[StyledRow]:
-    """The text a row at a time."""
-    found: list[list[tuple[str, str]]] = [[]]
-    for words, piece in split_style_runs(text):
-        codes = _sgr_codes(words, theme)
-        first, *more = piece.split("\n")
-        if first:
-            found[-1].append((first, codes))
-        found += [[(part, codes)] if part else [] for part in more]
-    return [tuple(row) for row in found]
+    """Return the text as rows of pieces with SGR codes."""
+    styled_rows: list[list[tuple[str, str]]] = [[]]
+    for style_words, piece in split_style_runs(text):
+        codes = _sgr_codes(style_words, theme)
+        first_line, *other_lines = piece.split("\n")
+        if first_line:
+            styled_rows[-1].append((first_line, codes))
+        styled_rows += [[(other_line, codes)] if other_line else [] for other_line in other_lines]
+    return [tuple(row) for row in styled_rows]
 
 
 @cache
 def _style_codes(style: str, theme: str) -> str:
+    """Return the SGR codes of a style in a theme, separated by semicolons."""
     return _sgr_codes(_style_words((style,)), theme)
 
 
 @cache
 def _sgr_codes(words: frozenset[str], theme: str) -> str:
+    """Return the SGR codes of style words in a theme, separated by semicolons."""
     return ";".join(sorted(SGR_CODES[word] for word in _theme_words(words, theme)))
 
 
 def _theme_words(words: frozenset[str], theme: str) -> set[str]:
-    """The words that a theme keeps: weights alone in mono, nothing faint in high contrast."""
-    known = {word for word in words if word in SGR_CODES}
+    """Return the style words that a theme uses, without words that have no SGR code.
+
+    "mono" has no colours and shows backgrounds in reverse; "high-contrast" has bright bold colours
+    and nothing dim.
+    """
+    styles = {word for word in words if word in SGR_CODES}
     if theme == "mono":
-        return known - PROMPT_TOOLKIT_STYLES.keys() | (
-            {"reverse"} if known & BACKGROUND_COLORS.keys() else set()
+        return styles - PROMPT_TOOLKIT_STYLES.keys() | (
+            {"reverse"} if styles & BACKGROUND_COLORS.keys() else set()
         )
     if theme == "high-contrast":
-        colors = known & {*COLOR_NAMES} - {"black"}
+        colors = styles & {*COLOR_NAMES} - {"black"}
         bright = {f"bright_{color}" for color in colors} | ({"bold"} if colors else set())
-        return known - colors - {"dim"} | bright
-    return known
+        return styles - colors - {"dim"} | bright
+    return styles

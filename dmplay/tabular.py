@@ -18,31 +18,33 @@ from dmplay.core import Outcome, Problem, enumerate_outcomes, make_readonly, nex
 from dmplay.errors import BadParameter
 from dmplay.rows import SparseMatrix
 
-MAX_CACHED_PROBABILITIES = 2**20  # numbers of all rows that are summed once
-PROBABILITY_TOLERANCE = 1e-9  # probabilities this close are equal
+MAX_CACHED_PROBABILITIES = 2**20  # maximum numbers of cached cumulative probabilities
+PROBABILITY_TOLERANCE = 1e-9  # probabilities that differ by at most this are equal
 STATE_DEPENDENT_OBSERVATION_MESSAGE = (
     "observations depend on the state before: put what is seen into the state, or use search"
 )
 
 
 class _TableArrays(NamedTuple):
+    """The arrays of a finite problem."""
+
     transition: Reals  # [S, A, S']
     rewards: Reals  # [S, A, n] expected, or [S, A, S', n], or [S, A, S', O, n]
-    observation: Reals | None  # [A, S', O]; None where every agent sees the state
+    observation: Reals | None  # [A, S', O]; None if every agent sees the state
 
 
 def _readonly_array(numbers: ArrayLike) -> Reals:
-    """An array into which nobody writes."""
+    """Return numbers as a read-only array."""
     return make_readonly(np.asarray(numbers))
 
 
 class Tables(_TableArrays):
     """A finite problem as arrays; A counts joint actions and O joint observations, row-major.
 
-    `transition` is `[S, A, S']`; `rewards`, of n agents, `[S, A, n]`, or `[S, A, S', n]` or
-    `[S, A, S', O, n]` where they depend on more; `observation` `[A, S', O]`, or None where every
-    agent sees the state. Rows of probabilities sum to 1. Nobody writes into them: a game and its
-    policies read the same.
+    The shape of `transition` is `[S, A, S']`. The `rewards` of n agents are `[S, A, n]`, or `[S, A,
+    S', n]` or `[S, A, S', O, n]` if they depend on more. `observation` is `[A, S', O]`, or None if
+    every agent sees the state. Rows of probabilities sum to 1. The arrays are read-only, because a
+    game and its policies share them.
     """
 
     __slots__ = ()
@@ -50,15 +52,15 @@ class Tables(_TableArrays):
     def __new__(
         cls, transition: "ArrayLike", rewards: "ArrayLike", observation: "ArrayLike | None" = None
     ) -> "Tables":
-        """Takes arrays as they are, for reading alone; lists of lists are made arrays."""
-        seen = None if observation is None else _readonly_array(observation)
+        """Create the tables and make the arrays read-only without a copy; lists become arrays."""
+        readonly_observation = None if observation is None else _readonly_array(observation)
         return super().__new__(
-            cls, _readonly_array(transition), _readonly_array(rewards), seen
+            cls, _readonly_array(transition), _readonly_array(rewards), readonly_observation
         )
 
     @property
     def observation_model(self) -> Reals:
-        """O `[A, S', O]`; raises BadParameter where every agent sees the state."""
+        """O `[A, S', O]`; raises BadParameter if every agent sees the state."""
         if self.observation is None:
             raise BadParameter("got a problem whose state is seen, expected one with observations")
         return self.observation
@@ -70,62 +72,72 @@ class Tables(_TableArrays):
 
     @property
     def sparse_tables(self) -> "SparseTables":
-        """The same by what can happen."""
+        """The same problem as sparse tables."""
         transition, rewards, observation = self
-        states, many, _ = transition.shape
-        flow = SparseMatrix.from_dense(transition.reshape(states * many, states))
-        paid = rewards.reshape(states * many, *rewards.shape[2:])
-        if paid.ndim > 2:
-            paid = paid[flow.row_indices, flow.columns].reshape(-1, paid.shape[-1])
-        seen = (
+        state_count, action_count, _ = transition.shape
+        transition_rows = SparseMatrix.from_dense(
+            transition.reshape(state_count * action_count, state_count)
+        )
+        reward_rows = rewards.reshape(state_count * action_count, *rewards.shape[2:])
+        if reward_rows.ndim > 2:
+            reward_rows = reward_rows[transition_rows.row_indices, transition_rows.columns].reshape(
+                -1, reward_rows.shape[-1]
+            )
+        observation_rows = (
             None
             if observation is None
-            else SparseMatrix.from_dense(observation.reshape(many * states, -1))
+            else SparseMatrix.from_dense(observation.reshape(action_count * state_count, -1))
         )
-        return SparseTables(flow, paid, seen)
+        return SparseTables(transition_rows, reward_rows, observation_rows)
 
     @property
     def expected_reward_tables(self) -> "Tables":
-        """These arrays, the rewards expected `[S, A, n]`."""
+        """The same tables with expected rewards `[S, A, n]`."""
         if self.rewards.ndim == 3:
             return self
-        sparse, size = self.sparse_tables, self.transition.shape[:2]
-        return self._replace(rewards=sparse.expected_rewards(len(self.rewards)).reshape(*size, -1))
+        sparse, shape = self.sparse_tables, self.transition.shape[:2]
+        return self._replace(rewards=sparse.expected_rewards(len(self.rewards)).reshape(*shape, -1))
 
 
 class SparseTables(NamedTuple):
-    """A finite problem by what can happen: no next state, no observation of probability 0.
+    """A finite problem as sparse matrices, without outcomes of probability 0.
 
-    Where rewards depend on the next state there is one for each of the N numbers in `transition`;
-    where they depend on the observation too, O for each.
+    Rewards that depend on the next state are one for each of the N entries of `transition`; if they
+    depend on the observation too, O for each entry.
     """
 
-    transition: SparseMatrix  # [S * A] over next states
+    transition: SparseMatrix  # [S * A] rows over next states
     rewards: Reals  # [S * A, n] expected, or [N, n], or [N * O, n]
-    observation: SparseMatrix | None = None  # [A * S'] over joint observations
+    observation: SparseMatrix | None = None  # [A * S'] rows over joint observations
 
     def expected_rewards(self, state_count: int) -> Reals:
-        """R(s, a) `[S * A, n]`."""
-        flow, rewards = self.transition, self.rewards
-        if len(rewards) == len(flow.row_starts) - 1:
+        """Return the expected rewards R(s, a) `[S * A, n]`."""
+        transition, rewards = self.transition, self.rewards
+        if len(rewards) == len(transition.row_starts) - 1:
             return rewards
-        many, likely = (len(flow.row_starts) - 1) // state_count, flow.values
-        if len(rewards) > len(likely):
+        action_count, weights = (len(transition.row_starts) - 1) // state_count, transition.values
+        if len(rewards) > len(weights):
             assert self.observation is not None
-            row = flow.row_indices % many * state_count + flow.columns
-            seen = self.observation.to_dense(len(rewards) // len(likely))[row]
-            likely = (likely[:, None] * seen).reshape(-1)
-        each = (likely[:, None] * rewards).reshape(len(flow.values), -1, rewards.shape[1])
-        return flow.row_sums(each.sum(axis=1))
+            observation_rows = (
+                transition.row_indices % action_count * state_count + transition.columns
+            )
+            observation_weights = self.observation.to_dense(len(rewards) // len(weights))[
+                observation_rows
+            ]
+            weights = (weights[:, None] * observation_weights).reshape(-1)
+        weighted_rewards = (weights[:, None] * rewards).reshape(
+            len(transition.values), -1, rewards.shape[1]
+        )
+        return transition.row_sums(weighted_rewards.sum(axis=1))
 
     def to_dense_tables(self, state_count: int, observation_count: int) -> Tables:
-        """The arrays, of so many joint observations; the rewards expected."""
-        flow = self.transition.to_dense(state_count).reshape(state_count, -1, state_count)
-        rewards = self.expected_rewards(state_count).reshape(*flow.shape[:2], -1)
+        """Return the problem as arrays, with expected rewards."""
+        transition = self.transition.to_dense(state_count).reshape(state_count, -1, state_count)
+        rewards = self.expected_rewards(state_count).reshape(*transition.shape[:2], -1)
         if self.observation is None:
-            return Tables(flow, rewards)
+            return Tables(transition, rewards)
         return Tables(
-            flow,
+            transition,
             rewards,
             self.observation.to_dense(observation_count).reshape(
                 -1, state_count, observation_count
@@ -135,9 +147,9 @@ class SparseTables(NamedTuple):
 
 @dataclass(frozen=True)
 class Tabular(Problem):
-    """A problem written as arrays; its one event is (next state, observation).
+    """A problem given as arrays; its one event is the pair (next state, observation).
 
-    A subclass gives `tables`, `names` (of the states) and, unless it is uniform, `start_belief`.
+    A subclass defines `tables`, `state_names` and, unless it is uniform, `initial_belief`.
     """
 
     @cached_property
@@ -147,7 +159,7 @@ class Tabular(Problem):
 
     @property
     def state_count(self) -> int:
-        """As many as they have names."""
+        """The number of states, which is the number of their names."""
         return len(self.state_names)
 
     @property
@@ -157,51 +169,53 @@ class Tabular(Problem):
 
     @property
     def initial_belief(self) -> Reals:
-        """The distribution of the start state `[S]`: uniform unless overridden."""
+        """The distribution of the initial state `[S]`: uniform unless overridden."""
         return np.full(self.state_count, 1.0 / self.state_count)
 
     @cached_property
     def shared_reward(self) -> bool:
-        """Whether there are several agents, and its arrays pay them alike."""
-        paid = self.tables.rewards
-        return len(self.agents) > 1 and bool((paid == paid[..., :1]).all())
+        """True if there are several agents, and all of them always get the same reward."""
+        rewards = self.tables.rewards
+        return len(self.agents) > 1 and bool((rewards == rewards[..., :1]).all())
 
     @cached_property
     def sparse_tables(self) -> SparseTables:
-        """What can happen."""
+        """The tables as sparse matrices."""
         return self.tables.sparse_tables if isinstance(self.tables, Tables) else self.tables
 
     @cached_property
     def _max_support(self) -> tuple[int, int]:
-        """The next states that a row names at most, and the observations."""
-        flow, _, seen = self.sparse_tables
-        return int(flow.row_lengths.max()), 1 if seen is None else int(seen.row_lengths.max())
+        """The largest number of possible next states of a row, and of observations."""
+        transition, _, observation = self.sparse_tables
+        return int(transition.row_lengths.max()), 1 if observation is None else int(
+            observation.row_lengths.max()
+        )
 
     @cached_property
     def _cached_cumulative(self) -> Reals | None:
-        """The cumulative probabilities of the events of all rows; None where they are many."""
+        """The cumulative probabilities of the events of all rows; None if there are too many."""
         rows = np.arange(len(self.sparse_tables.transition.row_starts) - 1)
-        few = len(rows) * prod(self._max_support) <= MAX_CACHED_PROBABILITIES
-        return self._event_cumulative(rows) if few else None
+        is_small = len(rows) * prod(self._max_support) <= MAX_CACHED_PROBABILITIES
+        return self._event_cumulative(rows) if is_small else None
 
     def _event_cumulative(self, rows: Ints) -> Reals:
-        """The cumulative probabilities `[B, K - 1]` of the events of some rows."""
-        flow, _, seen = self.sparse_tables
-        after, p = flow.padded_rows(rows, int(flow.row_lengths[rows].max()))
-        if seen is not None:
-            _, likely = seen.padded_rows(
-                np.asarray(self._observation_rows(rows[:, None], after)), self._max_support[1]
+        """Return the cumulative probabilities `[B, K - 1]` of the events of these rows."""
+        transition, _, observation = self.sparse_tables
+        next_states, p = transition.padded_rows(rows, int(transition.row_lengths[rows].max()))
+        if observation is not None:
+            _, observation_weights = observation.padded_rows(
+                np.asarray(self._observation_rows(rows[:, None], next_states)), self._max_support[1]
             )
-            p = (p[:, :, None] * likely).reshape(len(rows), -1)
+            p = (p[:, :, None] * observation_weights).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
     def _observation_rows(self, rows: Column, next_states: Column) -> Column:
-        """The rows of observations once those of transitions led to these states."""
+        """Return the rows of the observation matrix for these transition rows and next states."""
         return rows % self._joint_action_count * self.state_count + next_states
 
     @cached_property
     def _joint_action_count(self) -> int:
-        """How many joint actions there are."""
+        """The number of joint actions."""
         return prod(self.action_counts)
 
     @cached_property
@@ -210,115 +224,155 @@ class Tabular(Problem):
         return np.array(list(product(*map(range, self.observation_counts))))
 
     def _transition_row(self, s: Array, a: Array) -> Column:
+        """Return the row of the transition matrix for states and joint actions."""
         row = to_column(s)
-        for many, action in zip(self.action_counts, split_columns(a), strict=True):
-            row = row * many + action
+        for action_count, action in zip(self.action_counts, split_columns(a), strict=True):
+            row = row * action_count + action
         return row
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The start state."""
+        """Return the chance of the initial state."""
         return (Categorical(np.cumsum(self.initial_belief)[None, :-1]),)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The event is the state."""
+        """Return the initial states, which are the events."""
         return events[0]
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The pair of next state and joint observation, of those that can be."""
+        """Return the chance of the possible pairs of next state and joint observation."""
         row = self._transition_row(s, a)
-        whole = self._cached_cumulative
+        cumulative = self._cached_cumulative
         return (
             Categorical(
-                self._event_cumulative(to_batch(row)) if whole is None else take_rows(whole, row)
+                self._event_cumulative(to_batch(row))
+                if cumulative is None
+                else take_rows(cumulative, row)
             ),
         )
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Reads the pair apart; the reward is R(s, a) unless it depends on the pair."""
-        flow, rewards, seeing = self.sparse_tables
+        """Return the outcome: the event's next state and observation, and the reward.
+
+        The reward is R(s, a) unless it depends on the next state or the observation.
+        """
+        transition, rewards, observation_model = self.sparse_tables
         row = self._transition_row(s, a)
-        nth, which = divmod(to_column(events[0]), self._max_support[1])
-        place = flow.entry_index(row, nth)
-        moved = take_values(flow.columns, place)
-        after = to_batch(moved)
-        expected = len(rewards) == len(flow.row_starts) - 1
-        if seeing is None:
-            return Outcome(after, take_rows(rewards, row if expected else place), after)
-        seen = take_values(
-            seeing.columns, seeing.entry_index(self._observation_rows(row, moved), which)
+        state_rank, observation_rank = divmod(to_column(events[0]), self._max_support[1])
+        entry = transition.entry_index(row, state_rank)
+        next_state = take_values(transition.columns, entry)
+        next_states = to_batch(next_state)
+        has_expected_rewards = len(rewards) == len(transition.row_starts) - 1
+        if observation_model is None:
+            return Outcome(
+                next_states, take_rows(rewards, row if has_expected_rewards else entry), next_states
+            )
+        observation = take_values(
+            observation_model.columns,
+            observation_model.entry_index(
+                self._observation_rows(row, next_state), observation_rank
+            ),
         )
-        each = len(rewards) // len(flow.columns)  # rewards of a place
-        paid = row if expected else place * each + seen * (each > 1)
-        return Outcome(after, take_rows(rewards, paid), take_rows(self._joint_observations, seen))
+        # rewards of one transition entry
+        rewards_per_entry = len(rewards) // len(transition.columns)
+        reward_row = (
+            row
+            if has_expected_rewards
+            else entry * rewards_per_entry + observation * (rewards_per_entry > 1)
+        )
+        return Outcome(
+            next_states,
+            take_rows(rewards, reward_row),
+            take_rows(self._joint_observations, observation),
+        )
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
-        """The probability `[S]` of these observations and each next state, as for any problem."""
+        """Return the joint probability `[S]` of these observations and each next state.
+
+        None means unknown, as for any problem.
+        """
         support = np.flatnonzero(belief)
-        known = zip(actions, self.action_counts, strict=True)
-        choices = list(product(*(range(many) if a is None else (a,) for a, many in known)))
+        pairs = zip(actions, self.action_counts, strict=True)
+        possible_actions = list(
+            product(*(range(action_count) if a is None else (a,) for a, action_count in pairs))
+        )
         total = np.zeros(len(belief))
-        for choice in choices:
-            a = np.broadcast_to(np.array(choice), (len(support), len(choice)))
+        for joint_action in possible_actions:
+            a = np.broadcast_to(np.array(joint_action), (len(support), len(joint_action)))
             rows = to_batch(self._transition_row(support, a))
-            places, which = self.sparse_tables.transition.entries_of_rows(rows)
-            p = self.sparse_tables.transition.values[places] * belief[support][which] / len(choices)
-            after = np.bincount(self.sparse_tables.transition.columns[places], p, len(belief))
-            total += after * self._observation_likelihood(rows[:1], after, observations)
+            entries, positions = self.sparse_tables.transition.entries_of_rows(rows)
+            p = (
+                self.sparse_tables.transition.values[entries]
+                * belief[support][positions]
+                / len(possible_actions)
+            )
+            next_weights = np.bincount(
+                self.sparse_tables.transition.columns[entries], p, len(belief)
+            )
+            total += next_weights * self._observation_likelihood(
+                rows[:1], next_weights, observations
+            )
         return total
 
     def _observation_likelihood(
         self, row: Ints, next_state_weights: Array, observations: Sequence[int | None]
     ) -> Reals:
-        """How likely the observations are in each state `[S]` that the action of a row led to."""
-        seeing = self.sparse_tables.observation
-        if seeing is None or all(one is None for one in observations):
+        """Return the likelihood `[S]` of the observations in each next state; 0 without weight.
+
+        Without observations to compare, the likelihood is 1.
+        """
+        observation_model = self.sparse_tables.observation
+        if observation_model is None or all(label is None for label in observations):
             return np.ones(len(next_state_weights))
-        reached = np.flatnonzero(next_state_weights)
-        places, which = seeing.entries_of_rows(np.asarray(self._observation_rows(row, reached)))
-        told = self._joint_observations[seeing.columns[places]]
-        fits = np.ones(len(places), bool)
-        for seat, one in enumerate(observations):
-            if one is not None:
-                fits &= told[:, seat] == one
-        likely = np.zeros(len(next_state_weights))
-        likely[reached] = np.bincount(which, seeing.values[places] * fits, len(reached))
-        return likely
+        next_states = np.flatnonzero(next_state_weights)
+        entries, positions = observation_model.entries_of_rows(
+            np.asarray(self._observation_rows(row, next_states))
+        )
+        entry_observations = self._joint_observations[observation_model.columns[entries]]
+        matches = np.ones(len(entries), bool)
+        for seat, label in enumerate(observations):
+            if label is not None:
+                matches &= entry_observations[:, seat] == label
+        likelihood = np.zeros(len(next_state_weights))
+        likelihood[next_states] = np.bincount(
+            positions, observation_model.values[entries] * matches, len(next_states)
+        )
+        return likelihood
 
     def format_state(self, s: Array) -> str:
-        """The state's name."""
+        """Return the name of the state."""
         return self.state_names[int(s)]
 
     def parse_state(self, text: str) -> Array:
-        """The state of this name."""
+        """Return the index of the state with this name."""
         return np.array(self.state_names.index(text))
 
 
 def joint_actions(problem: Problem) -> Ints:
-    """Every joint action `[A, n]`, the first agent slowest."""
+    """Return every joint action `[A, n]`; the last agent's action varies fastest."""
     return np.array(list(product(*map(range, problem.action_counts))))
 
 
 def joint_observation_index(problem: Problem, observations: Array) -> Ints:
-    """The row-major index of joint observations `[..., n]`."""
+    """Return the row-major index of joint observations `[..., n]`."""
     joint = np.zeros(observations.shape[:-1], np.int64)
-    for seat, many in enumerate(problem.observation_counts):
-        joint = joint * many + observations[..., seat]
+    for seat, observation_count in enumerate(problem.observation_counts):
+        joint = joint * observation_count + observations[..., seat]
     return joint
 
 
 def replace_illegal_actions(problem: Problem, s: Array, a: Ints) -> Ints:
-    """Joint actions `[B, n]`, each illegal one changed for the first legal one of its agent."""
+    """Return joint actions `[B, n]`, illegal ones replaced by the agent's first legal action."""
     legal = problem.legal_actions_mask(s)
     if legal is None:
         return a
-    able = np.take_along_axis(legal, a[:, :, None], axis=2)[:, :, 0]
-    return np.asarray(np.where(able, a, legal.argmax(axis=2)))
+    is_legal = np.take_along_axis(legal, a[:, :, None], axis=2)[:, :, 0]
+    return np.asarray(np.where(is_legal, a, legal.argmax(axis=2)))
 
 
 def _dense_tables(problem: Tabular) -> Tables:
-    """The arrays of one that has them, the rewards expected."""
+    """Return the problem's tables as arrays, with expected rewards."""
     tables = problem.tables
     if isinstance(tables, Tables):
         return tables.expected_reward_tables
@@ -326,50 +380,64 @@ def _dense_tables(problem: Tabular) -> Tables:
 
 
 def tabulate(problem: Problem) -> Tables:
-    """The arrays of any finite problem, read from `exact`.
+    """Return the arrays of any finite problem, computed by `enumerate_outcomes`.
 
-    An action that a state does not allow stands for the first that it does, which adds no choice.
-    Pairs (action, next state) that never occur observe the first label. Raises BadParameter where
-    an observation depends on more than (joint action, next state): the array cannot hold it.
+    An illegal action has the table rows of the agent's first legal one, which adds no choice. Pairs
+    (action, next state) that never occur get the first observation label. Raise BadParameter if an
+    observation depends on more than (joint action, next state), because the array cannot represent
+    it.
     """
     states = problem.enumerate_states()
-    choices = joint_actions(problem)
-    size, many = len(states), len(choices)
+    actions = joint_actions(problem)
+    state_count, action_count = len(states), len(actions)
     budget = Budget("tables", "fewer states or actions, or an agent that lists none: search")
-    kinds = prod(problem.observation_counts)
+    observation_count = prod(problem.observation_counts)
     budget.check_memory(
-        8.0 * size * many * (size + kinds * (2 if problem.partially_observable else 0))
+        8.0
+        * state_count
+        * action_count
+        * (state_count + observation_count * (2 if problem.partially_observable else 0))
     )
-    s, a = np.repeat(states, many, axis=0), np.tile(choices, (size, 1))
+    s, a = np.repeat(states, action_count, axis=0), np.tile(actions, (state_count, 1))
     a = replace_illegal_actions(problem, s, a)
     if isinstance(problem, Tabular):
         tables, joint = (
             _dense_tables(problem),
             np.ravel_multi_index(tuple(a.T), problem.action_counts),
         )
-        at = s.reshape(size, many), joint.reshape(size, many)
-        return tables._replace(transition=tables.transition[at], rewards=tables.rewards[at])
+        index = s.reshape(state_count, action_count), joint.reshape(state_count, action_count)
+        return tables._replace(transition=tables.transition[index], rewards=tables.rewards[index])
     p, outcome = enumerate_outcomes(problem, s, a)
     row = np.arange(len(p))[:, None]
-    after = next_state_indices(problem, outcome)
-    transition = np.zeros((size * many, size))
-    np.add.at(transition, (row, after), p)
+    next_states = next_state_indices(problem, outcome)
+    transition = np.zeros((state_count * action_count, state_count))
+    np.add.at(transition, (row, next_states), p)
     rewards = np.einsum("bk,bkn->bn", p, outcome.rewards)
     observation = None
     if problem.partially_observable:
-        seen = joint_observation_index(problem, outcome.observations)
-        observation = np.zeros((many, size, kinds))
-        np.add.at(observation, (np.broadcast_to(row % many, p.shape), after, seen), p)
+        observed = joint_observation_index(problem, outcome.observations)
+        observation = np.zeros((action_count, state_count, observation_count))
+        np.add.at(
+            observation, (np.broadcast_to(row % action_count, p.shape), next_states, observed), p
+        )
         observation[..., 0] += observation.sum(axis=2) == 0
         observation /= observation.sum(axis=2, keepdims=True)
-        for first in range(0, len(p), many):  # state by state, which bounds the memory
+        # One state at a time, which limits the memory.
+        for start in range(0, len(p), action_count):
             budget.spend_work(ARRAY_CALL_WORK + 4 * observation.size)
             joint = np.zeros_like(observation)
-            here = slice(first, first + many)
-            np.add.at(joint, (row[:many], after[here], seen[here]), p[here])
-            if abs(joint - transition[here, :, None] * observation).max() > PROBABILITY_TOLERANCE:
+            block = slice(start, start + action_count)
+            np.add.at(joint, (row[:action_count], next_states[block], observed[block]), p[block])
+            if abs(joint - transition[block, :, None] * observation).max() > PROBABILITY_TOLERANCE:
                 raise BadParameter(STATE_DEPENDENT_OBSERVATION_MESSAGE)
-    flow, paid = transition.reshape(size, many, size), rewards.reshape(size, many, -1)
-    over = np.flatnonzero(problem.terminal(states) & (not problem.partially_observable))
-    flow[over], paid[over] = np.eye(size)[over, None], 0.0  # whatever its moves say
-    return Tables(flow, paid, observation)
+    transition_table, reward_table = (
+        transition.reshape(state_count, action_count, state_count),
+        rewards.reshape(state_count, action_count, -1),
+    )
+    terminal_states = np.flatnonzero(problem.terminal(states) & (not problem.partially_observable))
+    # terminal states absorb, whatever the dynamics return
+    transition_table[terminal_states], reward_table[terminal_states] = (
+        np.eye(state_count)[terminal_states, None],
+        0.0,
+    )
+    return Tables(transition_table, reward_table, observation)

@@ -1,4 +1,4 @@
-"""One place that decides how to talk: which front end, colour, ASCII."""
+"""The terminal's capabilities, and the choice of front end, colour and character set."""
 
 import contextlib
 import os
@@ -11,11 +11,12 @@ from typing import NamedTuple, TextIO
 
 from dmplay.finding.typed import parse_whole_number
 
-INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3  # of a terminal's attributes, the flags
+# indices of the input and local flags in a terminal's attributes
+INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3
 
 
 class TerminalOptions(NamedTuple):
-    """What the command line asked for."""
+    """The options of the command line that concern the terminal."""
 
     plain: bool = False
     json: bool = False
@@ -28,28 +29,29 @@ class TerminalOptions(NamedTuple):
 
 
 class Terminal(NamedTuple):
-    """How to talk to this user."""
+    """The front end and the output format for the current terminal."""
 
-    full_screen: bool  # full screen; else plain lines
-    plain_reason: str  # the switch that chose plain lines
-    is_interactive: bool  # whether a person types: an unknown word is asked again
+    full_screen: bool  # full screen, else plain lines
+    plain_reason: str  # the option or fact that selected plain lines
+    is_interactive: bool  # whether a person types, so that an invalid word can be asked for again
     color: bool
     ascii: bool
-    theme: str = "default"  # mono where there is no colour
-    width: int | None = None  # columns to draw in, where fewer are wanted than there are
-    motion: bool = True  # whether things may move without a key
-    can_ask: bool = True  # whether somebody may be asked: else all comes from options or a pipe
+    theme: str = "default"  # "mono" without colour
+    width: int | None = None  # maximum width in columns, or None for the terminal's width
+    motion: bool = True  # whether animations are allowed
+    # whether a person can be asked; if not, all input comes from options or a pipe
+    can_ask: bool = True
 
     @property
     def columns(self) -> int:
-        """The columns to draw in: those wanted, else those of the terminal, else 80."""
+        """The width in columns: that of the option, else of the terminal, else 80."""
         return self.width or shutil.get_terminal_size().columns
 
 
 def choose_terminal(
     options: TerminalOptions, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
 ) -> Terminal:
-    """Reads the wishes, the environment and the streams, in this order of strength."""
+    """Return the terminal settings by options, environment and streams, in this priority."""
     dumb = env.get("TERM", "") in ("", "dumb")
     reasons = {
         "--plain": options.plain,
@@ -60,11 +62,11 @@ def choose_terminal(
         "output is not a terminal": not stdout.isatty(),
         "TERM=dumb": dumb,
     }
-    why = next((reason for reason, holds in reasons.items() if holds), "")
+    plain_reason = next((reason for reason, holds in reasons.items() if holds), "")
     color = _use_color(options.color, env, stdout.isatty() and not dumb)
     return Terminal(
-        full_screen=not why,
-        plain_reason=why,
+        full_screen=not plain_reason,
+        plain_reason=plain_reason,
         is_interactive=stdin.isatty() and options.input,
         color=color,
         ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
@@ -76,20 +78,22 @@ def choose_terminal(
 
 
 def current_terminal(options: TerminalOptions) -> Terminal:
-    """The decision for this process."""
+    """Return the terminal settings for this process."""
     return choose_terminal(options, os.environ, sys.stdin, sys.stdout)
 
 
 def clear_screen() -> None:
-    """Leaves nothing of what was shown before the eyes; where it cannot, moves it out of sight."""
+    """Clear the screen and its scrollback, or scroll old output away on a dumb terminal."""
     if sys.stdout.isatty():
-        able = os.environ.get("TERM", "") not in ("", "dumb")
-        blank = "\x1b[H\x1b[2J\x1b[3J" if able else "\n" * shutil.get_terminal_size().lines
+        supports_escapes = os.environ.get("TERM", "") not in ("", "dumb")
+        blank = (
+            "\x1b[H\x1b[2J\x1b[3J" if supports_escapes else "\n" * shutil.get_terminal_size().lines
+        )
         print(blank, end="", flush=True)
 
 
 def _use_color(color_option: str, env: Mapping[str, str], can_color: bool) -> bool:
-    """Whether to write in colour: the wish, then the variables, then what is able."""
+    """Return whether to use colour, by option, environment and terminal, in this priority."""
     if color_option != "auto":
         return color_option == "always"
     if env.get("NO_COLOR"):
@@ -102,13 +106,14 @@ def _use_color(color_option: str, env: Mapping[str, str], can_color: bool) -> bo
 
 
 def _is_c_locale(env: Mapping[str, str]) -> bool:
-    """Whether the locale is the bare one, which Python writes as UTF-8 none the less."""
+    """Return whether the locale is C or POSIX, in which Python would still write UTF-8."""
     names = (env.get(name, "") for name in ("LC_ALL", "LC_CTYPE", "LANG"))
-    chosen = next(filter(None, names), "")
-    return chosen in ("C", "POSIX") and not env.get("PYTHONIOENCODING")
+    locale = next(filter(None, names), "")
+    return locale in ("C", "POSIX") and not env.get("PYTHONIOENCODING")
 
 
 def _can_encode_unicode(stdout: TextIO) -> bool:
+    """Return whether the encoding of a stream has the characters that boards are drawn with."""
     try:
         "╱◆▏γ".encode(stdout.encoding or "ascii")
     except (UnicodeEncodeError, LookupError):
@@ -118,62 +123,65 @@ def _can_encode_unicode(stdout: TextIO) -> bool:
 
 @contextlib.contextmanager
 def mute_typed_keys(stdin: TextIO) -> Iterator[None]:
-    """Keys typed meanwhile wait: they are not shown, and are no signals."""
+    """Run the block while typed keys are not echoed and send no signals, but stay readable."""
     import termios
 
     fd = stdin.fileno()
     try:
-        before = termios.tcgetattr(fd)
+        saved_attributes = termios.tcgetattr(fd)
     except termios.error:
         yield
         return
-    quiet = termios.tcgetattr(fd)
-    quiet[INPUT_FLAGS_INDEX] &= ~termios.ICRNL
-    quiet[LOCAL_FLAGS_INDEX] &= ~(termios.ECHO | termios.ICANON | termios.ISIG | termios.IEXTEN)
-    termios.tcsetattr(fd, termios.TCSANOW, quiet)
+    muted_attributes = termios.tcgetattr(fd)
+    muted_attributes[INPUT_FLAGS_INDEX] &= ~termios.ICRNL
+    muted_attributes[LOCAL_FLAGS_INDEX] &= ~(
+        termios.ECHO | termios.ICANON | termios.ISIG | termios.IEXTEN
+    )
+    termios.tcsetattr(fd, termios.TCSANOW, muted_attributes)
     try:
         yield
     finally:
-        with contextlib.suppress(termios.error):  # the terminal itself may be gone
-            termios.tcsetattr(fd, termios.TCSANOW, before)
+        with contextlib.suppress(termios.error):  # the terminal itself may be lost
+            termios.tcsetattr(fd, termios.TCSANOW, saved_attributes)
 
 
 def has_background_erase(stream: TextIO) -> bool:
-    """Whether what is erased takes the colour that is set, as the terminal's description says."""
-    import curses  # only for the full screen
+    """Return whether erased areas take the current background colour (terminfo `bce`)."""
+    import curses  # imported here because only the full screen needs it
 
     try:
         curses.setupterm(fd=stream.fileno())
-    except curses.error:  # there is no description
+    except curses.error:  # The terminal has no terminfo description.
         return False
     return curses.tigetflag("bce") > 0
 
 
 def read_line(prompt: str, stdin: TextIO) -> str:
-    """The next line, '' at the end; of a terminal, no signal is lost that comes before it is read.
+    """Print a prompt and return the next line, "" at the end of input.
 
-    A signal between the prompt and the read would wait for the line: so both are waited for.
+    On a terminal, a signal between the prompt and the read would only be handled after the line. So
+    this waits for input and signals together.
     """
     sys.stdout.write(prompt)
     sys.stdout.flush()
     if not hasattr(select, "poll") or not stdin.isatty():
         return stdin.readline()
-    come, signalled = os.pipe()
-    os.set_blocking(signalled, False)
-    before = signal.set_wakeup_fd(signalled)
+    wakeup_read, wakeup_write = os.pipe()
+    os.set_blocking(wakeup_write, False)
+    previous_fd = signal.set_wakeup_fd(wakeup_write)
     try:
-        while stdin.fileno() not in select.select([stdin.fileno(), come], [], [])[0]:
-            os.read(come, 1)
+        while stdin.fileno() not in select.select([stdin.fileno(), wakeup_read], [], [])[0]:
+            os.read(wakeup_read, 1)
     finally:
-        signal.set_wakeup_fd(before)
-        os.close(come)
-        os.close(signalled)
+        signal.set_wakeup_fd(previous_fd)
+        os.close(wakeup_read)
+        os.close(wakeup_write)
     return stdin.readline()
 
 
 def escape_unprintable(text: str) -> str:
-    """An outside string made safe to show: what does not print is written as an escape."""
-    if text.isprintable():  # as most is
+    """Return a text with unprintable characters escaped, so that it is safe to print."""
+    if text.isprintable():  # the usual case
         return text
     rows = text.split("\n")
     return "\n".join(
@@ -182,4 +190,5 @@ def escape_unprintable(text: str) -> str:
 
 
 def _escape_character(c: str) -> str:
+    """Return a printable character as it is, and any other as an escape sequence."""
     return c if c.isprintable() else c.encode("unicode_escape").decode()

@@ -1,8 +1,9 @@
-"""What is computed beside the screen: an agent's move, a hint, a review.
+"""Cancellable computations in background threads: an agent's move, a hint, a review.
 
-The game acts in a thread of its own and holds itself meanwhile; while it only thinks it lets go.
-Then the screen may draw it, and whoever waits may cancel. A thought that is cancelled and does not
-stop is left alone: it never holds the game again, and so cannot change it.
+The game runs in its own thread and holds a lock while it changes state; it releases the lock while
+it only computes. Then the screen may draw the game, and the user may cancel. A task that is
+cancelled and does not stop is abandoned: it never gets the lock again, so it cannot change the
+game.
 """
 
 from collections.abc import Callable, Iterator
@@ -15,115 +16,134 @@ from typing import NamedTuple, TypeVar
 from dmplay.budget import ComputationStopped, report_progress_to
 
 T = TypeVar("T")
-CANCEL_SECONDS = 1.0  # seconds after which what was cancelled and goes on is left alone
+CANCEL_SECONDS = 1.0  # seconds after which a cancelled task that has not stopped is abandoned
 
 
 class TaskInfo(NamedTuple):
-    """What is thought of, in words, and whether it is an agent's move."""
+    """A description of a running computation, and whether it is an agent's move."""
 
-    message: str  # "optimal is thinking"
-    is_agent_move: bool = False  # of an agent: nothing else can be done meanwhile
+    message: str  # such as "optimal is thinking"
+    is_agent_move: bool = False  # An agent's move blocks everything else.
 
 
 class TaskCancelled(KeyboardInterrupt):
-    """Ctrl-C in words while something only looked on: the game goes on where a person types."""
+    """Raised by Ctrl-C during a read-only computation; the game then continues at the prompt."""
 
 
 class BackgroundTask:
-    """What a key or a typed line has the game do."""
+    """A game action that runs in a background thread, started by a key or a typed line."""
 
     def __init__(self, action: Callable[[], None]) -> None:
-        self.info: TaskInfo | None = None  # None while the game acts
-        self.progress: float | None = None  # that is done, where it is known
-        self.is_abandoned = False  # whether it did not stop, and is left alone
+        self.info: TaskInfo | None = None  # None while the game's state changes
+        self.progress: float | None = None  # fraction done, or None if unknown
+        self.is_abandoned = False  # whether the task did not stop in time and was given up
         self._action = action
         self._error: BaseException | None = None
         self._finished = Event()
         self._finish_callback: Callable[[], object] | None = None
-        self._game_lock = Lock()  # had by who may touch the game
+        self._game_lock = Lock()  # held by the thread that may use the game
         self._cancelled = False
         self._start_time = 0.0
         Thread(target=self._run, daemon=True).start()
 
     def _run(self) -> None:
+        """Run the action with the game locked, keep its exception, and call the finish callback."""
         with self._game_lock:
             _current_task.set(self)
             try:
                 self._action()
-            except BaseException as fault:
-                self._error = fault
+            except BaseException as error:
+                self._error = error
             self._finished.set()
         if self._finish_callback:
-            with suppress(RuntimeError):  # of who waits no more
+            with suppress(RuntimeError):  # The application that set the callback may be closed.
                 self._finish_callback()
 
     @property
     def is_finished(self) -> bool:
-        """Whether all is done."""
+        """True if the action has finished."""
         return self._finished.is_set()
 
     @property
     def progress_text(self) -> str:
-        """How far it is, or how long it takes where that is not known."""
+        """The progress in percent, or the seconds elapsed if the progress is unknown."""
         share, seconds = self.progress, int(monotonic() - self._start_time)
         return f"{seconds} s. " if share is None else f"{share:.0%}. "
 
     def wait_until_finished(self, seconds: float) -> bool:
-        """Waits so long; whether all is done by then."""
+        """Wait at most this many seconds and return whether the action has finished."""
         return self._finished.wait(seconds)
 
     def set_finish_callback(self, call: Callable[[], object]) -> None:
-        """Calls back from the thread once all is done, if it is not yet."""
+        """Set the function that the task's thread calls once the action has finished.
+
+        It is not called if the action has finished already.
+        """
         self._finish_callback = call
 
     def raise_error(self) -> None:
-        """Raises what the game raised."""
+        """Raise the exception that the action raised, if any."""
         if self._error:
             raise self._error
 
     @contextmanager
     def pause_game(self) -> Iterator[TaskInfo | None]:
-        """Has the game stand still; what is thought of, None where it acts and must be let be."""
-        held = self._game_lock.acquire(blocking=False)
+        """Run the block with the game paused, if possible.
+
+        Yields the description of the computation under way, or None if the game is changing state
+        and must not be used.
+        """
+        acquired = self._game_lock.acquire(blocking=False)
         try:
-            yield self.info if held else None
+            yield self.info if acquired else None
         finally:
-            if held:
+            if acquired:
                 self._game_lock.release()
 
     def cancel(self, timeout: float = CANCEL_SECONDS) -> None:
-        """Stops it, or leaves it alone; where the game acts, its next thought is not begun."""
+        """Ask the task to stop, and abandon it if it is still computing after `timeout` seconds.
+
+        If the game is changing state instead, the task goes on until its next computation, which
+        stops.
+        """
         self._cancelled = True
-        held = not self.wait_until_finished(timeout) and self._game_lock.acquire(blocking=False)
-        self.is_abandoned = held and not self.is_finished
+        acquired = not self.wait_until_finished(timeout) and self._game_lock.acquire(blocking=False)
+        self.is_abandoned = acquired and not self.is_finished
 
     def compute_unlocked(self, info: TaskInfo, compute: Callable[[], T]) -> T:
-        """Computes what changes nothing of the game, and lets go of it meanwhile."""
+        """Return the result of a read-only computation, with the game unlocked meanwhile.
+
+        Raises ComputationStopped if the task is cancelled.
+        """
         self.info, self.progress, self._start_time = info, None, monotonic()
         with self._release_game(), report_progress_to(self._update_progress):
             self._check_cancelled()
-            found = compute()
+            result = compute()
         self._check_cancelled()
-        return found
+        return result
 
     @contextmanager
     def _release_game(self) -> Iterator[None]:
-        """Holds the game no more, up to the end; for ever where it is left alone by then."""
+        """Run the block with the game unlocked, then lock it again.
+
+        If the task has been abandoned by then, this waits for ever.
+        """
         self._game_lock.release()
-        inner = _current_task.set(None)  # a thought within a thought is part of it
+        token = _current_task.set(None)  # A nested computation belongs to the outer one.
         try:
             yield
         finally:
-            _current_task.reset(inner)
+            _current_task.reset(token)
             self._game_lock.acquire()
             self.info = None
 
     def _update_progress(self, share: float) -> None:
+        """Store the progress, and raise ComputationStopped if the task is cancelled."""
         self.progress = share
         self._check_cancelled()
 
     def _check_cancelled(self) -> None:
-        """Raises Stopped where nobody waits any more."""
+        """Raise ComputationStopped if the task is cancelled."""
         if self._cancelled:
             raise ComputationStopped
 
@@ -132,10 +152,15 @@ _current_task: ContextVar[BackgroundTask | None] = ContextVar("thought", default
 
 
 def run_cancellable(info: TaskInfo, compute: Callable[[], T]) -> T:
-    """What a computation that changes nothing comes to; cancelled, it raises Stopped."""
-    thought = _current_task.get()
-    if thought:
-        return thought.compute_unlocked(info, compute)
+    """Return the result of a read-only computation that the user can cancel.
+
+    Inside a background task, the game is unlocked meanwhile and cancelling raises
+    ComputationStopped. Elsewhere Ctrl-C raises TaskCancelled, or KeyboardInterrupt if the
+    computation is an agent's move.
+    """
+    task = _current_task.get()
+    if task:
+        return task.compute_unlocked(info, compute)
     try:
         return compute()
     except KeyboardInterrupt:

@@ -1,7 +1,7 @@
-"""The problems as parallel environments of PettingZoo: every seat is a learner's.
+"""The problems as parallel environments of PettingZoo, in which a learner plays every seat.
 
-Observations, rewards, masks and illegal moves are those of `dmplay.gym`; where any seat's move is
-not legal, no turn passes.
+Observations, rewards, masks and illegal actions are those of `dmplay.gym`; if the action of any
+seat is illegal, no turn passes.
 """
 
 from typing import Any
@@ -18,10 +18,10 @@ from dmplay.session import Session
 AgentDict = dict[str, Any]
 
 
-class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # which has no types
-    """One game: `reset(seed=s)` begins episode 0 of a seed, `reset()` the next one."""
+class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is untyped
+    """One game at a time: `reset(seed=s)` begins episode 0 of a seed, `reset()` the next one."""
 
-    metadata = {"render_modes": ["ansi"], "name": "dmplay_v0"}  # noqa: RUF012 - as PettingZoo has it
+    metadata = {"render_modes": ["ansi"], "name": "dmplay_v0"}  # noqa: RUF012 - as in PettingZoo
 
     def __init__(
         self,
@@ -41,77 +41,91 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # which has no 
         self.session: Session | None = None
 
     def observation_space(self, agent: str) -> Space:
-        """What an agent may see."""
+        """Return the observation space of an agent."""
         return self._seats[self.problem.seat_index(agent)].observation_space
 
     def action_space(self, agent: str) -> Space:
-        """What an agent may do."""
+        """Return the action space of an agent."""
         return self._seats[self.problem.seat_index(agent)].action_space
 
     def reset(
         self, seed: int | None = None, options: Info | None = None
     ) -> tuple[AgentDict, AgentDict]:
-        """Begins an episode: `options={"episode": n}` says which of the seed."""
+        """Begin an episode, and return the observations and infos by agent.
+
+        `options={"episode": n}` chooses the episode of the seed.
+        """
         if seed is not None or self._seed < 0:
             self._seed, self._episode = new_seed() if seed is None else seed, -1
         self._episode = (options or {}).get("episode", self._episode + 1)
-        game = self.session = Session(
+        session = self.session = Session(
             self.problem, SeededUniforms(self._seed, self._episode), turn_limit=self._turn_limit
         )
         self.agents = [*self.possible_agents]
-        return self._current_observations(game), self._infos(game)
+        return self._current_observations(session), self._infos(session)
 
     def step(
         self, actions: AgentDict
     ) -> tuple[AgentDict, AgentDict, AgentDict, AgentDict, AgentDict]:
-        """Plays a turn by these actions of all agents; nothing where the game is over."""
+        """Play a turn with the actions of all agents, and return PettingZoo's five dictionaries.
+
+        They are empty if the game is over. Raises IllegalAction if an agent's action is missing.
+        """
         if not self.agents:
             return {}, {}, {}, {}, {}
-        game = self._current_session()
+        session = self._current_session()
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
             raise IllegalAction(f"step: no action of {', '.join(missing)}; expected one of each")
-        told = zip(self._seats, self.agents, strict=True)
-        done = [seat.decode_actions(np.asarray(actions[agent])[None])[0] for seat, agent in told]
-        paid = np.zeros(len(done))
-        if all(_is_legal(game, seat, action) for seat, action in enumerate(done)):
-            paid = game.advance(done).rewards
-        over, agents = game.end_reason, self.agents
-        if over:
+        pairs = zip(self._seats, self.agents, strict=True)
+        joint_actions = [
+            seat.decode_actions(np.asarray(actions[agent])[None])[0] for seat, agent in pairs
+        ]
+        rewards = np.zeros(len(joint_actions))
+        if all(_is_legal(session, seat, action) for seat, action in enumerate(joint_actions)):
+            rewards = session.advance(joint_actions).rewards
+        end_reason, agents = session.end_reason, self.agents
+        if end_reason:
             self.agents = []
         return (
-            self._current_observations(game),
-            dict(zip(agents, paid.tolist(), strict=True)),
-            dict.fromkeys(agents, over == "terminal"),
-            dict.fromkeys(agents, over not in (None, "terminal")),
-            self._infos(game),
+            self._current_observations(session),
+            dict(zip(agents, rewards.tolist(), strict=True)),
+            dict.fromkeys(agents, end_reason == "terminal"),
+            dict.fromkeys(agents, end_reason not in (None, "terminal")),
+            self._infos(session),
         )
 
     def _current_session(self) -> Session:
+        """Return the current session; raises BadParameter before the first `reset`."""
         if self.session is None:
             raise BadParameter("step: no game was begun; call reset first")
         return self.session
 
     def _current_observations(self, session: Session) -> AgentDict:
+        """Return the current observation of every agent."""
         turn = len(session.turns)
         joint = session.turns[-1].actions[None] if turn else None
         return {
-            agent: one.encode_observations(session.observation_after(one.seat, turn)[None], joint)[
-                0
-            ]
-            for agent, one in zip(self.possible_agents, self._seats, strict=True)
+            agent: seat_spaces.encode_observations(
+                session.observation_after(seat_spaces.seat, turn)[None], joint
+            )[0]
+            for agent, seat_spaces in zip(self.possible_agents, self._seats, strict=True)
         }
 
     def _infos(self, session: Session) -> AgentDict:
+        """Return the info of every agent, with the mask of its legal actions."""
         pairs = zip(self.possible_agents, self._seats, strict=True)
-        return {agent: one.make_info(session.legal_actions_mask(one.seat)) for agent, one in pairs}
+        return {
+            agent: seat_spaces.make_info(session.legal_actions_mask(seat_spaces.seat))
+            for agent, seat_spaces in pairs
+        }
 
     def render(self) -> str | None:
-        """The board as the first seat sees it, with `render_mode="ansi"`."""
+        """Return the board as the first seat sees it, with `render_mode="ansi"`, else None."""
         return render_board(self._current_session(), 0) if self.render_mode == "ansi" else None
 
 
 def _is_legal(session: Session, seat: int, action: float) -> bool:
-    """Whether a seat's action is legal."""
-    legal = session.legal_actions_mask(seat)
-    return legal is None or bool(legal[int(action)])
+    """Return whether a seat's action is legal."""
+    legal_mask = session.legal_actions_mask(seat)
+    return legal_mask is None or bool(legal_mask[int(action)])

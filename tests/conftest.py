@@ -1,11 +1,12 @@
-"""What the everyday run leaves out, how many examples are tried, and what is sought coarsely."""
+"""Settings of the test run: slow tests, the number of Hypothesis examples, garbage collection."""
 
 import gc
 import os
 import sys
 from collections.abc import Iterator
 
-os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # a second thread only waits: systems are small
+# the linear systems are small, so that a second thread only waits
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
@@ -16,38 +17,39 @@ from dmplay.policies import cart_pole, mountain_car
 from dmplay.solutions import reals
 from dmplay.solvers.grid_iteration import RectangularGrid
 
-gc.set_threshold(5_000, 9_999)  # old things are looked through at the end
-providers._get_local_constants = Constants  # what is tried is not what is loaded
+gc.set_threshold(5_000, 9_999)  # objects that live long are collected once, at the end
+# examples must not depend on the modules that are loaded
+providers._get_local_constants = Constants
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")
 
-LONG = (
-    "collaborative-predator-prey", "collab/",  # each turn carries a belief over 1,728 states
+SLOW_TEST_NAMES = (
+    "collaborative-predator-prey", "collab/",  # each turn updates a belief over 1,728 states
     "collision/nmac", "mountaincar/policy_steps",  # many long games
 )  # fmt: skip
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Marks the tests of what takes as long as all others together."""
+    """Mark the tests that take as long as all others together as slow."""
     for item in items:
-        if any(one in item.name for one in LONG):
+        if any(part in item.name for part in SLOW_TEST_NAMES):
             item.add_marker(pytest.mark.slow)
 
 
 def pytest_collection_finish() -> None:
-    """What stays to the end is not looked through again."""
+    """Exclude objects that live until the end from garbage collection."""
     gc.freeze()
 
 
 @pytest.hookimpl(trylast=True)
 def pytest_unconfigure() -> None:
-    """What pytest looked through at the end is not looked through again."""
+    """Exclude the remaining objects from the last garbage collection."""
     gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol() -> Iterator[None]:
-    """The folders that a test loaded files from are looked into no more."""
+    """Restore `sys.path` after each test, because loading a file adds its folder."""
     before = [*sys.path]
     try:
         return (yield)
@@ -57,9 +59,9 @@ def pytest_runtest_protocol() -> Iterator[None]:
 
 @pytest.fixture
 def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The car's optimum is sought on few points, and a pole pushed few turns ahead.
+    """Solve mountain car on a coarse grid and search cart-pole few turns ahead.
 
-    It is for what is true of however many.
+    Use it for tests that hold at any resolution.
     """
     grid = RectangularGrid(mountain_car.VALUE_GRID.low, mountain_car.VALUE_GRID.high, (61, 47))
     for module in (mountain_car, reals):

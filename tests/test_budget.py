@@ -1,4 +1,4 @@
-"""A budget ends a computation in one line, and tells who watches how far it is."""
+"""Tests of computation budgets: errors, shared limits and progress callbacks."""
 
 import pytest
 
@@ -6,24 +6,24 @@ from dmplay.budget import Budget, ComputationStopped, limit_total_work, report_p
 from dmplay.errors import BudgetExceeded
 
 
-def test_a_budget_ends_in_one_line_that_says_what_would_do() -> None:
+def test_an_exceeded_budget_raises_one_line_with_the_remedy() -> None:
     budget = Budget("alpha vectors", "search needs none", work_limit=1e3)
     budget.spend_work(600)
-    with pytest.raises(BudgetExceeded) as caught:
+    with pytest.raises(BudgetExceeded) as error:
         budget.spend_work(600)
-    assert str(caught.value) == "alpha vectors: more than 1e+03 operations; search needs none"
+    assert str(error.value) == "alpha vectors: more than 1e+03 operations; search needs none"
 
 
-def test_budgets_share_what_is_given_to_all_of_them() -> None:
-    one, other = (
+def test_a_total_work_limit_is_shared_by_budgets() -> None:
+    sweeps, plans = (
         Budget("sweeps", "a discount", work_limit=50),
         Budget("plans", "a search", work_limit=50),
     )
     with limit_total_work(60):
-        one.spend_work(40)
+        sweeps.spend_work(40)
         with pytest.raises(BudgetExceeded, match=r"^plans: more than 6e\+01 operations; a search$"):
-            other.spend_work(30)
-    other.spend_work(30)
+            plans.spend_work(30)
+    plans.spend_work(30)
 
 
 def test_memory_is_refused_before_it_is_allocated() -> None:
@@ -31,7 +31,7 @@ def test_memory_is_refused_before_it_is_allocated() -> None:
         Budget("tables", "fewer states").check_memory(1e10)
 
 
-def test_who_watches_is_told_the_share_and_may_stop_it() -> None:
+def test_a_progress_callback_receives_shares_and_can_stop_the_work() -> None:
     shares = []
 
     def watch(share: float) -> None:

@@ -1,4 +1,4 @@
-"""No problem goes without its goldens: a transcript in its own folder, and exact cases."""
+"""Tests that every problem has golden transcripts and exact cases."""
 
 import json
 from pathlib import Path
@@ -8,10 +8,10 @@ import pytest
 from dmplay.finding.names import name_to_stem, problem_names
 from dmplay.transcript.reading import read_transcript
 
-TESTS = Path(__file__).parent
-TRANSCRIPTS = sorted(TESTS.parent.glob("transcripts/*/*.dmt"))
-STEMS = [name_to_stem(name) for name in problem_names()]
-FAMILIES = {  # of exact cases that are not called as their problem is
+TESTS_FOLDER = Path(__file__).parent
+TRANSCRIPT_PATHS = sorted(TESTS_FOLDER.parent.glob("transcripts/*/*.dmt"))
+PROBLEM_STEMS = [name_to_stem(name) for name in problem_names()]
+CASE_FAMILIES = {  # families of exact cases that have another name than their problem
     "cart_pole": "cartpole",
     "collaborative_predator_prey": "collab",
     "collision_avoidance": "collision",
@@ -28,20 +28,20 @@ FAMILIES = {  # of exact cases that are not called as their problem is
 }
 
 
-@pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("stem", PROBLEM_STEMS)
 def test_a_problem_has_a_transcript(stem: str) -> None:
-    assert [path for path in TRANSCRIPTS if path.parent.name == stem]
+    assert [path for path in TRANSCRIPT_PATHS if path.parent.name == stem]
 
 
-def test_a_transcript_lies_in_the_folder_of_its_problem() -> None:
-    for path in TRANSCRIPTS:
+def test_a_transcript_is_in_the_folder_of_its_problem() -> None:
+    for path in TRANSCRIPT_PATHS:
         assert path.parent.name == name_to_stem(
             read_transcript(path).header.problem.partition(":")[0]
         ), path
 
 
-@pytest.mark.parametrize("stem", STEMS)
+@pytest.mark.parametrize("stem", PROBLEM_STEMS)
 def test_a_problem_has_exact_cases_and_a_module_that_checks_them(stem: str) -> None:
-    family = FAMILIES.get(stem, stem)
-    assert json.loads((TESTS / "truth" / f"{family}.json").read_text())["cases"]
-    assert (TESTS / "truth_kinds" / f"{family}.py").exists()
+    family = CASE_FAMILIES.get(stem, stem)
+    assert json.loads((TESTS_FOLDER / "truth" / f"{family}.json").read_text())["cases"]
+    assert (TESTS_FOLDER / "truth_kinds" / f"{family}.py").exists()

@@ -1,4 +1,4 @@
-"""A game by hand: words and numbers go in and come out, and nothing that a seat may not know."""
+"""Tests of ManualGame: play from Python with labels and numbers, without hidden information."""
 
 import re
 from collections.abc import Callable
@@ -11,17 +11,17 @@ import dmplay
 from dmplay.errors import BadPolicy, DmplayError, EpisodeOver, UnknownName
 
 
-def test_a_person_of_python_plays_with_words() -> None:
+def test_a_python_caller_plays_with_labels() -> None:
     game = dmplay.play("crying-baby", seed=7, turns=3)
     assert game.legal_actions() == ["feed", "sing", "ignore"]
     assert game._repr_html_() == game.session._repr_html_()
     assert game.last_observation() is None
-    told = game.act("ignore")
-    assert told == {"action": "ignore", "observation": "crying"}
-    assert (game.last_observation(), game.last_percept("agent")) == ("crying", told)
+    result = game.act("ignore")
+    assert result == {"action": "ignore", "observation": "crying"}
+    assert (game.last_observation(), game.last_percept("agent")) == ("crying", result)
     assert game.returns == {}
     game.undo()
-    assert game.act("ignore") == told
+    assert game.act("ignore") == result
     game.act("feed")
     game.act("feed")
     assert game.over
@@ -30,19 +30,23 @@ def test_a_person_of_python_plays_with_words() -> None:
         game.act("feed")
 
 
-def test_agents_and_programs_sit_in_the_other_seats() -> None:
+def test_agents_play_the_other_seats() -> None:
     game = dmplay.play("prisoners-dilemma", [None, "tit-for-tat"], seed=7)
     game.act("defect")
     assert game.act("cooperate")["actions"] == {"agent1": "cooperate", "agent2": "defect"}
-    alone = dmplay.play("hexworld", ["optimal"], seed=7)
-    while not alone.over:
-        alone.act()
-    row = dmplay.rollout(alone.session.problem, [dmplay.load_agent(alone.session.problem, 0, "optimal")],
-                         episodes=1, seed=7)  # fmt: skip
-    assert alone.returns["agent"] == row.returns[0, 0]
+    walk = dmplay.play("hexworld", ["optimal"], seed=7)
+    while not walk.over:
+        walk.act()
+    batch = dmplay.rollout(
+        walk.session.problem,
+        [dmplay.load_agent(walk.session.problem, 0, "optimal")],
+        episodes=1,
+        seed=7,
+    )
+    assert walk.returns["agent"] == batch.returns[0, 0]
 
 
-def test_numbers_are_played_as_numbers() -> None:
+def test_interval_actions_are_numbers() -> None:
     game = dmplay.play("simple-regulator", seed=7)
     bounds = game.legal_actions()
     assert isinstance(bounds, dict)
@@ -51,25 +55,40 @@ def test_numbers_are_played_as_numbers() -> None:
 
 HEXWORLD = dmplay.load_problem("hexworld")
 WALKER = dmplay.load_agent(HEXWORLD, 0, "random")
-NAMED: Any = "hexworld"  # a name where there should be what it names
-HALF: Any = 2.5
+PROBLEM_NAME: Any = "hexworld"  # a name where an object is expected
+NON_INTEGER: Any = 2.5
 
 
 @pytest.mark.parametrize(
-    ("asked", "told"),
+    ("call", "message"),
     [
-        (lambda: dmplay.rollout(NAMED, [WALKER], episodes=1), "got 'hexworld', expected a problem"),
         (
-            lambda: dmplay.Session(NAMED, dmplay.SeededUniforms(1)),
+            lambda: dmplay.rollout(PROBLEM_NAME, [WALKER], episodes=1),
+            "got 'hexworld', expected a problem",
+        ),
+        (
+            lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
             "got 'hexworld', expected a problem, as of",
         ),
-        (lambda: dmplay.run(NAMED, [WALKER]), "got 'hexworld', expected a problem, as of dmplay.l"),
-        (lambda: dmplay.load_agent(NAMED, 0, "random"), "got 'hexworld', expected a problem"),
-        (lambda: dmplay.compare(NAMED, [[WALKER]] * 2), "got 'hexworld', expected a problem"),
-        (lambda: dmplay.run_tournament(NAMED, {}), "got 'hexworld', expected a problem"),
-        (lambda: dmplay.rollout(HEXWORLD, [NAMED], episodes=1), "seat 0: got 'hexworld', expected"),
         (
-            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [NAMED]),
+            lambda: dmplay.run(PROBLEM_NAME, [WALKER]),
+            "got 'hexworld', expected a problem, as of dmplay.l",
+        ),
+        (
+            lambda: dmplay.load_agent(PROBLEM_NAME, 0, "random"),
+            "got 'hexworld', expected a problem",
+        ),
+        (
+            lambda: dmplay.compare(PROBLEM_NAME, [[WALKER]] * 2),
+            "got 'hexworld', expected a problem",
+        ),
+        (lambda: dmplay.run_tournament(PROBLEM_NAME, {}), "got 'hexworld', expected a problem"),
+        (
+            lambda: dmplay.rollout(HEXWORLD, [PROBLEM_NAME], episodes=1),
+            "seat 0: got 'hexworld', expected",
+        ),
+        (
+            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), [PROBLEM_NAME]),
             "seat 0: got 'hexworld', expe",
         ),
         (
@@ -81,11 +100,11 @@ HALF: Any = 2.5
             "turns: got -1, expect",
         ),
         (
-            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), turn_limit=HALF),
+            lambda: dmplay.Session(HEXWORLD, dmplay.SeededUniforms(1), turn_limit=NON_INTEGER),
             "turns: got 2.5, expec",
         ),
         (
-            lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=NAMED),
+            lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, turn_limit=PROBLEM_NAME),
             "turns: got 'hexwo",
         ),
         (lambda: dmplay.rollout(HEXWORLD, [WALKER], episodes=1, seed=-1), "seed: got -1, expected"),
@@ -94,7 +113,10 @@ HALF: Any = 2.5
             "episode: got -1, exp",
         ),
         (lambda: dmplay.play("hexworld", turns=-1), "turns: got -1, expected a whole number, 0 or"),
-        (lambda: dmplay.play("hexworld", seed=NAMED), "seed: got 'hexworld', expected a whole num"),
+        (
+            lambda: dmplay.play("hexworld", seed=PROBLEM_NAME),
+            "seed: got 'hexworld', expected a whole num",
+        ),
         (lambda: dmplay.play("hexworld").last_percept(), "no turn was played that could teach"),
         (
             lambda: dmplay.play("hexworld").session.advance([0, 1]),
@@ -109,22 +131,20 @@ HALF: Any = 2.5
         (lambda: dmplay.load_agent(HEXWORLD, 0, "bot"), "random, search, bot:COMMAND"),
     ],
 )
-def test_what_python_is_given_by_mistake_is_told_by_name(
-    asked: Callable[[], object], told: str
-) -> None:
-    with pytest.raises(DmplayError, match=re.escape(told)):
-        asked()
+def test_a_wrong_argument_is_named_in_the_error(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(DmplayError, match=re.escape(message)):
+        call()
 
 
-def test_numbers_of_numpy_are_numbers() -> None:
+def test_numpy_integers_are_accepted() -> None:
     seed, first = np.int64(7), np.uint8(2)
-    played = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=seed, first_episode=first)  # type: ignore[arg-type]
-    same = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=7, first_episode=2)
-    assert played.returns.tolist() == same.returns.tolist()
+    result = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=seed, first_episode=first)  # type: ignore[arg-type]
+    expected = dmplay.rollout(HEXWORLD, [WALKER], episodes=3, seed=7, first_episode=2)
+    assert result.returns.tolist() == expected.returns.tolist()
     assert dmplay.SeededUniforms(seed, first) == dmplay.SeededUniforms(7, 2)  # type: ignore[arg-type]
 
 
-def test_seats_are_said_to_be_too_many_or_too_few() -> None:
+def test_a_wrong_number_of_policies_or_actions_is_refused() -> None:
     with pytest.raises(BadPolicy, match="got 1 agent, expected one for each of"):
         dmplay.play("prisoners-dilemma", [None])
     game = dmplay.play("prisoners-dilemma", [None, None])

@@ -1,4 +1,4 @@
-"""The house: a module imports only what stands above it, and the rules load no screen."""
+"""Tests of the package's layers: allowed imports, no cycles, and the modules loaded at start."""
 
 import ast
 import re
@@ -10,11 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.programs import loaded
+from tests.support.programs import list_loaded_modules
 
-HERE = Path(__file__).parent
-HOUSE = HERE.parent / "dmplay"
-FLOORS = (
+TESTS_FOLDER = Path(__file__).parent
+PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
+LAYERS = (
     "errors", "places", "disk", "budget", "thought", "chance", "columns", "core", "dice",
     "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
     "rules", "knowledge", "session", "signals", "blocks", "rollouts", "problems", "files",
@@ -23,8 +23,8 @@ FLOORS = (
     "game", "timeline", "conformance", "records", "measure", "words", "screen", "gallery",
     "reports", "prompt", "front", "mcp", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
-SCREENS = {"rich", "typer", "prompt_toolkit"}
-ALLOWED = {  # what a floor may load beside the standard library and numpy
+UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
+ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
     "styles": {"rich"},
     "painting": {"rich"},
     "views": {"rich"},
@@ -39,79 +39,79 @@ ALLOWED = {  # what a floor may load beside the standard library and numpy
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
-MODULES = sorted(HOUSE.rglob("*.py"))
-# A statement has lines of its own, as ruff demands, so that not all else needs to be parsed.
-IMPORT = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[\w., *]+))", re.MULTILINE)
+MODULE_PATHS = sorted(PACKAGE_FOLDER.rglob("*.py"))
+# Ruff puts each import statement on its own lines, so a pattern finds them without parsing files.
+IMPORT_PATTERN = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[\w., *]+))", re.MULTILINE)
 
 
-def floor(module: Path) -> str:
-    return module.relative_to(HOUSE).parts[0].removesuffix(".py")
+def layer_of(module: Path) -> str:
+    return module.relative_to(PACKAGE_FOLDER).parts[0].removesuffix(".py")
 
 
 @cache
-def imported(module: Path) -> set[str]:
-    """Every module that a file imports, at the top or inside a function."""
+def imported_names(module: Path) -> set[str]:
+    """Return the names that a file imports, at the top or inside a function."""
     names = set()
-    for found in IMPORT.findall(module.read_text(encoding="utf-8")):
-        (node,) = ast.parse(found).body
+    for statement in IMPORT_PATTERN.findall(module.read_text(encoding="utf-8")):
+        (node,) = ast.parse(statement).body
         assert isinstance(node, ast.Import | ast.ImportFrom)
-        of = f"{node.module or ''}." if isinstance(node, ast.ImportFrom) else ""
-        names |= {f"{of}{alias.name}" for alias in node.names}
+        prefix = f"{node.module or ''}." if isinstance(node, ast.ImportFrom) else ""
+        names |= {f"{prefix}{alias.name}" for alias in node.names}
     return names
 
 
-def edges() -> Iterator[tuple[Path, str]]:
-    """Every module of the house, with each name that it imports."""
-    return ((module, name) for module in MODULES for name in imported(module))
+def iter_imports() -> Iterator[tuple[Path, str]]:
+    """Iterate over the imports of the package, as pairs of a module and a name."""
+    return ((module, name) for module in MODULE_PATHS for name in imported_names(module))
 
 
-def test_a_module_imports_only_floors_above_its_own() -> None:
-    for module, name in edges():
-        own, parts = floor(module), name.split(".")
-        if own == "__init__":
+def test_a_module_imports_only_its_own_and_earlier_layers() -> None:
+    for module, name in iter_imports():
+        layer, parts = layer_of(module), name.split(".")
+        if layer == "__init__":
             continue
-        if name.startswith("dmplay.") and parts[1] in FLOORS:
-            assert FLOORS.index(parts[1]) <= FLOORS.index(own), f"{module} imports {name}"
-        elif parts[0] in SCREENS | {"pytest"}:
-            assert parts[0] in ALLOWED.get(own, set()), f"{module} imports {name}"
+        if name.startswith("dmplay.") and parts[1] in LAYERS:
+            assert LAYERS.index(parts[1]) <= LAYERS.index(layer), f"{module} imports {name}"
+        elif parts[0] in UI_LIBRARIES | {"pytest"}:
+            assert parts[0] in ALLOWED_LIBRARIES.get(layer, set()), f"{module} imports {name}"
 
 
-def test_what_a_room_names_with_an_underscore_is_imported_by_no_other() -> None:
-    for module, name in edges():
+def test_private_names_are_not_imported_by_other_subpackages() -> None:
+    for module, name in iter_imports():
         package, _, inside = name.partition(".")
-        if package == "dmplay" and inside.split(".")[0] != floor(module):
+        if package == "dmplay" and inside.split(".")[0] != layer_of(module):
             private = [part for part in inside.split(".") if re.match("_[a-z]", part)]
             assert not private, f"{module} imports {name}"
 
 
-def test_no_modules_import_each_other_in_a_circle() -> None:
+def test_there_are_no_import_cycles() -> None:
     paths = {
-        ".".join(module.relative_to(HOUSE.parent).with_suffix("").parts): module
-        for module in MODULES
+        ".".join(module.relative_to(PACKAGE_FOLDER.parent).with_suffix("").parts): module
+        for module in MODULE_PATHS
     }
-    known = {
-        name: (_beginnings(imported(module)) & paths.keys()) - {name}
+    imports = {
+        name: (_possible_modules(imported_names(module)) & paths.keys()) - {name}
         for name, module in paths.items()
     }
-    while leaves := {name for name, needs in known.items() if not needs}:
-        known = {name: needs - leaves for name, needs in known.items() if name not in leaves}
-    assert not known, f"a circle: {known}"
+    while leaves := {name for name, needs in imports.items() if not needs}:
+        imports = {name: needs - leaves for name, needs in imports.items() if name not in leaves}
+    assert not imports, f"a circle: {imports}"
 
 
-def _beginnings(names: set[str]) -> set[str]:
-    """The modules that these imported names may be, or may be of."""
+def _possible_modules(names: set[str]) -> set[str]:
+    """Return the modules that these imported names may be or may belong to."""
     return names | {name.rpartition(".")[0] for name in names}
 
 
-def test_no_test_imports_a_test() -> None:
-    wanted = re.compile(r"^ *(?:from|import) .*\btest_.*", re.MULTILINE)
-    for module in HERE.rglob("*.py"):
-        found = wanted.search(module.read_text(encoding="utf-8"))
-        assert not found, f"{module.relative_to(HERE)}: {found}"
+def test_no_test_module_imports_another() -> None:
+    pattern = re.compile(r"^ *(?:from|import) .*\btest_.*", re.MULTILINE)
+    for module in TESTS_FOLDER.rglob("*.py"):
+        match = pattern.search(module.read_text(encoding="utf-8"))
+        assert not match, f"{module.relative_to(TESTS_FOLDER)}: {match}"
 
 
-def test_every_module_has_a_floor() -> None:
-    assert {floor(module) for module in MODULES} - {"__init__"} == set(FLOORS)
+def test_every_module_has_a_layer() -> None:
+    assert {layer_of(module) for module in MODULE_PATHS} - {"__init__"} == set(LAYERS)
 
 
 @pytest.mark.parametrize(
@@ -139,21 +139,23 @@ def test_start_up_loads_no_more_than_it_needs(words: str, never: set[str]) -> No
         "    try:\n        main()\n"
         "    except SystemExit as end:\n        assert not end.code, end.code\n"
     )
-    assert not loaded(code, never)
+    assert not list_loaded_modules(code, never)
 
 
-def test_threads_of_arithmetic_that_wait_for_one_another_are_not_started() -> None:
+def test_openblas_starts_only_one_thread() -> None:
     code = (
         "import os, sys\nfrom dmplay.__main__ import main\nsys.argv[1:] = ['--version']\n"
         "try:\n    main()\nexcept SystemExit:\n"
         "    print(os.environ['OPENBLAS_DEFAULT_NUM_THREADS'])"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.splitlines()[-1] == "1"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    )
+    assert result.stdout.splitlines()[-1] == "1"
 
 
-def test_first_frames_are_drawn_without_the_toolkit_and_without_agents() -> None:
-    """Of the gallery, which needs the views of no problem but those it shows, and of a game."""
+def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
+    """Draw a frame of the gallery, which needs only the views of shown problems, and of a game."""
     never = {
         "prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048",
         "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors",
@@ -168,27 +170,32 @@ def test_first_frames_are_drawn_without_the_toolkit_and_without_agents() -> None
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"
         "from dmplay.screen.frame import compose_frame\n"
-        "from dmplay.game.request import GameRequest\nfrom dmplay.game.start import start_new_game\n"
-        "from dmplay.game import table\nfrom dmplay.screen import screen\n"
-        "game = start_new_game(GameRequest('hexworld', seed=7, record_path=Path('/dev/null')))\n"
+        "from dmplay.game.request "
+        "import GameRequest\nfrom "
+        "dmplay.game.start "
+        "import start_new_game\n"
+        "from dmplay.game import table\nfrom "
+        "dmplay.screen import screen\n"
+        "game = start_new_game(GameRequest('hexworld', "
+        "seed=7, record_path=Path('/dev/null')))\n"
         "compose_frame(game, Viewport(80, 24), FrameState(), [])\n"
     )
-    assert not loaded(code, never)
+    assert not list_loaded_modules(code, never)
 
 
 def test_the_stub_and_the_lazy_names_agree() -> None:
     import dmplay
 
-    stub = ast.parse((HOUSE / "__init__.pyi").read_text())
-    homes = {
+    stub = ast.parse((PACKAGE_FOLDER / "__init__.pyi").read_text())
+    modules = {
         alias.name: (node.module or "").removeprefix("dmplay.")
         for node in stub.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    assert homes == vars(dmplay)["_PUBLIC_MODULES"]
-    assert {*homes} <= {*dir(dmplay)}
-    for name in homes:
+    assert modules == vars(dmplay)["_PUBLIC_MODULES"]
+    assert {*modules} <= {*dir(dmplay)}
+    for name in modules:
         assert getattr(dmplay, name)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = dmplay.nothing  # type: ignore[attr-defined]

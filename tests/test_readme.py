@@ -1,4 +1,4 @@
-"""The README does what it says: its sessions, its pictures, its one frame."""
+"""Tests that the sessions, the pictures and the frame of the README are up to date."""
 
 from pathlib import Path
 
@@ -13,37 +13,40 @@ from dmplay.screen.press import handle_key
 from dmplay.screen.screen import PlayScreen
 from dmplay.screen.shown import Viewport
 from dmplay.terminal import Terminal
-from tests.support.blocks import README, ROOT, Reader
-from tests.support.pictures import PICTURES, drawn
+from tests.support.blocks import PROJECT_ROOT, README_TEXT, DocumentRunner
+from tests.support.pictures import PICTURE_PATHS, export_picture
 
 
-def test_what_the_readme_says_is_what_happens(
+def test_the_sessions_of_the_readme_print_the_output_shown(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    Reader(tmp_path, monkeypatch).follow(README)
+    DocumentRunner(tmp_path, monkeypatch).follow(README_TEXT)
 
 
-def _one_every_day(picture: str) -> list[pytest.MarkDecorator]:
+def _marks_of_picture(picture: str) -> list[pytest.MarkDecorator]:
+    """Return the slow mark for every picture except those of hexworld."""
     return [] if "hexworld" in picture else [pytest.mark.slow]
 
 
 @pytest.mark.parametrize(
-    "picture", [pytest.param(one, marks=_one_every_day(one)) for one in PICTURES]
+    "picture", [pytest.param(one, marks=_marks_of_picture(one)) for one in PICTURE_PATHS]
 )
-def test_a_picture_of_the_readme_is_what_is_exported_today(picture: str) -> None:
-    assert (ROOT / picture).read_text(encoding="utf-8") == drawn(picture)
+def test_a_picture_of_the_readme_equals_its_export(picture: str) -> None:
+    assert (PROJECT_ROOT / picture).read_text(encoding="utf-8") == export_picture(picture)
 
 
 def test_the_readme_shows_a_screen_of_every_problem() -> None:
     stems = [name_to_stem(name) for name in problem_names()]
-    assert sorted(Path(one).parent.name for one in PICTURES if one.count(".") == 2) == sorted(stems)
+    assert sorted(
+        Path(picture).parent.name for picture in PICTURE_PATHS if picture.count(".") == 2
+    ) == sorted(stems)
 
 
-def test_the_frame_of_the_readme_is_what_the_screen_shows(tmp_path: Path) -> None:
+def test_the_frame_of_the_readme_equals_the_screen(tmp_path: Path) -> None:
     game = start_new_game(GameRequest("hexworld", seed=7, record_path=tmp_path / "g.dmt"))
     screen = PlayScreen(GameController(game), Terminal(True, "", True, False, False))
     for key in "hbhh":
         handle_key(screen, key)
-    shown = frame.compose_frame(game, Viewport(80, 16), screen.frame_state, screen.log).plain
-    rows = [row.rstrip() for row in shown.split("\n")]
-    assert "\n".join(rows) in README
+    text = frame.compose_frame(game, Viewport(80, 16), screen.frame_state, screen.log).plain
+    rows = [row.rstrip() for row in text.split("\n")]
+    assert "\n".join(rows) in README_TEXT

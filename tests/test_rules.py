@@ -1,4 +1,4 @@
-"""What a game asks of its problem: where little can happen, once, and always what it would be."""
+"""Tests of the dynamics of a game, which cache the answers of problems with few states."""
 
 from collections import Counter
 from typing import ClassVar
@@ -17,11 +17,17 @@ from dmplay.policies.script import Script
 from dmplay.problems.hexworld import STRAIGHT_LINE_HEXES, HexWorld
 from tests.support.brought import Heap, Key
 
-PLAYED = ("hexworld", "crying-baby", "catch", "prisoners-dilemma", "multicaregiver-crying-baby")
+CACHED_PROBLEMS = (
+    "hexworld",
+    "crying-baby",
+    "catch",
+    "prisoners-dilemma",
+    "multicaregiver-crying-baby",
+)
 
 
-class Asked(HexWorld):
-    """A line of hexes without exits that counts what it is asked."""
+class CountingHexWorld(HexWorld):
+    """A line of hexes without exits that counts the calls of its methods."""
 
     times: ClassVar[Counter[str]] = Counter()
 
@@ -34,8 +40,8 @@ class Asked(HexWorld):
         return super().terminal(s)
 
 
-class Leaking(Heap):
-    """A heap of few states from which real numbers are drawn."""
+class RandomRewardHeap(Heap):
+    """A heap of few states whose rewards are random real numbers."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Normal(np.zeros(len(s)), np.ones(1)),)
@@ -45,15 +51,15 @@ class Leaking(Heap):
 
 
 class Unlocking(Script):
-    """Makes what it is told its own."""
+    """A policy that makes each observation it receives writable."""
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         percept.observation.flags.writeable = True
         return super().update_memory(memory, percept)
 
 
-def played(problem: Problem, turns: int, seed: int = 3) -> dmplay.Session:
-    """A game of agents who do anything."""
+def play_random_game(problem: Problem, turns: int, seed: int = 3) -> dmplay.Session:
+    """Play a game of random agents."""
     agents = [Random(problem, seat) for seat in range(len(problem.agents))]
     game = dmplay.Session(problem, SeededUniforms(seed), agents, turn_limit=turns)
     while not game.over:
@@ -61,45 +67,48 @@ def played(problem: Problem, turns: int, seed: int = 3) -> dmplay.Session:
     return game
 
 
-def assert_as_the_problem_says(game: dmplay.Session) -> None:
-    """Each turn is what the problem makes of its state, actions and draws."""
+def assert_turns_match_problem(game: dmplay.Session) -> None:
+    """Assert that each turn is what the problem computes from its state, actions and uniforms."""
     state = game.initial_state
     for turn in game.turns:
         outcome = game.problem.step(state[None], turn.actions[None], turn.uniforms[None])
-        seen = outcome.observations if game.problem.partially_observable else outcome.state
-        for got, expected in zip(turn[2:], (outcome.state, seen, outcome.rewards), strict=True):
-            assert got.dtype == expected.dtype
-            assert np.array_equal(got, expected[0])
+        observations = outcome.observations if game.problem.partially_observable else outcome.state
+        for actual, expected in zip(
+            turn[2:], (outcome.state, observations, outcome.rewards), strict=True
+        ):
+            assert actual.dtype == expected.dtype
+            assert np.array_equal(actual, expected[0])
         state = turn.state
 
 
-@pytest.mark.parametrize("name", [*PLAYED, "2048", "cart-pole", "predator-prey"])
-def test_a_turn_is_what_the_problem_says_whether_it_is_remembered_or_not(name: str) -> None:
+@pytest.mark.parametrize("name", [*CACHED_PROBLEMS, "2048", "cart-pole", "predator-prey"])
+def test_cached_and_uncached_turns_equal_those_of_the_problem(name: str) -> None:
     problem = dmplay.load_problem(name)
-    game = played(problem, 60)
-    assert_as_the_problem_says(game)
-    little = rules.make_dynamics(problem, game.initial_state)
-    assert isinstance(little, rules.CachedDynamics) == (name in PLAYED)
+    game = play_random_game(problem, 60)
+    assert_turns_match_problem(game)
+    dynamics = rules.make_dynamics(problem, game.initial_state)
+    assert isinstance(dynamics, rules.CachedDynamics) == (name in CACHED_PROBLEMS)
 
 
-@pytest.mark.parametrize("problem", [Heap(), Key(), Leaking()])
-def test_so_is_one_of_a_problem_that_is_brought(problem: Problem) -> None:
+@pytest.mark.parametrize("problem", [Heap(), Key(), RandomRewardHeap()])
+def test_turns_of_a_user_defined_problem_equal_those_of_the_problem(problem: Problem) -> None:
     for seed in range(4):
-        game = played(problem, 20, seed)
-        assert_as_the_problem_says(game)
+        game = play_random_game(problem, 20, seed)
+        assert_turns_match_problem(game)
         assert game.end_reason == ("turn limit" if len(game.turns) == 20 else "terminal")
 
 
-def test_what_comes_again_is_not_asked_again() -> None:
-    Asked.times.clear()
-    game = played(Asked(hexes=STRAIGHT_LINE_HEXES, rewards=()), 900)
-    assert_as_the_problem_says(game)
-    asked = Asked.times["move"] - len(game.turns)  # and once a turn just now
-    assert Asked.times["terminal"] == len(STRAIGHT_LINE_HEXES)
-    assert asked <= 3 * 6 * len(STRAIGHT_LINE_HEXES)
+def test_repeated_turns_are_answered_from_the_cache() -> None:
+    CountingHexWorld.times.clear()
+    game = play_random_game(CountingHexWorld(hexes=STRAIGHT_LINE_HEXES, rewards=()), 900)
+    assert_turns_match_problem(game)
+    # assert_turns_match_problem called it once per turn
+    uncached_calls = CountingHexWorld.times["move"] - len(game.turns)
+    assert CountingHexWorld.times["terminal"] == len(STRAIGHT_LINE_HEXES)
+    assert uncached_calls <= 3 * 6 * len(STRAIGHT_LINE_HEXES)
 
 
-def test_a_policy_that_unlocks_what_it_is_told_again_is_named() -> None:
+def test_a_policy_that_writes_into_a_cached_observation_is_named() -> None:
     problem = dmplay.load_problem("crying-baby")
     game = dmplay.Session(problem, SeededUniforms(1), [Unlocking(problem, 0, (0, 0))])
     game.advance()
@@ -109,14 +118,14 @@ def test_a_policy_that_unlocks_what_it_is_told_again_is_named() -> None:
         game.advance()
 
 
-def test_what_is_forgotten_is_asked_again(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_evicted_answers_are_computed_again(monkeypatch: pytest.MonkeyPatch) -> None:
     problem = dmplay.load_problem("crying-baby")
     monkeypatch.setattr(rules, "MAX_CACHED_ANSWERS", 6)
     assert isinstance(rules.make_dynamics(problem, np.array(0)), rules.CachedDynamics)
-    assert_as_the_problem_says(played(problem, 60))
+    assert_turns_match_problem(play_random_game(problem, 60))
 
 
-def test_a_game_that_stands_still_ends_at_its_limit() -> None:
+def test_a_game_whose_state_never_changes_ends_at_its_limit() -> None:
     game = dmplay.Session(HexWorld(hexes=((0, 0),), rewards=()), SeededUniforms(1), turn_limit=2)
     game.advance([0])
     assert not game.over

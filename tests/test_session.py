@@ -1,4 +1,4 @@
-"""The game as a state machine: turns, undo, rerolls, endings, and what a seat may know."""
+"""Tests of Session: turns, undo, rerolls, endings, and the information that each seat has."""
 
 import math
 import re
@@ -25,58 +25,58 @@ from dmplay.rollouts import rollout
 from dmplay.session import SeatedPolicy, Turn
 from dmplay.views.kept import SeatSnapshot
 from tests.support.brought import Key
-from tests.support.games import Scripted, session
-from tests.support.seats import Rescaling
+from tests.support.games import ScriptedUniforms, make_session
+from tests.support.seats import ObservationMutatingScript
 
 E, NE, NW, W, SW, SE = range(6)
 COOPERATE, DEFECT = 0, 1
 
 
-def notation(game: dmplay.Session) -> str:
+def format_current_state(game: dmplay.Session) -> str:
     return game.problem.format_state(game.state)
 
 
-def test_a_walk_east_slips_where_the_draw_says_so() -> None:
-    game = session("hexworld:straight-line", [0.3], [0.699999999], [0.7], [0.85])
-    assert notation(game) == "(2,0)"
+def test_a_walk_east_slips_according_to_the_uniform() -> None:
+    game = make_session("hexworld:straight-line", [0.3], [0.699999999], [0.7], [0.85])
+    assert format_current_state(game) == "(2,0)"
     game.advance([E])
-    assert notation(game) == "(3,0)"
+    assert format_current_state(game) == "(3,0)"
     game.advance([E])  # slips to the north-east, off the line
-    assert notation(game) == "(3,0)"
+    assert format_current_state(game) == "(3,0)"
     assert game.turns[-1].rewards.tolist() == [-1]
     game.advance([E])  # slips to the south-east, off the line
-    assert notation(game) == "(3,0)"
+    assert format_current_state(game) == "(3,0)"
     assert game.total_rewards().tolist() == [-2]
     assert game.returns().tolist() == [0.9 * -1 + 0.9**2 * -1]
 
 
-def test_an_exit_pays_when_it_is_acted_in_and_ends_the_game() -> None:
-    game = session("hexworld:straight-line", [0.75], [0.0], [0.0])
+def test_an_action_in_an_exit_pays_and_ends_the_game() -> None:
+    game = make_session("hexworld:straight-line", [0.75], [0.0], [0.0])
     game.advance([E])
-    assert notation(game) == "(6,0)"
+    assert format_current_state(game) == "(6,0)"
     assert not game.over
     game.advance([NW])
-    assert notation(game) == "over"
+    assert format_current_state(game) == "over"
     assert game.turns[-1].rewards.tolist() == [10]
     assert game.end_reason == "terminal"
     with pytest.raises(EpisodeOver, match=r"turn 3: the game is over \(terminal\)"):
         game.advance([E])
 
 
-def test_undo_gives_back_the_same_dice() -> None:
+def test_undo_restores_the_same_uniforms() -> None:
     game = dmplay.Session(dmplay.load_problem("2048"), SeededUniforms(3))
-    able = game.legal_actions_mask(0)
-    assert able is not None
-    legal = np.flatnonzero(able)
+    mask = game.legal_actions_mask(0)
+    assert mask is not None
+    legal = np.flatnonzero(mask)
     first = game.advance([legal[0]])
     game.undo()
     assert game.turns == []
-    again = game.advance([legal[0]])
-    assert (first.state == again.state).all()
-    assert (first.uniforms == again.uniforms).all()
+    replayed = game.advance([legal[0]])
+    assert (first.state == replayed.state).all()
+    assert (first.uniforms == replayed.uniforms).all()
 
 
-def test_a_reroll_plays_the_same_action_under_other_dice_and_stays() -> None:
+def test_a_reroll_repeats_the_action_with_new_uniforms_that_stay() -> None:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), SeededUniforms(3))
     before = game.advance([2])
     after = game.reroll()
@@ -86,29 +86,29 @@ def test_a_reroll_plays_the_same_action_under_other_dice_and_stays() -> None:
     assert (game.advance([2]).uniforms == after.uniforms).all()
 
 
-def test_more_turns_than_were_played_cannot_be_taken_back() -> None:
+def test_undo_of_more_turns_than_were_played_is_refused() -> None:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), SeededUniforms(3))
     with pytest.raises(IllegalAction, match="undo 1: 0 turns were played"):
         game.undo()
 
 
 def test_an_illegal_slide_is_refused_and_changes_nothing() -> None:
-    game = session("2048", [0.0, 0.0, 0.0, 0.0], [0.0, 0.0])
-    assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
+    game = make_session("2048", [0.0, 0.0, 0.0, 0.0], [0.0, 0.0])
+    assert format_current_state(game) == "2 2 . ./. . . ./. . . ./. . . ."
     with pytest.raises(IllegalAction, match=r"turn 1, agent: up is not legal now; expected .*down"):
         game.advance([3])
     assert game.turns == []
-    assert notation(game) == "2 2 . ./. . . ./. . . ./. . . ."
+    assert format_current_state(game) == "2 2 . ./. . . ./. . . ./. . . ."
 
 
-def test_the_state_is_not_told_by_what_cannot_be_played_in_it() -> None:
+def test_an_illegal_action_error_does_not_reveal_the_state() -> None:
     class Dark(Key):
         observations = (Labels(("nothing",)),)
 
     problem = Dark()
-    game = dmplay.Session(problem, Scripted([0.0]), initial_uniforms=np.array([0.0]))
-    told = "^turn 1, agent: open is not legal now; expected one of take, wait$"
-    with pytest.raises(IllegalAction, match=told):
+    game = dmplay.Session(problem, ScriptedUniforms([0.0]), initial_uniforms=np.array([0.0]))
+    message = "^turn 1, agent: open is not legal now; expected one of take, wait$"
+    with pytest.raises(IllegalAction, match=message):
         game.advance([2])
 
 
@@ -119,7 +119,7 @@ def test_an_action_out_of_range_is_refused(action: float | None) -> None:
         game.advance([action])
 
 
-def test_the_horizon_and_a_turn_limit_are_two_reasons() -> None:
+def test_the_horizon_and_a_turn_limit_are_different_end_reasons() -> None:
     problem = dmplay.load_problem("crying-baby")
     for limit, reason in ((None, "horizon"), (20, "horizon"), (3, "turn limit")):
         game = dmplay.Session(problem, SeededUniforms(1), turn_limit=limit)
@@ -137,12 +137,12 @@ def test_quitting_ends_a_game_once() -> None:
 
 
 def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
-    game = session("crying-baby", [0.9], [0.0])
+    game = make_session("crying-baby", [0.9], [0.0])
     game.advance([2])
     view = game.view(0)
     assert view.rewards is None
     assert view.joint_actions is None
-    assert [int(seen) for seen in view.observations] == [-1, 0]
+    assert [int(observation) for observation in view.observations] == [-1, 0]
     assert view.turns_played == 1
     assert view.last_action_label == "ignore"
     assert view.beliefs is not None
@@ -150,35 +150,35 @@ def test_a_seat_of_a_pomdp_sees_neither_state_nor_reward() -> None:
     assert view.belief.tolist() == view.beliefs[-1].tolist()
 
 
-WORKED: list[Sequence[int | None]] = []  # the actions after which a belief was worked out
+BELIEF_UPDATE_ACTIONS: list[Sequence[int | None]] = []  # the actions of each belief update
 
 
 @dataclass(frozen=True)
-class Watched(CryingBaby):
-    """A baby that tells of who works out what to believe of it."""
+class RecordingCryingBaby(CryingBaby):
+    """A crying baby that records its belief updates."""
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
-        WORKED.append(actions)
+        BELIEF_UPDATE_ACTIONS.append(actions)
         return super().joint_belief_update(belief, actions, observations)
 
 
-def test_beliefs_are_worked_out_once_and_when_they_are_looked_at() -> None:
-    WORKED.clear()
-    game = dmplay.Session(Watched(), SeededUniforms(1))
+def test_beliefs_are_computed_once_and_only_when_read() -> None:
+    BELIEF_UPDATE_ACTIONS.clear()
+    game = dmplay.Session(RecordingCryingBaby(), SeededUniforms(1))
     early = game.view(0)
     for _ in range(3):
         game.advance([2])
         view = game.view(0)
-    assert not WORKED
+    assert not BELIEF_UPDATE_ACTIONS
     assert early.beliefs is not None
     assert view.beliefs is not None
-    assert len(view.beliefs[1:]) == len(WORKED) == 3
+    assert len(view.beliefs[1:]) == len(BELIEF_UPDATE_ACTIONS) == 3
     assert (len(early.beliefs), len(view.beliefs)) == (1, 4)
     game.undo(2)
     assert game.view(0).belief is view.beliefs[1]
-    assert len(WORKED) == 3
+    assert len(BELIEF_UPDATE_ACTIONS) == 3
 
 
 def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:
@@ -191,18 +191,18 @@ def test_a_seat_that_sees_the_state_sees_rewards_and_the_joint_action() -> None:
     assert mine.beliefs is None
 
 
-def test_an_adviser_that_comes_late_knows_what_it_would_have_known() -> None:
+def test_a_policy_seated_late_has_the_whole_history() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
     game = dmplay.Session(problem, SeededUniforms(1))
     game.advance([COOPERATE, DEFECT])
-    adviser = SeatedPolicy(game, 0, dmplay.load_agent(problem, 0, "tit-for-tat"))
-    assert adviser.choose() == DEFECT
+    seated_policy = SeatedPolicy(game, 0, dmplay.load_agent(problem, 0, "tit-for-tat"))
+    assert seated_policy.choose() == DEFECT
     game.undo()
-    assert adviser.choose() == COOPERATE
-    assert adviser.action_values() is None
+    assert seated_policy.choose() == COOPERATE
+    assert seated_policy.action_values() is None
 
 
-def test_a_policy_that_answers_no_single_action_is_named() -> None:
+def test_a_policy_that_does_not_return_one_action_is_named() -> None:
     problem = dmplay.load_problem("hexworld")
 
     class Broken(Script):
@@ -216,7 +216,7 @@ def test_a_policy_that_answers_no_single_action_is_named() -> None:
 
 @dataclass(frozen=True)
 class Saying(Script):
-    """Chooses the same in all games."""
+    """A policy that chooses the same action in all games."""
 
     said: object = 0
 
@@ -225,7 +225,7 @@ class Saying(Script):
 
 
 @pytest.mark.parametrize(
-    ("name", "said", "told"),
+    ("name", "action", "message"),
     [
         ("hexworld", 6, "got action 6"),
         ("hexworld", -1, "got action -1"),
@@ -237,19 +237,19 @@ class Saying(Script):
         ("2048", 0, "left is not legal now; expected one of down, right, up"),
     ],
 )
-def test_what_cannot_be_done_is_refused_in_one_game_and_in_many(
-    name: str, said: object, told: str
+def test_an_invalid_action_is_refused_in_a_game_and_in_a_rollout(
+    name: str, action: object, message: str
 ) -> None:
     problem = dmplay.load_problem(name)
-    policy = Saying(problem, 0, (), said)
-    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {told}"):
+    policy = Saying(problem, 0, (), action)
+    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {message}"):
         dmplay.Session(problem, SeededUniforms(0), [policy]).advance()
-    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {told}"):
+    with pytest.raises((BadPolicy, IllegalAction), match=f"turn 1, agent: {message}"):
         rollout(problem, [policy], episodes=2)
 
 
-class Grasping(Script):
-    """Writes into all that it is given, or follows it to where it came from."""
+class ArrayCollector(Script):
+    """A policy that collects every array that it receives."""
 
     given: ClassVar[list[np.ndarray]] = []
 
@@ -268,27 +268,25 @@ class Grasping(Script):
 
 
 @pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
-@pytest.mark.parametrize("many", [False, True])
-def test_what_a_policy_is_given_is_its_own_and_not_to_be_written_into(
-    name: str, *, many: bool
-) -> None:
+@pytest.mark.parametrize("batched", [False, True])
+def test_arrays_passed_to_a_policy_are_readonly_copies(name: str, *, batched: bool) -> None:
     problem = dmplay.load_problem(name)
-    Grasping.given = []
-    seats = [Grasping(problem, n, (0, 1, 0, 1)) for n in range(len(problem.agents))]
-    if many:
+    ArrayCollector.given = []
+    seats = [ArrayCollector(problem, n, (0, 1, 0, 1)) for n in range(len(problem.agents))]
+    if batched:
         rollout(problem, seats, episodes=3, turn_limit=3)
     else:
         game = dmplay.Session(problem, SeededUniforms(1), seats)
         for _ in range(3):
             game.advance()
-    assert Grasping.given
-    for given in Grasping.given:
-        assert not isinstance(given.base, np.ndarray)
-        assert not given.flags.writeable
-        with suppress(ValueError):  # of what is given again
-            given.flags.writeable = True
-            given[...] = 0  # of no effect on anything else
-    if not many:
+    assert ArrayCollector.given
+    for array in ArrayCollector.given:
+        assert not isinstance(array.base, np.ndarray)
+        assert not array.flags.writeable
+        with suppress(ValueError):  # raised for a cached array
+            array.flags.writeable = True
+            array[...] = 0  # must not change any other array
+    if not batched:
         assert [turn.actions[0] for turn in game.turns] == [0, 1, 0]
 
 
@@ -300,29 +298,34 @@ def test_what_a_policy_is_given_is_its_own_and_not_to_be_written_into(
         ((np.zeros(1), np.zeros((2, 1))), "((1,), (2, 1))"),
     ],
 )
-def test_what_a_policy_remembers_has_a_row_for_each_game(memory: object, got: str) -> None:
+def test_the_memory_of_a_policy_has_a_row_for_each_game(memory: object, got: str) -> None:
     problem = dmplay.load_problem("hexworld")
-    given = type("Given", (Random,), {"initial_memory": lambda self, observation: memory})
-    told = rf"turn 1.* gave {re.escape(got)}, expected a tuple of arrays of 1 row"
-    with pytest.raises(BadPolicy, match=told):
-        dmplay.Session(problem, SeededUniforms(1), [given(problem, 0)]).advance()
-    with pytest.raises(BadPolicy, match=told):
-        dmplay.rollout(problem, [given(problem, 0)], episodes=1)
+    policy_class = type("Given", (Random,), {"initial_memory": lambda self, observation: memory})
+    message = rf"turn 1.* gave {re.escape(got)}, expected a tuple of arrays of 1 row"
+    with pytest.raises(BadPolicy, match=message):
+        dmplay.Session(problem, SeededUniforms(1), [policy_class(problem, 0)]).advance()
+    with pytest.raises(BadPolicy, match=message):
+        dmplay.rollout(problem, [policy_class(problem, 0)], episodes=1)
 
 
-def test_a_policy_that_writes_into_what_it_is_given_is_named() -> None:
+def test_a_policy_that_writes_into_its_arguments_is_named() -> None:
     problem = dmplay.load_problem("cart-pole")
-    seats = [Rescaling(problem, 0, (0, 0))]
-    told = r"turn 2, agent: Rescaling\.update_memory writes into what it was given; copy it first"
+    seats = [ObservationMutatingScript(problem, 0, (0, 0))]
+    message = (
+        r"turn 2, agent: ObservationMutatingScript\.update_memory "
+        r"writes into what it was given; copy it first"
+    )
     game = dmplay.Session(problem, SeededUniforms(1), seats)
     game.advance()
-    with pytest.raises(BadPolicy, match=told):
+    with pytest.raises(BadPolicy, match=message):
         game.advance()
-    with pytest.raises(BadPolicy, match=r"turn 1, agent: Rescaling\.update_memory writes"):
+    with pytest.raises(
+        BadPolicy, match=r"turn 1, agent: ObservationMutatingScript\.update_memory writes"
+    ):
         rollout(problem, seats, episodes=2, turn_limit=1)
 
 
-def test_another_error_of_a_policy_stays_what_it_is() -> None:
+def test_other_errors_of_a_policy_are_not_changed() -> None:
     problem = dmplay.load_problem("hexworld")
 
     class Wrong(Script):
@@ -336,11 +339,11 @@ def test_another_error_of_a_policy_stays_what_it_is() -> None:
 
 
 @pytest.mark.parametrize("name", ["2048", "cart-pole", "crying-baby", "prisoners-dilemma"])
-def test_nobody_writes_into_what_a_view_carries(name: str) -> None:
+def test_arrays_of_a_view_are_readonly(name: str) -> None:
     problem = dmplay.load_problem(name)
     game = dmplay.Session(problem, SeededUniforms(1))
-    able = game.legal_actions_mask(0)
-    first = 0 if able is None else np.flatnonzero(able)[0]
+    mask = game.legal_actions_mask(0)
+    first = 0 if mask is None else np.flatnonzero(mask)[0]
     game.advance([first] * len(problem.agents))
     view = game.view(0)
     parts = [*view.observations, *(view.joint_actions or ()), *(view.beliefs or ())]
@@ -350,7 +353,7 @@ def test_nobody_writes_into_what_a_view_carries(name: str) -> None:
             assert not part.flags.writeable
 
 
-def test_values_of_an_adviser_are_those_of_its_seat() -> None:
+def test_a_seated_policy_has_one_value_per_action_of_its_seat() -> None:
     problem = dmplay.load_problem("hexworld")
     game = dmplay.Session(problem, SeededUniforms(7))
     values = SeatedPolicy(game, 0, dmplay.load_agent(problem, 0, "optimal")).action_values()
@@ -358,7 +361,7 @@ def test_values_of_an_adviser_are_those_of_its_seat() -> None:
     assert values.shape == (6,)
 
 
-def test_a_real_action_is_kept_to_nine_decimals_within_its_bounds() -> None:
+def test_a_real_action_is_rounded_to_nine_decimals_and_bounded() -> None:
     game = dmplay.Session(dmplay.load_problem("simple-regulator"), SeededUniforms(1))
     assert game.advance([0.1234567891]).actions.tolist() == [0.123456789]
     assert game.view(0).observation == game.observation_after(0, 1) == game.state
@@ -366,16 +369,24 @@ def test_a_real_action_is_kept_to_nine_decimals_within_its_bounds() -> None:
         game.advance([10.5])
 
 
-def test_a_view_stays_what_it_was_whatever_is_played_or_taken_back() -> None:
-    game = session("crying-baby", [0.9], [0.0], [0.95], [0.5])
+def test_a_view_does_not_change_with_later_turns_or_undo() -> None:
+    game = make_session("crying-baby", [0.9], [0.0], [0.95], [0.5])
     for action in (2, 1):
         game.advance([action])
     view = game.view(0)
-    was = [*view.actions], [*map(int, view.observations)], [b.tolist() for b in view.beliefs or ()]
+    before = (
+        [*view.actions],
+        [*map(int, view.observations)],
+        [b.tolist() for b in view.beliefs or ()],
+    )
     game.undo()
     game.advance([0])
-    now = [*view.actions], [*map(int, view.observations)], [b.tolist() for b in view.beliefs or ()]
-    assert now == was
+    after = (
+        [*view.actions],
+        [*map(int, view.observations)],
+        [b.tolist() for b in view.beliefs or ()],
+    )
+    assert after == before
     assert (*view.actions,) == (2, 1)
     assert (*view.actions[-1:],) == (1,)
     assert (*game.view(0).actions,) == (2, 0)
@@ -383,7 +394,7 @@ def test_a_view_stays_what_it_was_whatever_is_played_or_taken_back() -> None:
         view.actions[2]
 
 
-def test_returns_are_summed_turn_by_turn_in_order_and_forget_what_is_taken_back() -> None:
+def test_returns_are_summed_in_turn_order_without_undone_turns() -> None:
     game = dmplay.Session(dmplay.load_problem("simple-regulator"), SeededUniforms(1))
     for action in (0.1, -0.3, 0.7, 0.2):
         game.advance([action])
@@ -401,24 +412,24 @@ def sum_in_order(game: dmplay.Session, discount: float) -> float:
     return float(total)
 
 
-class Read(list[Turn]):
-    """Turns that count how many of them are read."""
+class CountingTurns(list[Turn]):
+    """A list of turns that counts the turns that are read."""
 
     many = 0
 
-    def __getitem__(self, place: Any) -> Any:
-        found = super().__getitem__(place)
-        self.many += len(found) if isinstance(place, slice) else 1
-        return found
+    def __getitem__(self, index: Any) -> Any:
+        result = super().__getitem__(index)
+        self.many += len(result) if isinstance(index, slice) else 1
+        return result
 
     def __iter__(self) -> Iterator[Turn]:
         self.many += len(self)
         return super().__iter__()
 
 
-def test_telling_of_a_turn_reads_as_many_turns_however_many_were_played() -> None:
+def test_describing_a_turn_reads_no_more_turns_in_a_long_game() -> None:
     game = dmplay.Session(dmplay.load_problem("hexworld", rewards=[]), SeededUniforms(1))
-    turns = game.turns = Read()
+    turns = game.turns = CountingTurns()
     account = Narrator(game, [0], reveal=False)
     reads = []
     for _ in range(200):
@@ -429,7 +440,7 @@ def test_telling_of_a_turn_reads_as_many_turns_however_many_were_played() -> Non
     assert sum(reads[100:]) <= sum(reads[:100])
 
 
-def told_game(turns: int) -> dmplay.Session:
+def play_in_rotation(turns: int) -> dmplay.Session:
     game = dmplay.Session(dmplay.load_problem("hexworld", rewards=[]), SeededUniforms(1))
     for number in range(turns):
         game.advance([number % 6])
@@ -438,37 +449,35 @@ def told_game(turns: int) -> dmplay.Session:
 
 
 @pytest.mark.parametrize("turns", [CHUNK_TURNS - 1, CHUNK_TURNS, CHUNK_TURNS + 1, 2 * CHUNK_TURNS])
-@pytest.mark.parametrize("taken", [1, CHUNK_TURNS])
-def test_what_a_seat_was_told_of_a_long_game_is_told_again_after_an_undo(
-    turns: int, taken: int
-) -> None:
-    game = told_game(turns)
+@pytest.mark.parametrize("undo_count", [1, CHUNK_TURNS])
+def test_the_history_of_a_long_game_is_right_after_an_undo(turns: int, undo_count: int) -> None:
+    game = play_in_rotation(turns)
     view = game.view(0)
-    was = [*view.actions]
-    taken = min(taken, turns)
-    game.undo(taken)
-    assert [*game.view(0).actions] == was[:-taken]
+    before = [*view.actions]
+    undo_count = min(undo_count, turns)
+    game.undo(undo_count)
+    assert [*game.view(0).actions] == before[:-undo_count]
     for _ in range(3):
         game.advance([5])
-    assert [*game.view(0).actions] == [*was[:-taken], 5, 5, 5]
-    assert len(game.view(0).observations) == turns - taken + 4
-    assert [*view.actions] == was
+    assert [*game.view(0).actions] == [*before[:-undo_count], 5, 5, 5]
+    assert len(game.view(0).observations) == turns - undo_count + 4
+    assert [*view.actions] == before
 
 
-def test_an_undo_copies_as_little_late_in_a_game_as_early() -> None:
-    copied = []
+def test_an_undo_copies_no_more_memory_late_in_a_game() -> None:
+    peak_bytes = []
     for turns in (10 + CHUNK_TURNS, 10 + 13 * CHUNK_TURNS):
-        game = told_game(turns)
+        game = play_in_rotation(turns)
         tracemalloc.start()
         try:
             game.undo()
-            copied.append(tracemalloc.get_traced_memory()[1])
+            peak_bytes.append(tracemalloc.get_traced_memory()[1])
         finally:
             tracemalloc.stop()
-    assert copied[1] < 1.5 * copied[0]
+    assert peak_bytes[1] < 1.5 * peak_bytes[0]
 
 
-def test_who_chose_in_every_turn_goes_back_as_many() -> None:
+def test_undoing_n_choices_undoes_n_turns_if_the_seat_always_chose() -> None:
     session = dmplay.Session(dmplay.load_problem("rock-paper-scissors"), dmplay.SeededUniforms(1))
     for _ in range(3):
         session.advance([0, 0])

@@ -1,4 +1,4 @@
-"""Signals at any moment, and terminals that go or change: the game whole, with its ending."""
+"""Tests of signals at any moment, and of terminals that close or resize."""
 
 import os
 import pty
@@ -13,179 +13,186 @@ import pytest
 
 from dmplay.game.checking import verify_file
 from tests.kills.moments import Fuse
-from tests.support.games import values, verified
-from tests.support.programs import PATIENCE, within
+from tests.support.games import assert_verified, read_values
+from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, run_wrapped
 from tests.support.terminals import (
     CTRL_D,
     CTRL_L,
     CTRL_Z,
-    DMPLAY,
-    READY,
+    DMPLAY_COMMAND,
+    READY_SEQUENCE,
     Terminal,
     clean_environment,
 )
 
-pytestmark = pytest.mark.slow  # starts the program again and again
+pytestmark = pytest.mark.slow  # starts the program many times
 
 TERM, INT, HUP = signal.SIGTERM, signal.SIGINT, signal.SIGHUP
-GAME = ("hexworld", "--seed", "7", "-o", "g.dmt")
-TYPED = "e\nundo\ne\nw\n"
-NOTHING_FOUND = "interrupted: solving collaborative-predator-prey; nothing was found by then"
-LONG = "hexworld --seed 7 --agent random --set rewards=[] --turns 90000 -o g.dmt"
-FRONTS = {
-    "plain": (GAME, TYPED),
-    "json": ((*GAME, "--json"), TYPED),
-    "quiet": ((*GAME, "--quiet"), TYPED),
-    "agents": ((*GAME, "--agent", "random", "--turns", "4"), ""),
-    "shell": (("shell",), f"play hexworld --seed 7 --record g.dmt\n{TYPED}"),
-    "resume": (("resume", "g.dmt"), TYPED),
+GAME_ARGS = ("hexworld", "--seed", "7", "-o", "g.dmt")
+TYPED_INPUT = "e\nundo\ne\nw\n"
+SOLVE_INTERRUPTED_MESSAGE = (
+    "interrupted: solving collaborative-predator-prey; nothing was found by then"
+)
+LONG_GAME_COMMAND = "hexworld --seed 7 --agent random --set rewards=[] --turns 90000 -o g.dmt"
+FRONT_ENDS = {
+    "plain": (GAME_ARGS, TYPED_INPUT),
+    "json": ((*GAME_ARGS, "--json"), TYPED_INPUT),
+    "quiet": ((*GAME_ARGS, "--quiet"), TYPED_INPUT),
+    "agents": ((*GAME_ARGS, "--agent", "random", "--turns", "4"), ""),
+    "shell": (("shell",), f"play hexworld --seed 7 --record g.dmt\n{TYPED_INPUT}"),
+    "resume": (("resume", "g.dmt"), TYPED_INPUT),
 }
 
 
-def before(folder: Path, front: str) -> None:
-    """Puts in place what is there before."""
+def prepare_folder(folder: Path, front: str) -> None:
+    """Remove the last transcript, and write one to resume if the front end is `resume`."""
     (folder / "g.dmt").unlink(missing_ok=True)
     if front == "resume":
-        within(Fuse(), folder, *GAME, stdin="e\n")
+        run_wrapped(Fuse(), folder, *GAME_ARGS, stdin="e\n")
 
 
-def calls(folder: Path, front: str) -> int:
-    """How many calls reach for a file where no signal comes."""
-    words, typed = FRONTS[front]
-    before(folder, front)
-    assert within(Fuse(tally=folder / "tally"), folder, *words, stdin=typed).returncode == 0
+def count_file_calls(folder: Path, front: str) -> int:
+    """Run a game without signals and return the number of calls that access a file."""
+    words, typed = FRONT_ENDS[front]
+    prepare_folder(folder, front)
+    assert run_wrapped(Fuse(tally=folder / "tally"), folder, *words, stdin=typed).returncode == 0
     return int((folder / "tally").read_text())
 
 
-def left(folder: Path, front: str, moment: int, *signals: int) -> tuple[int, int, bool]:
-    """The code, the turns and whether there is an end, where signals come at this call and after;
-    what is left verifies, and nothing is traced back.
+def run_with_signals(folder: Path, front: str, moment: int, *signals: int) -> tuple[int, int, bool]:
+    """Run a game with signals from this call on; return the exit code, turns and if it ended.
+
+    Assert that the transcript verifies and that no traceback is printed.
     """
-    words, typed = FRONTS[front]
-    before(folder, front)
-    done = within(Fuse(moment, signals), folder, *words, stdin=typed)
-    assert "Traceback" not in done.stderr, (front, moment, done.stderr)
-    assert "unexpected" not in done.stderr, (front, moment, done.stderr)
+    words, typed = FRONT_ENDS[front]
+    prepare_folder(folder, front)
+    result = run_wrapped(Fuse(moment, signals), folder, *words, stdin=typed)
+    assert "Traceback" not in result.stderr, (front, moment, result.stderr)
+    assert "unexpected" not in result.stderr, (front, moment, result.stderr)
     file = folder / "g.dmt"
     if not file.exists() or not file.stat().st_size:
-        return done.returncode, 0, False
+        return result.returncode, 0, False
     report = verify_file(file)
     assert report.is_ok or report.is_unfinished, (front, moment, str(report))
-    return done.returncode, report.turns, report.is_ok
+    return result.returncode, report.turns, report.is_ok
 
 
-@pytest.mark.parametrize("front", FRONTS)
-def test_a_signal_at_any_moment_leaves_a_whole_game_with_its_ending(
-    front: str, tmp_path: Path
-) -> None:
+@pytest.mark.parametrize("front", FRONT_ENDS)
+def test_a_signal_at_any_moment_leaves_a_complete_transcript(front: str, tmp_path: Path) -> None:
     turns = set()
-    for moment, number in zip(range(2, calls(tmp_path, front), 6), cycle((TERM, INT, HUP))):
-        code, played, ended = left(tmp_path, front, moment, number)
-        assert code in (128 + number, -number), (moment, number)  # its own before we listen
-        assert ended or played <= (front == "resume"), (moment, number)  # before it is at the table
-        turns.add(played)
+    for moment, number in zip(
+        range(2, count_file_calls(tmp_path, front), 6), cycle((TERM, INT, HUP))
+    ):
+        code, turn_count, ended = run_with_signals(tmp_path, front, moment, number)
+        # killed before the handlers are installed
+        assert code in (128 + number, -number), (moment, number)
+        # before the game starts
+        assert ended or turn_count <= (front == "resume"), (moment, number)
+        turns.add(turn_count)
     assert len(turns) > 1
 
 
 @pytest.mark.parametrize("pair", [(INT, INT), (TERM, INT), (INT, TERM)])
-def test_a_second_signal_does_not_cut_the_ending_short(
+def test_a_second_signal_does_not_prevent_the_end_line(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
-    for moment in range(20, calls(tmp_path, "plain") - 5, 4):
-        _, _, ended = left(tmp_path, "plain", moment, *pair)
+    for moment in range(20, count_file_calls(tmp_path, "plain") - 5, 4):
+        _, _, ended = run_with_signals(tmp_path, "plain", moment, *pair)
         assert ended, moment
 
 
-def test_an_interrupt_at_the_very_last_is_no_fault(tmp_path: Path) -> None:
-    last = calls(tmp_path, "quiet")
+def test_an_interrupt_during_the_last_calls_is_handled(tmp_path: Path) -> None:
+    last = count_file_calls(tmp_path, "quiet")
     for moment in range(last - 3, last + 1):
-        assert left(tmp_path, "quiet", moment, INT) == (130, 2, True)
+        assert run_with_signals(tmp_path, "quiet", moment, INT) == (130, 2, True)
 
 
 @pytest.mark.parametrize("number", [TERM, INT])
-def test_a_signal_while_something_is_solved_gives_the_cursor_back(
-    number: int, tmp_path: Path
-) -> None:
+def test_a_signal_during_solving_restores_the_cursor(number: int, tmp_path: Path) -> None:
     with Terminal("solve", "collaborative-predator-prey", folder=tmp_path) as terminal:
         terminal.until(lambda: b"\x1b[?25l" in terminal.raw).signal(number)
         assert terminal.ended() == 128 + number
         assert terminal.left_clean()
-        assert terminal.text.strip() == (NOTHING_FOUND if number == INT else "")
+        assert terminal.text.strip() == (SOLVE_INTERRUPTED_MESSAGE if number == INT else "")
 
 
 @pytest.mark.parametrize("number", [HUP, INT])
 @pytest.mark.parametrize(
-    ("line", "seen"),
+    ("line", "expected_text"),
     [
-        (f"{LONG} --speed 99", "turn 3/"), (f"{LONG} --plain", "turn 3"),
+        (f"{LONG_GAME_COMMAND} --speed 99", "turn 3/"), (f"{LONG_GAME_COMMAND} --plain", "turn 3"),
         ("hexworld --seed 7 --json -o g.dmt", "event"),
     ],
 )  # fmt: skip
-def test_a_signal_on_a_terminal_ends_in_one_way(
-    line: str, seen: str, number: int, tmp_path: Path
+def test_a_signal_on_a_terminal_ends_the_game_as_interrupted(
+    line: str, expected_text: str, number: int, tmp_path: Path
 ) -> None:
     with Terminal(*line.split(), folder=tmp_path) as terminal:
         if "--speed" in line:
-            terminal.ready().press("P", seen).signal(number)
+            terminal.ready().press("P", expected_text).signal(number)
         else:
-            terminal.until(lambda: seen in terminal.printed).signal(number)
+            terminal.until(lambda: expected_text in terminal.printed).signal(number)
         assert terminal.ended() == 128 + number
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
-    assert '"reason": "interrupted"' in values(verified(tmp_path / "g.dmt"), "end")[0]
+    assert '"reason": "interrupted"' in read_values(assert_verified(tmp_path / "g.dmt"), "end")[0]
 
 
 @pytest.mark.parametrize(
-    ("line", "typed", "seen"),
+    ("line", "typed", "expected_text"),
     [
-        ("hexworld --seed 7 -o g.dmt", [("h", READY.decode())], "turn 1"),
+        ("hexworld --seed 7 -o g.dmt", [("h", READY_SEQUENCE.decode())], "turn 1"),
         ("hexworld --seed 7 -o g.dmt --plain", [("w\n", "action>")], "turn 1."),
         ("hexworld --seed 7 -o g.dmt --json", [("w\n", "start")], '"turn": 1'),
         ("shell", [("play hexworld --seed 7 --record g.dmt\r", "dmplay>"), ("w\r", "t0]")], "t1]"),
-        (f"{LONG} --plain", [], "turn 30."),
+        (f"{LONG_GAME_COMMAND} --plain", [], "turn 30."),
     ],
 )
-def test_a_terminal_that_goes_without_a_signal_ends_the_game_with_129(
-    line: str, typed: list[tuple[str, str]], seen: str, tmp_path: Path
+def test_a_terminal_that_closes_without_a_signal_ends_the_game_with_129(
+    line: str, typed: list[tuple[str, str]], expected_text: str, tmp_path: Path
 ) -> None:
-    ours, its = pty.openpty()
+    controller, terminal = pty.openpty()
     env = clean_environment(tmp_path, TMPDIR=str(tmp_path))
-    words = [*DMPLAY, *line.split()]
-    with subprocess.Popen(words, stdin=its, stdout=its, stderr=its, env=env, cwd=tmp_path) as game:
-        os.close(its)
-        for keys, shown in typed:
-            _until(ours, shown)
-            os.write(ours, keys.encode())
-        _until(ours, seen)
-        os.close(ours)
-        assert game.wait(PATIENCE) == 129
+    words = [*DMPLAY_COMMAND, *line.split()]
+    with subprocess.Popen(
+        words, stdin=terminal, stdout=terminal, stderr=terminal, env=env, cwd=tmp_path
+    ) as game:
+        os.close(terminal)
+        for keys, prompt in typed:
+            _read_until(controller, prompt)
+            os.write(controller, keys.encode())
+        _read_until(controller, expected_text)
+        os.close(controller)
+        assert game.wait(PROGRAM_TIMEOUT_SECONDS) == 129
     assert not list(tmp_path.glob("*.log"))
-    verified(tmp_path / "g.dmt")
+    assert_verified(tmp_path / "g.dmt")
 
 
-def _until(terminal: int, seen: str) -> None:
-    """Reads until this is printed."""
+def _read_until(terminal: int, text: str) -> None:
+    """Read from the terminal until this text is printed."""
     printed = ""
-    while seen not in printed:
-        assert select.select([terminal], [], [], PATIENCE)[0], f"never saw {seen!r}: {printed}"
+    while text not in printed:
+        assert select.select([terminal], [], [], PROGRAM_TIMEOUT_SECONDS)[0], (
+            f"never saw {text!r}: {printed}"
+        )
         printed += os.read(terminal, 1 << 16).decode(errors="replace")
 
 
-def test_five_hundred_sizes_in_a_burst_leave_the_last_one_painted(tmp_path: Path) -> None:
-    with Terminal(*GAME, folder=tmp_path) as terminal:
+def test_after_500_quick_resizes_the_last_size_is_painted(tmp_path: Path) -> None:
+    with Terminal(*GAME_ARGS, folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").calm()
         for number in range(500):
             terminal.child.setwinsize(1 + number * 7 % 60, 1 + number * 13 % 200)
         terminal.resize(100, 30).calm()
-        shown = terminal.text
-        assert "turn 1 " in shown
-        assert terminal.press(CTRL_L).calm().text == shown
+        text = terminal.text
+        assert "turn 1 " in text
+        assert terminal.press(CTRL_L).calm().text == text
         assert terminal.press("h", "turn 2 ").press("q").ended() == 0
         assert terminal.left_clean()
-    verified(tmp_path / "g.dmt")
+    assert_verified(tmp_path / "g.dmt")
 
 
-def test_a_prompt_outlives_five_hundred_sizes(tmp_path: Path) -> None:
+def test_a_prompt_survives_500_resizes(tmp_path: Path) -> None:
     with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7 --record g.dmt\r", "t0]>").calm()
         for number in range(500):
@@ -193,10 +200,10 @@ def test_a_prompt_outlives_five_hundred_sizes(tmp_path: Path) -> None:
         terminal.resize(80, 24).calm().press("e\r", "t1]>").calm().press(CTRL_D)
         assert terminal.ended() == 0
         assert "Traceback" not in terminal.printed
-    verified(tmp_path / "g.dmt")
+    assert_verified(tmp_path / "g.dmt")
 
 
-def test_lines_stop_and_go_on_as_other_programs_do(tmp_path: Path) -> None:
+def test_a_game_in_plain_lines_can_be_suspended_and_continued(tmp_path: Path) -> None:
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>").press("stty -a > before\r").calm()
@@ -208,4 +215,4 @@ def test_lines_stop_and_go_on_as_other_programs_do(tmp_path: Path) -> None:
         terminal.calm().press("echo code=$?\r", "code=0").press("exit\r")
         assert terminal.ended() == 0
     assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
-    verified(tmp_path / "g.dmt")
+    assert_verified(tmp_path / "g.dmt")

@@ -1,4 +1,4 @@
-"""Boards of tiles: what slides do, beside a literal reading of the rules."""
+"""Tests of tile boards: slides compared with a literal implementation of the rules."""
 
 import numpy as np
 import pytest
@@ -10,88 +10,101 @@ from dmplay.problems.game_2048 import Game2048, slide_and_score
 GAME = Game2048()
 
 
-def slid(line: list[int]) -> tuple[list[int], int]:
-    """A line after a slide to its first cell, and the pay: each tile merges once."""
-    done: list[int] = []
-    pay = 0
-    free = False  # whether the last tile may still merge
+def slide_line(line: list[int]) -> tuple[list[int], int]:
+    """Slide a line to its first cell, merging each tile once; return the line and the score."""
+    cells: list[int] = []
+    score = 0
+    can_merge = False  # whether the last tile may still merge
     for tile in filter(None, line):
-        if free and done[-1] == tile:
-            done[-1] += 1
-            pay += 2 ** done[-1]
-            free = False
+        if can_merge and cells[-1] == tile:
+            cells[-1] += 1
+            score += 2 ** cells[-1]
+            can_merge = False
         else:
-            done.append(tile)
-            free = True
-    return done + [0] * (4 - len(done)), pay
+            cells.append(tile)
+            can_merge = True
+    return cells + [0] * (4 - len(cells)), score
 
 
-def after(board: Array, a: int) -> tuple[list[list[int]], int]:
-    """A board after a slide, and the pay, line by line."""
+def slide_board(board: Array, a: int) -> tuple[list[list[int]], int]:
+    """Slide a board line by line; return the board and the score."""
     lines = board.T if a in (tiles.UP, tiles.DOWN) else board
-    back = -1 if a in (tiles.DOWN, tiles.RIGHT) else 1
-    ends = [slid(line[::back].tolist()) for line in lines]
-    found = np.array([line[::back] for line, _ in ends])
-    return (found.T if a in (tiles.UP, tiles.DOWN) else found).tolist(), sum(p for _, p in ends)
+    step = -1 if a in (tiles.DOWN, tiles.RIGHT) else 1
+    slid_lines = [slide_line(line[::step].tolist()) for line in lines]
+    result = np.array([line[::step] for line, _ in slid_lines])
+    return (result.T if a in (tiles.UP, tiles.DOWN) else result).tolist(), sum(
+        p for _, p in slid_lines
+    )
 
 
 @pytest.fixture(scope="module")
 def boards() -> Array:
     """Boards with few and many tiles, small ones and ones up to 65536; the first is empty."""
     rng = np.random.default_rng(5)
-    found = np.concatenate([rng.integers(0, top, (30, 4, 4)) for top in (3, 5, 12, 17)])
-    found[rng.random(found.shape) < 0.3] = 0
-    found[90:] = np.where(rng.random((30, 4, 4)) < 0.5, np.maximum(found[90:], 14), found[90:])
-    found[0] = 0
-    return found.astype(np.uint8)
+    samples = np.concatenate([rng.integers(0, top, (30, 4, 4)) for top in (3, 5, 12, 17)])
+    samples[rng.random(samples.shape) < 0.3] = 0
+    samples[90:] = np.where(
+        rng.random((30, 4, 4)) < 0.5, np.maximum(samples[90:], 14), samples[90:]
+    )
+    samples[0] = 0
+    return samples.astype(np.uint8)
 
 
-def test_a_turn_is_what_the_rules_say_of_one_board_and_of_many(boards: Array) -> None:
+def test_a_turn_follows_the_rules_for_one_board_and_for_many(boards: Array) -> None:
     u = np.random.default_rng(6).random((len(boards), 2))
     for a in range(4):
         actions = np.full((len(boards), 1), a)
         whole = GAME.step(boards, actions, u)
         moves = GAME.legal_actions_mask(boards)[:, 0, a]
         for row, board in enumerate(boards):
-            one = slice(row, row + 1)
-            expected, pay = after(board, a)
-            wanted = np.array(expected)
+            row_slice = slice(row, row + 1)
+            expected, score = slide_board(board, a)
+            expected_board = np.array(expected)
             assert (
                 moves[row]
-                == (wanted != board).any()
-                == GAME.legal_actions_mask(boards[one])[0, 0, a]
+                == (expected_board != board).any()
+                == GAME.legal_actions_mask(boards[row_slice])[0, 0, a]
             )
             if moves[row]:
-                holes = np.argwhere(wanted == 0)
+                holes = np.argwhere(expected_board == 0)
                 hole = holes[int(u[row, 0] * len(holes))]
-                wanted[tuple(hole)] = 1 + (u[row, 1] >= GAME.p_two)
-            for outcome, at in ((whole, row), (GAME.step(boards[one], actions[one], u[one]), 0)):
-                assert (outcome.state[at] == wanted).all(), (board, a)
-                assert outcome.rewards[at, 0] == pay
+                expected_board[tuple(hole)] = 1 + (u[row, 1] >= GAME.p_two)
+            for outcome, index in (
+                (whole, row),
+                (GAME.step(boards[row_slice], actions[row_slice], u[row_slice]), 0),
+            ):
+                assert (outcome.state[index] == expected_board).all(), (board, a)
+                assert outcome.rewards[index, 0] == score
 
 
-def test_a_board_is_over_where_no_slide_moves_anything(boards: Array) -> None:
-    striped = np.tile([[1, 2], [2, 1]], (2, 2)).astype(np.uint8)  # full, and no two alike meet
-    met = striped.copy()
-    met[0, 0] = 2
-    for some in (np.concatenate([boards, [striped, met]]), boards[1:4], striped[None], met[None]):
+def test_a_board_is_terminal_if_no_slide_changes_it(boards: Array) -> None:
+    # full, and no equal tiles are adjacent
+    striped = np.tile([[1, 2], [2, 1]], (2, 2)).astype(np.uint8)
+    mergeable = striped.copy()
+    mergeable[0, 0] = 2
+    for batch in (
+        np.concatenate([boards, [striped, mergeable]]),
+        boards[1:4],
+        striped[None],
+        mergeable[None],
+    ):
         assert (
-            GAME.terminal(some).tolist()
-            == (~GAME.legal_actions_mask(some).any(axis=(1, 2))).tolist()
+            GAME.terminal(batch).tolist()
+            == (~GAME.legal_actions_mask(batch).any(axis=(1, 2))).tolist()
         )
-    assert GAME.terminal(np.stack([striped, met])).tolist() == [True, False]
+    assert GAME.terminal(np.stack([striped, mergeable])).tolist() == [True, False]
 
 
-def test_slides_alone_are_those_of_the_turn(boards: Array) -> None:
+def test_slides_equal_the_slides_of_a_turn(boards: Array) -> None:
     for a in range(4):
-        moved, pay = slide_and_score(boards, np.full(len(boards), a))
-        expected = [after(board, a) for board in boards]
+        moved, scores = slide_and_score(boards, np.full(len(boards), a))
+        expected = [slide_board(board, a) for board in boards]
         assert moved.tolist() == [board for board, _ in expected]
-        assert pay.tolist() == [paid for _, paid in expected]
+        assert scores.tolist() == [score for _, score in expected]
 
 
 def test_a_board_is_packed_without_loss_up_to_its_largest_tile() -> None:
     cells = np.random.default_rng(1).integers(0, 15, (5, 4, 4)).astype(np.uint8)
-    many = tiles.pack_boards(cells)
-    assert (tiles.unpack_boards(many) == cells).all()
-    assert [tiles.unpack_boards(board)[0].tolist() for board in many.tolist()] == cells.tolist()
+    packed = tiles.pack_boards(cells)
+    assert (tiles.unpack_boards(packed) == cells).all()
+    assert [tiles.unpack_boards(board)[0].tolist() for board in packed.tolist()] == cells.tolist()

@@ -1,7 +1,7 @@
-"""The exact cases: numbers made independently, which every implementation must reproduce.
+"""Tests of the exact cases: independent numbers that every implementation must reproduce.
 
-`DMPLAY_TRUTH` names another folder of the same kind of files. Each family has a module in
-`truth_kinds` that maps a kind of case to a check, and lists by name the kinds that it leaves.
+`DMPLAY_TRUTH` names another folder with files of the same format. Each family has a module in
+`truth_kinds` that maps a kind of case to a check, and lists by name the kinds that it skips.
 """
 
 import importlib
@@ -12,52 +12,52 @@ from typing import Any
 
 import pytest
 
-from tests.truth_kinds.case import FOLDER, Case, family
+from tests.truth_kinds.case import TRUTH_FOLDER, Case, load_family
 
-CHECKED = {path.stem for path in Path(__file__).parent.glob("truth_kinds/*.py")}
-FAMILIES = sorted(path.stem for path in FOLDER.glob("*.json"))
+CHECKED_FAMILIES = {path.stem for path in Path(__file__).parent.glob("truth_kinds/*.py")}
+FAMILIES = sorted(path.stem for path in TRUTH_FOLDER.glob("*.json"))
 
 
-def kinds(name: str) -> ModuleType:
+def load_family_module(name: str) -> ModuleType:
     return importlib.import_module(f"tests.truth_kinds.{name}")
 
 
-def asked() -> list[Any]:
-    """Each family with each kind of case in it."""
+def list_family_kinds() -> list[Any]:
+    """Return a pytest parameter for each family and kind of case."""
     return [
         pytest.param(name, kind, id=f"{name}/{kind}")
         for name in FAMILIES
-        if name in CHECKED
-        for kind in dict.fromkeys(case["kind"] for case in family(name)["cases"])
-        if kind not in kinds(name).LATER
+        if name in CHECKED_FAMILIES
+        for kind in dict.fromkeys(case["kind"] for case in load_family(name)["cases"])
+        if kind not in load_family_module(name).LATER
     ]
 
 
-@pytest.mark.parametrize(("name", "kind"), asked())
-def test_the_cases_hold(name: str, kind: str) -> None:
-    known = kinds(name).KINDS
-    assert kind in known, f"{name}: no check knows the kind {kind!r}"
-    for case in family(name)["cases"]:
+@pytest.mark.parametrize(("name", "kind"), list_family_kinds())
+def test_the_exact_cases_pass(name: str, kind: str) -> None:
+    checks = load_family_module(name).KINDS
+    assert kind in checks, f"{name}: no check knows the kind {kind!r}"
+    for case in load_family(name)["cases"]:
         if case["kind"] == kind:
             try:
-                known[kind](Case(case, family(name)["conventions"]))
+                checks[kind](Case(case, load_family(name)["conventions"]))
             except Exception as error:
                 error.add_note(f"in the case {case['id']}")
                 raise
 
 
-def test_every_family_and_kind_is_checked_or_left_by_name(
+def test_every_family_and_kind_is_checked_or_skipped_by_name(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     rows = []
     for name in FAMILIES:
-        if name not in CHECKED:
+        if name not in CHECKED_FAMILIES:
             rows.append(f"{name}: left, its problem is not here yet")
             continue
-        for kind, count in Counter(case["kind"] for case in family(name)["cases"]).items():
-            left = kind in kinds(name).LATER
-            assert left or kind in kinds(name).KINDS, f"{name}: unknown kind {kind!r}"
+        for kind, count in Counter(case["kind"] for case in load_family(name)["cases"]).items():
+            left = kind in load_family_module(name).LATER
+            assert left or kind in load_family_module(name).KINDS, f"{name}: unknown kind {kind!r}"
             rows.append(f"{name}: {kind}: {count} {'left for a solver' if left else 'checked'}")
     with capsys.disabled():
         print("\ntruth cases:", *rows, sep="\n  ")
-    assert FAMILIES, f"no truth files in {FOLDER}"
+    assert FAMILIES, f"no truth files in {TRUTH_FOLDER}"

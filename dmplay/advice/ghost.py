@@ -1,4 +1,4 @@
-"""An agent that plays a person's dice, in a game of its own beside that one."""
+"""The ghost: an agent that plays a copy of a person's game with the same uniforms."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,87 +13,98 @@ from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.terminal import escape_unprintable
 from dmplay.thought import TaskInfo, run_cancellable
 
-GHOST_NOTE_PREFIX = "# ghost: "  # begins its note
+GHOST_NOTE_PREFIX = "# ghost: "  # beginning of the transcript note
 
 
 class Ghost:
-    """An agent on the same dice and against the same others, in the seats of the people."""
+    """An agent in the people's seats of a copied game, with the same uniforms and other agents."""
 
     def __init__(self, name: str, player_session: Session, policies: Mapping[int, Policy]) -> None:
         self.name = name
         self.seat = min(policies)
         self.player_session = player_session
         others = {
-            seat: one.policy for seat, one in enumerate(player_session.seated_policies) if one
+            seat: seated_policy.policy
+            for seat, seated_policy in enumerate(player_session.seated_policies)
+            if seated_policy
         }
-        sits = {**others, **policies}
+        policy_by_seat = {**others, **policies}
         self.session = player_session.copy_at_start(
-            [*map(sits.get, range(len(player_session.seated_policies)))]
+            [*map(policy_by_seat.get, range(len(player_session.seated_policies)))]
         )
 
     @property
     def is_shown_during_play(self) -> bool:
-        """Whether it may be seen before the end: what it does tells nothing that is secret."""
+        """True if its game reveals nothing: one agent and no hidden states."""
         problem = self.player_session.problem
         return not problem.partially_observable and len(problem.agents) == 1
 
     def catch_up(self) -> None:
-        """Comes to the turn of the person, under the dice that were thrown there."""
-        own, theirs = self.session.turns, self.player_session.turns
-        while own and not self._matches_turn(len(own)):
+        """Play or undo turns up to the player's current turn, with the uniforms of that game."""
+        ghost_turns, player_turns = self.session.turns, self.player_session.turns
+        while ghost_turns and not self._matches_turn(len(ghost_turns)):
             self.session.undo()
-        while len(own) < len(theirs) and not self.session.over:
-            self._play_turn(len(own) + 1)
+        while len(ghost_turns) < len(player_turns) and not self.session.over:
+            self._play_turn(len(ghost_turns) + 1)
 
     def play_to_end(self) -> None:
-        """Comes to the end of its own game, be that sooner or later than the person's."""
+        """Play up to the end of the ghost's own game, which may be longer or shorter."""
         self.catch_up()
         while len(self.session.turns) < DEFAULT_TURN_LIMIT and not self.session.over:
             self._play_turn(len(self.session.turns) + 1)
 
     def _matches_turn(self, turn: int) -> bool:
-        """Whether the person played this turn too, under these dice."""
-        theirs = self.player_session.turns[turn - 1 : turn]
-        return bool(theirs) and np.array_equal(
-            theirs[0].uniforms, self.session.turns[turn - 1].uniforms
+        """Return whether the player's game has this turn too, with the same uniforms."""
+        player_turns = self.player_session.turns[turn - 1 : turn]
+        return bool(player_turns) and np.array_equal(
+            player_turns[0].uniforms, self.session.turns[turn - 1].uniforms
         )
 
     def _play_turn(self, turn: int) -> None:
-        most = self.session.turn_limit or DEFAULT_TURN_LIMIT
-        Budget("the same dice", "a shorter game").spend_work(1.0, turn / most)
-        theirs = self.player_session.turns[turn - 1 : turn]
-        self.session.advance((), theirs[0].uniforms if theirs else None)
+        """Play one turn with the uniforms of the player's turn, or with its own if there is
+        none.
+        """
+        turn_limit = self.session.turn_limit or DEFAULT_TURN_LIMIT
+        Budget("the same dice", "a shorter game").spend_work(1.0, turn / turn_limit)
+        player_turns = self.player_session.turns[turn - 1 : turn]
+        self.session.advance((), player_turns[0].uniforms if player_turns else None)
 
     @property
     def score(self) -> float:
-        """Its return so far."""
+        """The ghost's return so far."""
         return float(self.session.returns()[self.seat])
 
     @property
     def player_lead(self) -> float:
-        """By how much the person is ahead of it."""
+        """The player's return minus the ghost's."""
         return float(self.player_session.returns()[self.seat]) - self.score
 
     @property
     def transcript_note(self) -> str:
-        """The line of a transcript that names it."""
+        """The transcript line that names the ghost."""
         return f"{GHOST_NOTE_PREFIX}{' '.join(escape_unprintable(self.name).split())}"
 
     def describe_comparison(self) -> str:
-        """What each of both came to."""
-        yours = float(self.player_session.returns()[self.seat])
-        return f"{self.name} on the same dice: {self.score:.6g}; you {yours:.6g}"
+        """Return a sentence that compares the returns of ghost and player."""
+        player_return = float(self.player_session.returns()[self.seat])
+        return f"{self.name} on the same dice: {self.score:.6g}; you {player_return:.6g}"
 
 
 def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Ghost:
-    """The agent of this name beside these people; raises BadParameter where it cannot be."""
+    """Return the named agent as ghost of these seats.
+
+    Raise BadParameter if no person plays, several people have different rewards, or the name is
+    unknown.
+    """
     if not human_seats:
         raise BadParameter("--ghost: it plays beside a person, and here agents play alone")
     if not _have_common_reward(session.problem, human_seats):
         raise BadParameter("--ghost: it plays beside one person, and here several play")
-    known = agents.load_roster(session.problem).agents
-    if name.partition(":")[0] not in known and not agents.names_user_code(session.problem, 0, name):
-        raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(known)}")
+    agent_names = agents.load_roster(session.problem).agents
+    if name.partition(":")[0] not in agent_names and not agents.names_user_code(
+        session.problem, 0, name
+    ):
+        raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
     return Ghost(
         name,
         session,
@@ -102,65 +113,74 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
 
 
 def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
-    """The last ghost that these notes name, if the problem has it; nobody else's code."""
-    named = [
+    """Return the last ghost that the notes name, if it is a built-in agent; else ''.
+
+    User-defined agents are not loaded from notes.
+    """
+    ghost_names = [
         row.removeprefix(GHOST_NOTE_PREFIX) for row in notes if row.startswith(GHOST_NOTE_PREFIX)
     ]
-    known = agents.load_roster(problem).agents
-    return named[-1] if named and named[-1].partition(":")[0] in known else ""
+    agent_names = agents.load_roster(problem).agents
+    return (
+        ghost_names[-1] if ghost_names and ghost_names[-1].partition(":")[0] in agent_names else ""
+    )
 
 
 def create_best_ghost(
     session: Session, human_seats: Sequence[int], player_names: Sequence[str]
 ) -> Ghost | None:
-    """The best agent that is known in place of these people, once the game is over.
+    """Return the best available agent as ghost of these seats of a finished game.
 
-    None where there is none, where people play against each other, and where the draws are not
+    None if there is no such agent, if people have different rewards, or if the uniforms are not
     those of the seed.
     """
     if not (_have_common_reward(session.problem, human_seats) and _uses_seed_uniforms(session)):
         return None
-    found = {
+    candidates = {
         seat: agents.find_hint_provider(session.problem, seat, session.turn_limit, player_names)
         for seat in human_seats
     }
-    known = {seat: one[1] for seat, one in found.items() if one}
-    first = found[min(human_seats)]
-    return Ghost(first[0], session, known) if first and len(known) == len(human_seats) else None
+    policies = {seat: candidate[1] for seat, candidate in candidates.items() if candidate}
+    first_candidate = candidates[min(human_seats)]
+    return (
+        Ghost(first_candidate[0], session, policies)
+        if first_candidate and len(policies) == len(human_seats)
+        else None
+    )
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:
-    """Whether these people want the same."""
+    """Return whether these people have the same reward."""
     return len(human_seats) == 1 or problem.shared_reward
 
 
 def _uses_seed_uniforms(session: Session) -> bool:
-    """Whether all that nature drew is what the dice give."""
+    """Return whether all uniforms of a session are generated by its seed, without rerolls."""
     if not isinstance(session.uniform_source, SeededUniforms):
         return False
-    draws = session.problem.uniform_counts
-    drawn = [session.initial_uniforms, *(turn.uniforms for turn in session.turns)]
-    counts = [draws.start, *[draws.step] * len(session.turns)]
+    uniform_counts = session.problem.uniform_counts
+    used_uniforms = [session.initial_uniforms, *(turn.uniforms for turn in session.turns)]
+    counts = [uniform_counts.start, *[uniform_counts.step] * len(session.turns)]
     return all(
         np.array_equal(
-            known, session.uniform_source.generate_uniforms(NATURE_STREAM, turn, 0, count)[0]
+            used, session.uniform_source.generate_uniforms(NATURE_STREAM, turn, 0, count)[0]
         )
-        for turn, (known, count) in enumerate(zip(drawn, counts, strict=True))
+        for turn, (used, count) in enumerate(zip(used_uniforms, counts, strict=True))
     )
 
 
 def describe_ghost_result(
     session: Session, human_seats: Sequence[int], player_names: Sequence[str], ghost: Ghost | None
 ) -> str:
-    """What the ghost, or else the best agent, makes of the dice of a game that is over.
+    """Return a comparison with the ghost, or the best agent, on the uniforms of a finished game.
 
-    Nothing where nobody can say.
+    '' if there is no such agent or it fails.
     """
     try:
-        found = ghost or create_best_ghost(session, human_seats, player_names)
-        if found is None:
+        opponent = ghost or create_best_ghost(session, human_seats, player_names)
+        if opponent is None:
             return ""
-        run_cancellable(TaskInfo(f"{found.name} plays the same dice"), found.play_to_end)
+        run_cancellable(TaskInfo(f"{opponent.name} plays the same dice"), opponent.play_to_end)
     except DmplayError:
         return ""
-    return found.describe_comparison()
+    return opponent.describe_comparison()

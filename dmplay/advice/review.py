@@ -1,4 +1,4 @@
-"""Looking back at a person's moves: what each action was worth, the best, and the regret."""
+"""The review of a person's choices: each action's value, the best action and the regret."""
 
 from collections.abc import Iterator, Sequence
 from math import ceil
@@ -16,12 +16,12 @@ from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.thought import TaskInfo, run_cancellable
 
 REVIEW_NOTE_PREFIX = "# review "
-MAX_BAR_COLUMNS = 20  # columns of a bar of regret
+MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("looking back at your moves")
 
 
 class ReviewedAction(NamedTuple):
-    """One move of a person, valued."""
+    """One choice of a person, with the action values and its regret."""
 
     turn: int
     seat: str
@@ -31,97 +31,114 @@ class ReviewedAction(NamedTuple):
     values: dict[str, float]
 
     def __str__(self) -> str:
-        """One line."""
-        told = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
-        places = count_decimals([*self.values.values()])
-        each = ", ".join(
-            f"{name} {format_fixed(value, places)}" for name, value in self.values.items()
+        """Return the review of this choice on one line."""
+        beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
+        decimal_count = count_decimals([*self.values.values()])
+        value_list = ", ".join(
+            f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
         if self.chosen in self.best:
-            return f"{told}, the best. values: {each}"
+            return f"{beginning}, the best. values: {value_list}"
         names = " or ".join(self.best)
-        return f"{told}, best {names}, regret {format_fixed(self.regret, places)}. values: {each}"
+        return (
+            f"{beginning}, best {names}, regret "
+            f"{format_fixed(self.regret, decimal_count)}. values: {value_list}"
+        )
 
 
 def review_actions(
     session: Session, human_seats: Sequence[int], player_names: Sequence[str] = ()
 ) -> Iterator[ReviewedAction]:
-    """Every move of these people that the adviser can value, in order; `seats` says who plays."""
+    """Yield a review of every choice of these people that the hint provider can value, in order.
+
+    The turns are replayed in a copy of the session. `player_names` helps to choose the hint
+    provider.
+    """
     problem = session.problem
-    past = session.copy_at_start()
-    advisers = {}
+    replayed = session.copy_at_start()
+    hint_policies = {}
     for seat in human_seats:
-        found = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
-        if found and problem.actions[seat].labels:
-            advisers[seat] = SeatedPolicy(past, seat, found[1])
+        named_policy = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
+        if named_policy and problem.actions[seat].labels:
+            hint_policies[seat] = SeatedPolicy(replayed, seat, named_policy[1])
     budget = Budget("the review", "a shorter game")
     for number, turn in enumerate(session.turns, 1):
         budget.spend_work(1.0, (number - 1) / len(session.turns))
-        for seat, adviser in advisers.items():
+        for seat, hint_policy in hint_policies.items():
             with scale_progress_part(number - 1, len(session.turns)):
-                values = adviser.action_values()
-            if values is not None and not past.is_inactive(seat):
-                yield _review_action(past, seat, number, int(turn.actions[seat]), values)
-        past.append_turns([turn])
+                values = hint_policy.action_values()
+            if values is not None and not replayed.is_inactive(seat):
+                yield _review_action(replayed, seat, number, int(turn.actions[seat]), values)
+        replayed.append_turns([turn])
 
 
 def _review_action(
     session: Session, seat: int, turn: int, action: int, values: Reals
 ) -> ReviewedAction:
-    """A move valued against the best that was open."""
+    """Return the review of an action against the best legal action."""
     labels = session.action_labels(seat)
     legal = session.legal_actions_mask(seat)
-    able = np.ones(len(labels), bool) if legal is None else legal
-    known = np.where(able, values, -np.inf)
-    top = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(known)))
-    each = {labels[a]: float(known[a]) for a in np.flatnonzero(able)}
-    regret = 0.0 if labels[action] in top else float(known.max() - known[action])
-    return ReviewedAction(turn, session.problem.agents[seat], labels[action], top, regret, each)
+    legal_mask = np.ones(len(labels), bool) if legal is None else legal
+    legal_values = np.where(legal_mask, values, -np.inf)
+    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values)))
+    values_by_label = {labels[a]: float(legal_values[a]) for a in np.flatnonzero(legal_mask)}
+    regret = (
+        0.0 if labels[action] in best_labels else float(legal_values.max() - legal_values[action])
+    )
+    return ReviewedAction(
+        turn, session.problem.agents[seat], labels[action], best_labels, regret, values_by_label
+    )
 
 
 def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
-    """How many moves were the best, and what the others lost."""
+    """Return one line: the number of best choices, the total regret and the worst turn."""
     if not reviewed_actions:
         return "review: no agent here knows the values of these moves"
-    right = sum(move.chosen in move.best for move in reviewed_actions)
-    lost = sum(move.regret for move in reviewed_actions)
+    best_count = sum(move.chosen in move.best for move in reviewed_actions)
+    total_regret = sum(move.regret for move in reviewed_actions)
     worst = max(reviewed_actions, key=lambda move: move.regret)
-    total = format_fixed(lost, count_decimals([lost]))
-    told = f"review: {right} of {format_count(len(reviewed_actions), 'move')} the best, regret {total} in all"
-    return told if right == len(reviewed_actions) else f"{told}, most in turn {worst.turn}"
+    regret_text = format_fixed(total_regret, count_decimals([total_regret]))
+    text = (
+        f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} "
+        f"the best, regret {regret_text} in all"
+    )
+    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
 
 
 def run_review(
     session: Session, human_seats: Sequence[int], player_names: Sequence[str]
 ) -> list[ReviewedAction]:
-    """The moves of these people, for whom it may take long."""
+    """Return all reviewed choices of these people, computed in a cancellable task."""
     return run_cancellable(
         REVIEW_TASK, lambda: [*review_actions(session, human_seats, player_names)]
     )
 
 
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
-    """The review as columns: turn, choice, best and regret, the worst first; and its sum."""
-    most = max((move.regret for move in reviewed_actions), default=0.0)
-    places = count_decimals([move.regret for move in reviewed_actions])
-    seats = len({move.seat for move in reviewed_actions}) > 1
-    rows = [["turn", *["seat"] * seats, "yours", "best", "regret"]]
+    """Return the review as an aligned table, largest regret first, with a summary line.
+
+    The columns are turn, seat (if several), choice, best actions, and regret with a bar.
+    """
+    max_regret = max((move.regret for move in reviewed_actions), default=0.0)
+    decimal_count = count_decimals([move.regret for move in reviewed_actions])
+    has_several_seats = len({move.seat for move in reviewed_actions}) > 1
+    rows = [["turn", *["seat"] * has_several_seats, "yours", "best", "regret"]]
     for move in sorted(reviewed_actions, key=lambda move: -move.regret):
-        bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / most)) if move.regret else ""
-        regret = f"{format_fixed(move.regret, places)} {bar}".strip()
-        seat = [move.seat] * seats
+        bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""
+        regret = f"{format_fixed(move.regret, decimal_count)} {bar}".strip()
+        seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
         rows.append([str(move.turn), *seat, move.chosen, best, regret])
     return [*(align_columns(rows) if reviewed_actions else []), format_summary(reviewed_actions)]
 
 
 def format_lines(reviewed_actions: list[ReviewedAction]) -> list[str]:
-    """The review, a line a move, and its sum."""
+    """Return the review as one line per choice, and a summary line."""
     return [*map(str, reviewed_actions), format_summary(reviewed_actions)]
 
 
 def format_notes(reviewed_actions: list[ReviewedAction]) -> list[str]:
-    """The review as notes for the end of a transcript."""
+    """Return the review as note lines for the end of a transcript."""
     return [
         f"{REVIEW_NOTE_PREFIX}{line.removeprefix('review: ')}\n"
         for line in format_lines(reviewed_actions)

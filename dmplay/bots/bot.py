@@ -1,4 +1,4 @@
-"""A program in a seat: `bot:COMMAND`, a policy that asks another process."""
+"""A policy that lets another process choose its actions: `bot:COMMAND`."""
 
 import shlex
 import shutil
@@ -21,100 +21,112 @@ from dmplay.session import MAX_LISTED_STATES, belief_size
 
 @dataclass
 class BotState:
-    """A program that runs, or what it left."""
+    """The conversation with a bot while its process runs, and its log afterwards."""
 
     conversation: BotConversation | None = None
     log: bytes = b""
 
     def __reduce__(self) -> tuple[type["BotState"], tuple[()]]:
-        """A copy in another process begins its own program."""
+        """Return an empty state: a copy in another process starts its own bot."""
         return BotState, ()
 
 
 @dataclass(frozen=True)
 class Bot(SeatPolicy):
-    """A program that plays a seat, in a process of its own that begins with its first choice."""
+    """A program that plays a seat, in its own process, which starts with the first choice."""
 
     command: str
-    problem_name: str = ""  # of the problem, as the program is told
-    turn_limit: int | None = (
-        None  # after which the game ends, where that is not the problem's horizon
-    )
+    problem_name: str = ""  # sent to the program
+    turn_limit: int | None = None  # None if the problem's horizon is the only limit
     open_channel: Callable[[Sequence[str]], BotChannel] = BotProcess
     clock: float = parameter(10.0, "seconds for an answer", 0.0, 86_400.0, exclusive_low=True)
     belief: bool = parameter(False, "whether it may be told what its seat is to believe")
     _state: BotState = field(default_factory=BotState, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuses what is no program."""
+        """Raise BadParameter if the command is empty, malformed, or names no program."""
         super().__post_init__()
         try:
-            words = shlex.split(self.command)
-        except ValueError as error:  # a quotation without end
+            arguments = shlex.split(self.command)
+        except ValueError as error:  # unbalanced quotation marks
             raise BadParameter(f"bot:{self.command}: {str(error).lower()}") from None
-        if not words:
+        if not arguments:
             raise BadParameter("bot: expected a command, as bot:./player or 'bot:python3 player'")
-        if self.open_channel is BotProcess and shutil.which(words[0]) is None:
-            raise BadParameter(f"bot: no program {words[0]!r}; give its path, as bot:./player")
+        if self.open_channel is BotProcess and shutil.which(arguments[0]) is None:
+            raise BadParameter(f"bot: no program {arguments[0]!r}; give its path, as bot:./player")
 
     @property
     def depends_on_clock(self) -> bool:
-        """It may do otherwise next time."""
+        """True: the program may choose differently next time."""
         return True
 
     @property
     def uniform_count(self) -> int:
-        """How many uniforms it wants for a choice, as it said."""
-        with self._open_conversation() as talk:
-            return talk.uniform_count
+        """The number of uniforms that the program requests for each choice."""
+        with self._open_conversation() as conversation:
+            return conversation.uniform_count
 
     def initial_memory(self, observation: Array) -> Memory:
-        """What each row sees first."""
+        """Return the first history node of each row: the initial observation and belief."""
         prior = belief.initial_belief(self.problem) if self._sends_beliefs else None
-        seen = [encode_observation(self.problem, self.seat, one) for one in observation]
-        each = enumerate(seen)
+        encoded_observations = [
+            encode_observation(self.problem, self.seat, value) for value in observation
+        ]
+        rows = enumerate(encoded_observations)
         return (
             _to_object_array(
-                [HistoryNode(None, 0, {"observation": one}, prior, n) for n, one in each]
+                [HistoryNode(None, 0, {"observation": value}, prior, n) for n, value in rows]
             ),
         )
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """One more turn."""
+        """Return the memory with one more turn in each row."""
         return (
             _to_object_array(
-                [self._extend_history(row, one, percept) for row, one in enumerate(memory[0])]
+                [self._extend_history(row, node, percept) for row, node in enumerate(memory[0])]
             ),
         )
 
     def _extend_history(self, row: int, previous: HistoryNode, percept: Percept) -> HistoryNode:
+        """Return one row's history node after a turn."""
         facts = encode_percept(self.problem, self.seat, percept, row)
-        believed = self._update_belief(row, previous.belief, percept)
-        return HistoryNode(previous, previous.turn + 1, facts, believed, previous.game_number)
+        new_belief = self._update_belief(row, previous.belief, percept)
+        return HistoryNode(previous, previous.turn + 1, facts, new_belief, previous.game_number)
 
     def _update_belief(self, row: int, previous: Reals | None, percept: Percept) -> Reals | None:
-        """What the seat is to believe after a turn, by what it alone knows."""
+        """Return the seat's belief after a turn; None if no belief is computed.
+
+        It uses only what the seat knows: its own action and observation.
+        """
         if previous is None:
             return None
-        did: list[int | None] = [None] * len(self.problem.agents)
-        saw = list(did)
-        did[self.seat], saw[self.seat] = int(percept.action[row]), int(percept.observation[row])
-        return belief.update_belief(self.problem, previous, did, saw).belief
+        actions: list[int | None] = [None] * len(self.problem.agents)
+        observations = list(actions)
+        actions[self.seat], observations[self.seat] = (
+            int(percept.action[row]),
+            int(percept.observation[row]),
+        )
+        return belief.update_belief(self.problem, previous, actions, observations).belief
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """What the program answers, row by row."""
-        able = [None] * len(u) if legal is None else [*legal]
-        with self._open_conversation() as talk:
-            return np.array(talk.request_actions([*map(ActionRequest, memory[0], able, u)]))
+        """Return the program's action for each row."""
+        legal_masks = [None] * len(u) if legal is None else [*legal]
+        with self._open_conversation() as conversation:
+            return np.array(
+                conversation.request_actions([*map(ActionRequest, memory[0], legal_masks, u)])
+            )
 
     @property
     def _sends_beliefs(self) -> bool:
-        """Whether it may be told beliefs, and there are any."""
+        """True if the program may receive beliefs and they are short enough to list."""
         return self.belief and belief_size(self.problem) <= MAX_LISTED_STATES
 
     @contextmanager
     def _open_conversation(self) -> Iterator[BotConversation]:
-        """The talk with the program; a forfeit ends it, and says whose it is."""
+        """Run the block with the conversation, which is started if necessary.
+
+        If the block raises Forfeit, close the bot and raise the Forfeit again with its seat.
+        """
         try:
             yield self._state.conversation or self._start_conversation()
         except Forfeit as error:
@@ -123,39 +135,46 @@ class Bot(SeatPolicy):
             raise Forfeit(error.reason, error.details, seat) from None
 
     def _start_conversation(self) -> BotConversation:
-        """The program, just begun."""
+        """Start the program and return the conversation, after the exchange of hello messages."""
         problem = self.problem
         channel = self.open_channel(shlex.split(self.command))
-        talk = self._state.conversation = BotConversation(channel, problem, self.seat, self.clock)
-        parameters = {one.name: getattr(problem, one.name) for one in fields(problem)}
-        told: JsonObject = {
+        conversation = self._state.conversation = BotConversation(
+            channel, problem, self.seat, self.clock
+        )
+        parameters = {
+            problem_field.name: getattr(problem, problem_field.name)
+            for problem_field in fields(problem)
+        }
+        game_facts: JsonObject = {
             "problem": self.problem_name,
             "parameters": parameters,
             "turns": self.turn_limit,
         }
-        talk.exchange_hello(told, ["history", MANY_GAMES_OFFER] + ["belief"] * self._sends_beliefs)
-        return talk
+        conversation.exchange_hello(
+            game_facts, ["history", MANY_GAMES_OFFER] + ["belief"] * self._sends_beliefs
+        )
+        return conversation
 
     @property
     def is_running(self) -> bool:
-        """Whether the program was begun, and is not ended."""
+        """True if the program was started and has not been closed."""
         return self._state.conversation is not None
 
     @property
     def log(self) -> str:
-        """What it said on its standard error."""
+        """The end of the program's stderr output, once it is closed."""
         return self._state.log.decode(errors="replace")
 
     def close(self, end_facts: JsonObject | None = None, memory: Memory = ()) -> None:
-        """Ends the program, which is told the last turn and the end where it plays on."""
-        talk, self._state.conversation = self._state.conversation, None
-        if talk:
-            self._state.log = talk.close(end_facts, memory[0][0] if memory else None)
+        """End the program, after sending it the last turn and `end_facts` if both are given."""
+        conversation, self._state.conversation = self._state.conversation, None
+        if conversation:
+            self._state.log = conversation.close(end_facts, memory[0][0] if memory else None)
 
 
 def _to_object_array(histories: Sequence[HistoryNode]) -> Array:
-    """An array `[B]` of what each row has seen: tuples, which NumPy would take apart."""
+    """Return history nodes as an object array `[B]`; they are tuples, which NumPy would split."""
     column = np.empty(len(histories), object)
-    for row, one in enumerate(histories):
-        column[row] = one
+    for row, history in enumerate(histories):
+        column[row] = history
     return column

@@ -1,4 +1,4 @@
-"""The end of a game for the programs in it: they are told of it, and what they logged is kept."""
+"""The end of a game for its bots: they receive the result, exit, and their logs are saved."""
 
 import contextlib
 import os
@@ -14,30 +14,42 @@ from dmplay.transcript.seal import RESUMABLE_END_REASONS
 
 
 def close_bots(session: Session, game_name: str) -> list[Path]:
-    """The logs of the programs in a game of this name; they are told its end, and end."""
-    over: JsonObject = {"reason": session.end_reason, "turns": len(session.turns)}
-    known = session.problem.rewards_observable or session.end_reason not in RESUMABLE_END_REASONS
+    """Send the result of a game to its bots, close them, and return the paths of their logs.
+
+    Returns and totals are sent only if rewards are observable or the game cannot be resumed.
+    """
+    end_facts: JsonObject = {"reason": session.end_reason, "turns": len(session.turns)}
+    rewards_visible = (
+        session.problem.rewards_observable or session.end_reason not in RESUMABLE_END_REASONS
+    )
     logs = []
-    for follower in session.seated_policies:
-        bot = follower and follower.policy
-        if not follower or not isinstance(bot, Bot):
+    for seated_policy in session.seated_policies:
+        bot = seated_policy and seated_policy.policy
+        if not seated_policy or not isinstance(bot, Bot):
             continue
         if bot.is_running:
             sums = {"return": session.returns(), "total": session.total_rewards()}
-            earned = {name: float(each[bot.seat]) for name, each in sums.items()} if known else {}
-            bot.close(over | earned, follower.current_memory())
+            sum_facts = (
+                {name: float(values[bot.seat]) for name, values in sums.items()}
+                if rewards_visible
+                else {}
+            )
+            bot.close(end_facts | sum_facts, seated_policy.current_memory())
         logs += _save_log(f"{game_name} {session.problem.agents[bot.seat]}", bot.log)
     return logs
 
 
 def _save_log(name: str, log: str) -> list[Path]:
-    """The file of what was said on the standard error, in place of what was said there before."""
-    place = disk.user_folder(os.environ, "XDG_STATE_HOME", ".local", "state")
+    """Write a bot's log in place of an earlier one, and return its path in a list.
+
+    The list is empty if the log is empty or cannot be written.
+    """
+    folder = disk.user_folder(os.environ, "XDG_STATE_HOME", ".local", "state")
     words = re.findall(r"\w+", name)
-    path = place / f"{'-'.join(words)}.log"
+    path = folder / f"{'-'.join(words)}.log"
     if log:
         with contextlib.suppress(DmplayError, OSError):
-            place.mkdir(parents=True, exist_ok=True)
+            folder.mkdir(parents=True, exist_ok=True)
             disk.write_file(path, [log], force=True, private=True)
             return [path]
     return []

@@ -1,4 +1,4 @@
-"""The other side of the protocol: an agent of dmplay in a game that another program keeps."""
+"""The program's side of the bot protocol: a policy that plays in another program's game."""
 
 from collections.abc import Callable, Iterator
 from typing import TextIO
@@ -19,33 +19,34 @@ from dmplay.chance import Bools
 from dmplay.core import Memory, Policy, Problem
 from dmplay.errors import BadParameter
 
-MAX_QUOTED_CHARACTERS = 60  # characters of a bad line that are quoted
+MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
 SeatFactory = Callable[
     [JsonObject], tuple[Problem, int, Policy]
-]  # who plays where, by what hello says
+]  # from the facts of a hello message
 
 
 class BotServer:
-    """What an agent answers to each line."""
+    """A policy that answers the messages of the bot protocol."""
 
     def __init__(self, agent_name: str, make_seat: SeatFactory) -> None:
         self.over = False
         self._agent_name = agent_name
         self._make_seat = make_seat
         self._seat: tuple[Problem, int, Policy] | None = None
-        self._memories: dict[int, Memory] = {}  # of each game
+        self._memories: dict[int, Memory] = {}  # by game number
 
     def answer(self, text: str) -> str:
-        """The answer to a line, '' where there is none to give; BadParameter where it is wrong."""
+        """Return the answer to a line, '' if it needs none; raise BadParameter if it is invalid."""
         try:
             return self._answer_message(decode_message(text))
         except (KeyError, TypeError) as error:
-            told = f"no {error}" if isinstance(error, KeyError) else str(error)
+            reason = f"no {error}" if isinstance(error, KeyError) else str(error)
         except (ValueError, LookupError) as error:
-            told = str(error)
-        raise BadParameter(f"got {text.rstrip()[:MAX_QUOTED_CHARACTERS]!r}: {told}")
+            reason = str(error)
+        raise BadParameter(f"got {text.rstrip()[:MAX_QUOTED_CHARACTERS]!r}: {reason}")
 
     def _answer_message(self, message: JsonObject) -> str:
+        """Return the answer to a message; '' if it needs none."""
         kind = message["type"]
         if kind == "hello":
             return self._answer_hello(message)
@@ -60,11 +61,12 @@ class BotServer:
         return ""
 
     def _answer_hello(self, message: JsonObject) -> str:
+        """Choose problem, seat and policy by a `hello` message, and return the answer."""
         if message.get("protocol") != PROTOCOL_VERSION:
             raise BadParameter(f"protocol {message.get('protocol')!r}, expected {PROTOCOL_VERSION}")
         self._seat = self._make_seat(message)
         policy = self._seat[2]
-        wants = [one for one in message.get("offers", []) if one == MANY_GAMES_OFFER]
+        wants = [offer for offer in message.get("offers", []) if offer == MANY_GAMES_OFFER]
         facts = {
             "protocol": PROTOCOL_VERSION,
             "name": self._agent_name,
@@ -76,33 +78,37 @@ class BotServer:
     def _update_memory(
         self, message: JsonObject, problem: Problem, seat: int, policy: Policy
     ) -> None:
+        """Update the policy's memory of a game by a `turn` message."""
         game = message.get("game", 0)
         if message["turn"]:
-            told = decode_percept(problem, seat, message)
-            self._memories[game] = policy.update_memory(self._memories[game], told)
+            turn_percept = decode_percept(problem, seat, message)
+            self._memories[game] = policy.update_memory(self._memories[game], turn_percept)
         else:
             self._memories[game] = policy.initial_memory(
                 decode_observation(problem, seat, message["observation"])
             )
 
     def _answer_act(self, message: JsonObject, problem: Problem, seat: int, policy: Policy) -> str:
-        luck = np.array([message.get("luck", [])], float)
+        """Return the policy's action as the answer to an `act` message."""
+        uniforms = np.array([message.get("luck", [])], float)
         memory = self._memories[message.get("game", 0)]
-        (chosen,) = policy.choose(memory, _decode_legal_mask(problem, seat, message["legal"]), luck)
-        action = problem.actions[seat].to_json_value(float(chosen))
+        (choice,) = policy.choose(
+            memory, _decode_legal_mask(problem, seat, message["legal"]), uniforms
+        )
+        action = problem.actions[seat].to_json_value(float(choice))
         return encode_message("act", {"id": message["id"], "action": action})
 
 
 def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | None:
-    """Which actions `[1, A]` may be done; None for all."""
-    every = describe_choices(problem, seat)
-    if value == every or not isinstance(value, list):
+    """Return the mask `[1, A]` of the legal actions in a message; None if all are legal."""
+    all_actions = describe_choices(problem, seat)
+    if value == all_actions or not isinstance(value, list):
         return None
     return np.array([[name in value for name in problem.actions[seat].labels]])
 
 
 def serve_lines(server: BotServer, lines: TextIO, output: TextIO) -> None:
-    """Answers line by line until the other side has ended."""
+    """Read lines and write the answers until the input ends or the game sends `quit`."""
     for text in _read_until_quit(server, lines):
         answer = server.answer(text)
         if answer:
@@ -111,5 +117,6 @@ def serve_lines(server: BotServer, lines: TextIO, output: TextIO) -> None:
 
 
 def _read_until_quit(server: BotServer, lines: TextIO) -> Iterator[str]:
+    """Yield lines until the input ends or the game has sent `quit`."""
     while not server.over and (text := lines.readline()):
         yield text

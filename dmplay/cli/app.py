@@ -1,10 +1,10 @@
-"""The program: all its commands, in the order in which its help names them."""
+"""The command-line program: all commands, in the order in which the help lists them."""
 
 import os
 from functools import cache
 from typing import Any
 
-os.environ.setdefault("TYPER_USE_RICH", "0")  # its help costs more than the rest of the start
+os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than the rest of the start
 
 import typer
 
@@ -71,5 +71,5 @@ app.add_typer(config_app, name="config")
 
 @cache
 def root_command() -> Any:
-    """The commands as click has them: a group to be called with words."""
+    """Return the Click group of all commands, created once."""
     return typer.main.get_command(app)

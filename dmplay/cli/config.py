@@ -1,12 +1,12 @@
-"""Settings from files: the user's `config.toml`, the project's `dmplay.toml` over it.
+"""Settings files: the user's `config.toml`, overridden by the project's `dmplay.toml`.
 
-A project's file may come with a download: it sets looks and numbers, and keys, but nothing that
-runs code, chooses what is played or weakens a check.
+A project's file may come with a download. It may set display options, numbers and keys, but
+nothing that runs code, selects a problem or weakens a check.
 
 color = "never"                     for every command that has the option
 [play]                              for one command
 turns = 20
-[keys]                              which keys play
+[keys]                              keys of the game
 preset = "left"
 [keys.hex]
 k = "nw"
@@ -26,26 +26,26 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.finding.names import problem_names
 
 PROJECT_FILE = "dmplay.toml"
-# Set once for every command that has them.
+# Options that may be set once for all commands.
 GENERAL_OPTIONS = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
 PROJECT_FILE_OPTIONS = (*GENERAL_OPTIONS, "keys", "rate", "turns", "seed", "episode")
 SettingsTable = dict[str, object]
 
 
 class ConfigFile(NamedTuple):
-    """A file of settings."""
+    """The contents of a settings file."""
 
     path: str
-    is_user_file: bool  # the user's; a project's may come from anywhere
-    options: SettingsTable  # for every command that has them
-    commands: dict[str, SettingsTable]  # for one
+    is_user_file: bool  # whether it is the user's; a project's file is not trusted
+    options: SettingsTable  # options of every command that has them
+    commands: dict[str, SettingsTable]  # options of single commands
     key_preset: str | None
     keys: dict[str, dict[str, str]]  # family -> key -> action
     aliases: dict[str, str]
 
 
 def check_project_option(option: str, location: str) -> None:
-    """Refuses what a project's file may not set."""
+    """Raise BadParameter unless a project's file may set this option."""
     if option not in PROJECT_FILE_OPTIONS:
         raise BadParameter(
             f"{location}: a folder's file sets looks and numbers; "
@@ -54,37 +54,51 @@ def check_project_option(option: str, location: str) -> None:
 
 
 def config_paths(env: Mapping[str, str]) -> tuple[Path, Path]:
-    """Where the user's file is, by the base directory specification, and the project's, here."""
+    """Return the user's settings file, by the XDG base directory specification, and the project's.
+
+    The project's file is in the current folder.
+    """
     return disk.user_folder(env, "XDG_CONFIG_HOME", ".config") / "config.toml", Path(PROJECT_FILE)
 
 
 @cache
 def load_config_files() -> tuple[ConfigFile, ...]:
-    """The files there are, the user's first."""
+    """Return the contents of the existing settings files, the user's first."""
     user, project = config_paths(os.environ)
-    found = [(user, True), (project, False)]
+    candidates = [(user, True), (project, False)]
     return tuple(
-        read_config_file(path, is_user_file=own) for path, own in found if os.path.isfile(path)
+        read_config_file(path, is_user_file=is_user_file)
+        for path, is_user_file in candidates
+        if os.path.isfile(path)
     )
 
 
 def merged_aliases() -> dict[str, str]:
-    """Every alias with what it stands for."""
+    """Return the command line of every alias; those of the project's file replace the user's."""
     return {name: line for file in load_config_files() for name, line in file.aliases.items()}
 
 
 def merged_keys() -> dict[str, tuple[str, dict[str, str]]]:
-    """The keys set for each family with the last file to do it; a project's replace a user's."""
-    merged: dict[str, tuple[str, dict[str, str]]] = {}
+    """Return, for each problem family, its keys and the last file that sets them.
+
+    Keys of the project's file replace those of the user's file.
+    """
+    keys_by_family: dict[str, tuple[str, dict[str, str]]] = {}
     for file in load_config_files():
-        for family, own in file.keys.items():
-            merged[family] = file.path, {**merged.get(family, ("", {}))[1], **own}
-    return merged
+        for family, overrides in file.keys.items():
+            keys_by_family[family] = (
+                file.path,
+                {**keys_by_family.get(family, ("", {}))[1], **overrides},
+            )
+    return keys_by_family
 
 
 def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
-    """A file's settings; raises BadParameter or UnknownName, which name the file."""
-    import tomllib  # only where there is a file
+    """Return the contents of a settings file.
+
+    Raise BadParameter or UnknownName, with the path in the message, if they are invalid.
+    """
+    import tomllib  # imported only if a file exists
 
     name = str(path)
     try:
@@ -96,66 +110,77 @@ def read_config_file(path: Path, *, is_user_file: bool) -> ConfigFile:
     for key in ("keys", "aliases"):
         if not isinstance(content.setdefault(key, {}), dict):
             raise BadParameter(f"{name}: {key}: got {content[key]!r}, expected a table, [{key}]")
-    set_keys, given = content.pop("keys"), content.pop("aliases")
+    key_table, alias_table = content.pop("keys"), content.pop("aliases")
     preset = (
-        _require_text(set_keys.pop("preset"), f"{name}: keys.preset")
-        if "preset" in set_keys
+        _require_text(key_table.pop("preset"), f"{name}: keys.preset")
+        if "preset" in key_table
         else None
     )
     sections = {key: value for key, value in content.items() if isinstance(value, dict)}
     options = {key: value for key, value in content.items() if key not in sections}
-    if given and not is_user_file:
-        check_project_option("aliases", f"{name}: aliases.{next(iter(given))}")
+    if alias_table and not is_user_file:
+        check_project_option("aliases", f"{name}: aliases.{next(iter(alias_table))}")
     return ConfigFile(
         name,
         is_user_file,
         options,
         sections,
         preset,
-        _parse_keys(set_keys, name),
-        _parse_aliases(given, name),
+        _parse_keys(key_table, name),
+        _parse_aliases(alias_table, name),
     )
 
 
 def _describe_parse_error(error: Exception) -> str:
-    told = "not UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).partition("\n")[0]
-    return f"{told[:1].lower()}{told[1:]}" if told else type(error).__name__
+    """Return a parser's error message, with its first letter in lower case."""
+    message = (
+        "not UTF-8" if isinstance(error, UnicodeDecodeError) else str(error).partition("\n")[0]
+    )
+    return f"{message[:1].lower()}{message[1:]}" if message else type(error).__name__
 
 
 def _parse_keys(table: SettingsTable, file_name: str) -> dict[str, dict[str, str]]:
-    """The keys of each family, checked for form."""
-    known = ["hex", *problem_names()]
-    found = {}
-    for family, own in table.items():
-        if family not in known:
-            raise UnknownName("keys", family, ["preset", *known], error_prefix=file_name)
-        if not isinstance(own, dict):
-            raise BadParameter(f"{file_name}: keys.{family}: got {own!r}, expected a table")
-        where = f"{file_name}: keys.{family}"
-        found[family] = {key: _require_text(label, f"{where}.{key}") for key, label in own.items()}
-    return found
+    """Return the keys of each problem family; raise an error if they are invalid.
+
+    It is UnknownName for an unknown family, else BadParameter.
+    """
+    families = ["hex", *problem_names()]
+    keys_by_family = {}
+    for family, family_table in table.items():
+        if family not in families:
+            raise UnknownName("keys", family, ["preset", *families], error_prefix=file_name)
+        if not isinstance(family_table, dict):
+            raise BadParameter(
+                f"{file_name}: keys.{family}: got {family_table!r}, expected a table"
+            )
+        location = f"{file_name}: keys.{family}"
+        keys_by_family[family] = {
+            key: _require_text(label, f"{location}.{key}") for key, label in family_table.items()
+        }
+    return keys_by_family
 
 
 def _parse_aliases(table: SettingsTable, file_name: str) -> dict[str, str]:
-    """The aliases, checked for form."""
-    found = {}
+    """Return the aliases; raise BadParameter for an invalid name or an empty command."""
+    command_lines = {}
     for alias, line in table.items():
-        where = f"{file_name}: aliases.{alias}"
+        location = f"{file_name}: aliases.{alias}"
         if not alias or not alias.isprintable() or set(alias) & set(" -;#'\"\\:./"):
-            raise BadParameter(f"{where}: got {alias!r}, expected one plain word")
+            raise BadParameter(f"{location}: got {alias!r}, expected one plain word")
         if alias in problem_names():
-            raise BadParameter(f"{where}: {alias} is a problem; give another name")
-        found[alias] = _require_text(line, where)
+            raise BadParameter(f"{location}: {alias} is a problem; give another name")
+        command_lines[alias] = _require_text(line, location)
         try:
-            words = shlex.split(found[alias])
-        except ValueError:  # a quotation without end
+            words = shlex.split(command_lines[alias])
+        except ValueError:  # an unclosed quotation
             words = []
         if not words:
-            raise BadParameter(f"{where}: got {line!r}, expected a command")
-    return found
+            raise BadParameter(f"{location}: got {line!r}, expected a command")
+    return command_lines
 
 
 def _require_text(value: object, location: str) -> str:
+    """Return the value if it is a string; else raise BadParameter with its location."""
     if not isinstance(value, str):
         raise BadParameter(f"{location}: got {value!r}, expected text")
     return value

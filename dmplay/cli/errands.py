@@ -1,4 +1,4 @@
-"""What the words of the command line come to, done: a game is played, a report printed."""
+"""Functions that execute the result of a command line: play a game or print a report."""
 
 import sys
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from dmplay.words.commands import is_command
 
 
 def execute_result(result: CliResult) -> int:
-    """Plays a game that is wanted, or prints a report; the exit code."""
+    """Play the game, run the server or print the report of a command; return the exit code."""
     match result:
         case str():
             return _print_report(Printout(result))
@@ -31,7 +31,7 @@ def execute_result(result: CliResult) -> int:
             from dmplay.cli.service import serve_mcp
 
             return serve_mcp(result)
-    from dmplay import front  # the front ends are of no use to a report
+    from dmplay import front  # The user interfaces are not imported for a report.
 
     if isinstance(result, PlayCommand):
         return front.play_game(_make_controller(), result)
@@ -39,6 +39,7 @@ def execute_result(result: CliResult) -> int:
 
 
 def _print_report(report: Printout) -> int:
+    """Print a report, its error text and its generated chunks; return its exit code."""
     if report.stderr_text:
         print(escape_unprintable(report.stderr_text), file=sys.stderr)
     terminal = current_terminal(report.terminal_options)
@@ -58,6 +59,7 @@ def _print_report(report: Printout) -> int:
 
 
 def _render_report(report: Printout, terminal: Terminal) -> str:
+    """Return a report's text as it is printed on this terminal."""
     if isinstance(report.text, str):
         return escape_unprintable(report.text)
     from dmplay.reports.drawing import render_for_terminal
@@ -66,7 +68,10 @@ def _render_report(report: Printout, terminal: Terminal) -> str:
 
 
 def _make_controller() -> GameController:
-    """A table with what the command line and files add to it."""
+    """Return a game controller with the command line's interpreter, aliases and records.
+
+    Raise BadParameter if an alias has the name of a command.
+    """
     for name in config.merged_aliases():
         if is_command(name):
             raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
@@ -78,23 +83,23 @@ def _make_controller() -> GameController:
 
 
 def interpret_command(words: Sequence[str]) -> PlayCommand | str:
-    """What the command line makes of these words: a game, or text without colour."""
+    """Parse words of a command line; return a game to play, or the uncoloured text of a report."""
     commands = root_command()
-    name, *rest = words
-    if {"-h", "--help"} & {*rest}:
+    name, *arguments = words
+    if {"-h", "--help"} & {*arguments}:
         command = commands.commands[name]
-        above = typer.Context(commands, info_name="dmplay")
-        return str(command.get_help(typer.Context(command, info_name=name, parent=above)))
+        parent_context = typer.Context(commands, info_name="dmplay")
+        return str(command.get_help(typer.Context(command, info_name=name, parent=parent_context)))
     try:
-        errand: PlayCommand | Printout | str = commands(
+        result: PlayCommand | Printout | str = commands(
             [*words], standalone_mode=False, prog_name="dmplay"
         )
     except USAGE_ERROR as error:
         raise BadParameter(format_error(error)) from None
-    if isinstance(errand, Printout):
-        if errand.text_chunks:
-            return escape_unprintable("".join(errand.text_chunks)).removesuffix("\n")
+    if isinstance(result, Printout):
+        if result.text_chunks:
+            return escape_unprintable("".join(result.text_chunks)).removesuffix("\n")
         return _render_report(
-            errand, current_terminal(errand.terminal_options)._replace(color=False)
+            result, current_terminal(result.terminal_options)._replace(color=False)
         ).rstrip("\n")
-    return errand
+    return result

@@ -1,4 +1,4 @@
-"""Commands that want a game: what was said of it, as data; whoever asked plays it."""
+"""Commands that play games; they return a request, which the caller executes."""
 
 from pathlib import Path
 from typing import Annotated
@@ -52,16 +52,31 @@ def play(
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
-    timed = options.is_set_by_user(ctx, "rate")
-    if timed and not terminal_options.motion:
+    has_rate_option = options.is_set_by_user(ctx, "rate")
+    if has_rate_option and not terminal_options.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
-    how = "hints" if strict_hints else strict
+    strictness = "hints" if strict_hints else strict
     request = GameRequest(
-        problem, variant, set_, seed, episode, agent=agent, other_agent=vs, seats=seat, ghost_agent=ghost,
-        turns=turns, record_path=record, record_frames=frames, force=force, strict=how, reveal=reveal,
-        player=player, key_preferences=options.configured_keys(keys), can_ask=current_terminal(terminal_options).can_ask,
-        has_rate_option=timed,
-    )  # fmt: skip
+        problem,
+        variant,
+        set_,
+        seed,
+        episode,
+        agent=agent,
+        other_agent=vs,
+        seats=seat,
+        ghost_agent=ghost,
+        turns=turns,
+        record_path=record,
+        record_frames=frames,
+        force=force,
+        strict=strictness,
+        reveal=reveal,
+        player=player,
+        key_preferences=options.configured_keys(keys),
+        can_ask=current_terminal(terminal_options).can_ask,
+        has_rate_option=has_rate_option,
+    )
     if assignment:
         from dmplay.measure.assignment import read_assignment
 
@@ -95,11 +110,11 @@ def resume(
     from dmplay.game.request import ResumeRequest
 
     file = file or saves.find_latest_unfinished()
-    asks = current_terminal(terminal_options).can_ask
-    wanted = ResumeRequest(
-        file, trust, options.configured_keys(keys), asks, turn_limit=turns, ghost_agent=ghost
+    can_ask = current_terminal(terminal_options).can_ask
+    request = ResumeRequest(
+        file, trust, options.configured_keys(keys), can_ask, turn_limit=turns, ghost_agent=ghost
     )
-    return PlayCommand(wanted, terminal_options, quiet)
+    return PlayCommand(request, terminal_options, quiet)
 
 
 @options.with_terminal_options()
@@ -146,7 +161,7 @@ def branch(
     from dmplay.game.errand import PlayCommand
     from dmplay.game.request import BranchRequest
 
-    wanted = BranchRequest(
+    request = BranchRequest(
         file,
         trust,
         options.configured_keys(keys),
@@ -156,7 +171,7 @@ def branch(
         peek,
         record_path=record,
     )
-    return PlayCommand(wanted, terminal_options, quiet)
+    return PlayCommand(request, terminal_options, quiet)
 
 
 @options.with_terminal_options("plain", "color", "ascii", "theme", "width", "motion", "input")

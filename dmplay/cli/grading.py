@@ -1,4 +1,4 @@
-"""Commands on what people hand in: games that all are to play, and a table of those played."""
+"""Commands for assignments: define games that all people play, and grade their transcripts."""
 
 from pathlib import Path
 from typing import Annotated
@@ -41,16 +41,25 @@ def assign(
     from dmplay.game.request import GameRequest
     from dmplay.measure.assignment import write_assignment
 
-    if seeds and not all(one.strip().isdecimal() for one in seeds.split(",")):
+    if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
-    dice = tuple(map(int, seeds.split(","))) if seeds else tuple(new_seed() for _ in range(games))
-    if games not in {1, len(dice)}:
-        raise BadParameter(f"--games: got {games}, but --seeds says how many; leave out one")
-    how = "hints" if strict_hints else strict
-    request = GameRequest(
-        problem, variant, set_, agent=agent, other_agent=vs, seats=seat, turns=turns, strict=how
+    seed_values = (
+        tuple(map(int, seeds.split(","))) if seeds else tuple(new_seed() for _ in range(games))
     )
-    return write_assignment(request, dice, output, force=force)
+    if games not in {1, len(seed_values)}:
+        raise BadParameter(f"--games: got {games}, but --seeds says how many; leave out one")
+    strictness = "hints" if strict_hints else strict
+    request = GameRequest(
+        problem,
+        variant,
+        set_,
+        agent=agent,
+        other_agent=vs,
+        seats=seat,
+        turns=turns,
+        strict=strictness,
+    )
+    return write_assignment(request, seed_values, output, force=force)
 
 
 @options.with_terminal_options("json", "motion")
@@ -73,7 +82,11 @@ def grade(
     """
     from dmplay.reports import grading
 
-    form = output_format(json=terminal_options.json, csv=csv)
+    report_format = output_format(json=terminal_options.json, csv=csv)
     return grading.report_grades(
-        paths, assignment, trusted=trust, output_format=form, motion=terminal_options.motion
+        paths,
+        assignment,
+        trusted=trust,
+        output_format=report_format,
+        motion=terminal_options.motion,
     )

@@ -1,6 +1,6 @@
-"""The manual page, `man dmplay`, from the same text as the help of the commands.
+"""The manual page, `man dmplay`, generated from the help of the commands.
 
-`python -m dmplay.cli.manual > dmplay/cli/dmplay.1` makes it anew.
+`python -m dmplay.cli.manual > dmplay/cli/dmplay.1` writes it.
 """
 
 import inspect
@@ -10,14 +10,14 @@ from typing import Any
 from dmplay import __version__
 from dmplay.cli.app import root_command
 
-VERBATIM_MARK = "\b"  # begins a paragraph whose lines stay as they are
+VERBATIM_MARK = "\b"  # first line of a paragraph whose line breaks are preserved
 UNSTATED_DEFAULTS: tuple[object, ...] = (
     None,
     False,
     True,
     "",
     [],
-)  # defaults that go without saying
+)  # defaults that are not stated
 FINAL_SECTIONS = r"""
 .SH FILES
 .TP
@@ -49,9 +49,9 @@ hung up, interrupted, terminated
 
 
 def format_man_page() -> str:
-    """The page, as `man` reads it."""
+    """Return the manual page in roff format."""
     program = root_command()
-    title, *described = _split_paragraphs(program.help)
+    title, *description = _split_paragraphs(program.help)
     lines = [
         f'.TH DMPLAY 1 "" "dmplay {__version__}"',
         ".SH NAME",
@@ -60,7 +60,7 @@ def format_man_page() -> str:
         ".B dmplay",
         "[PROBLEM | COMMAND] [OPTION...]",
         ".SH DESCRIPTION",
-        *_paragraph_lines(described),
+        *_paragraph_lines(description),
         ".SH COMMANDS",
         *(line for name in program.commands for line in _command_lines(program, name, "dmplay")),
         ".SH ENVIRONMENT",
@@ -70,39 +70,49 @@ def format_man_page() -> str:
 
 
 def _command_lines(group: Any, name: str, parent: str) -> Iterator[str]:
-    """A command or, if it is a group, each of its own."""
+    """Yield the lines of a command with its parameters, followed by those of its subcommands."""
     command = group.commands[name]
     path = f"{parent} {name}"
     arguments = [
-        _format_parameter(one) for one in command.params if one.param_type_name == "argument"
+        _format_parameter(parameter)
+        for parameter in command.params
+        if parameter.param_type_name == "argument"
     ]
-    inner = getattr(command, "commands", ())
-    ends = ["COMMAND" if inner else "[OPTION...]"]
-    yield f".SS {_escape_roff(' '.join([path, *arguments, *ends]))}"
+    subcommands = getattr(command, "commands", ())
+    last_words = ["COMMAND" if subcommands else "[OPTION...]"]
+    yield f".SS {_escape_roff(' '.join([path, *arguments, *last_words]))}"
     yield from _paragraph_lines(_split_paragraphs(command.help))
-    for one in command.params:
-        told = (
-            one.help if one.default in UNSTATED_DEFAULTS else f"{one.help} (default {one.default})"
+    for parameter in command.params:
+        help_text = (
+            parameter.help
+            if parameter.default in UNSTATED_DEFAULTS
+            else f"{parameter.help} (default {parameter.default})"
         )
-        yield from (".TP", f".B {_escape_roff(_format_parameter(one))}", _escape_roff(told))
-    for name_ in inner:
-        yield from _command_lines(command, name_, path)
+        yield from (
+            ".TP",
+            f".B {_escape_roff(_format_parameter(parameter))}",
+            _escape_roff(help_text),
+        )
+    for subcommand in subcommands:
+        yield from _command_lines(command, subcommand, path)
 
 
 def _format_parameter(parameter: Any) -> str:
-    """An argument or option as it is written."""
-    word = parameter.metavar or parameter.name.rstrip("_").upper()
+    """Return an argument or option as it is written in a synopsis."""
+    metavar = parameter.metavar or parameter.name.rstrip("_").upper()
     if parameter.param_type_name == "argument":
-        return word if parameter.required else f"[{word}]"
+        return metavar if parameter.required else f"[{metavar}]"
     names = ", ".join(sorted([*parameter.opts, *parameter.secondary_opts], key=len))
-    return names if parameter.is_flag else f"{names} {word}"
+    return names if parameter.is_flag else f"{names} {metavar}"
 
 
 def _split_paragraphs(text: str) -> list[list[str]]:
+    """Return the paragraphs of a help text as lists of lines."""
     return [paragraph.split("\n") for paragraph in inspect.cleandoc(text).split("\n\n")]
 
 
 def _paragraph_lines(paragraphs: list[list[str]]) -> Iterator[str]:
+    """Yield the roff lines of paragraphs; marked paragraphs keep their line breaks."""
     for lines in paragraphs:
         yield ".PP"
         if lines[0] == VERBATIM_MARK:
@@ -112,20 +122,20 @@ def _paragraph_lines(paragraphs: list[list[str]]) -> Iterator[str]:
 
 
 def _escape_roff(line: str) -> str:
-    """A line in which nothing is an order to the printer."""
-    told = line.replace("\\", r"\e").replace("-", r"\-").replace("'", r"\(aq")
-    return rf"\&{told}" if told.startswith((".", "\\(aq", " ")) else told
+    """Return a line with all roff control characters escaped."""
+    escaped = line.replace("\\", r"\e").replace("-", r"\-").replace("'", r"\(aq")
+    return rf"\&{escaped}" if escaped.startswith((".", "\\(aq", " ")) else escaped
 
 
 def _variable_lines(program: Any) -> Iterator[str]:
-    """The variables that set an option of several commands."""
-    named = {
-        one.envvar: max(one.opts, key=len)
+    """Yield the lines on environment variables, including those that set shared options."""
+    option_by_variable = {
+        parameter.envvar: max(parameter.opts, key=len)
         for command in program.commands.values()
-        for one in command.params
-        if isinstance(getattr(one, "envvar", None), str)
+        for parameter in command.params
+        if isinstance(getattr(parameter, "envvar", None), str)
     }
-    for name, option in sorted(named.items()):
+    for name, option in sorted(option_by_variable.items()):
         yield from (".TP", f".B {name}", f"sets {_escape_roff(option)}")
     yield from (".TP", ".B DMPLAY_PLAY_SEED", "and its like set an option of one command")
     yield from (".TP", ".B NO_COLOR", "no colour, whatever the terminal can")

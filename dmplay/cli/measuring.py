@@ -1,4 +1,4 @@
-"""Commands that play many games: what agents earn, and who is ahead."""
+"""Commands that play many games: evaluate agents, compare them, and run tournaments."""
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -32,9 +32,12 @@ OutputFormat = Literal["", "json", "csv"]
 
 
 def _with_batch_options(*without: str) -> Callable[[options.Command], options.Command]:
-    """Gives a command, in place of its parameter `given`, the options of games that are many."""
-    some = {name: one for name, one in BATCH_OPTIONS.items() if name not in without}
-    return options.expand_option_group("batch_options", some, lambda given: given)
+    """Return a decorator that replaces a command's batch parameter with the batch options.
+
+    Options named in `without` are left out.
+    """
+    selected = {name: option for name, option in BATCH_OPTIONS.items() if name not in without}
+    return options.expand_option_group("batch_options", selected, lambda values: values)
 
 
 def _make_request(
@@ -43,16 +46,23 @@ def _make_request(
     terminal_options: TerminalOptions,
     agent: str = "",
 ) -> Any:
-    """What is played, by what was given."""
+    """Return the evaluation request for a problem and the values of the batch options."""
     from dmplay.game.request import GameRequest
     from dmplay.reports.match import EvaluationRequest
 
     return EvaluationRequest(
-        GameRequest(problem, batch_options["variant"]).problem_name, batch_options["set_"], agent,
-        other_agent=batch_options.get("vs", ""), seats=batch_options.get("seat", ()), turn_limit=batch_options["turns"],
-        seed=batch_options["seed"], workers=options.parse_workers(batch_options["workers"]), engine=batch_options["executor"],
-        output_format=output_format(json=terminal_options.json, csv=batch_options["csv"]), motion=terminal_options.motion,
-    )  # fmt: skip
+        GameRequest(problem, batch_options["variant"]).problem_name,
+        batch_options["set_"],
+        agent,
+        other_agent=batch_options.get("vs", ""),
+        seats=batch_options.get("seat", ()),
+        turn_limit=batch_options["turns"],
+        seed=batch_options["seed"],
+        workers=options.parse_workers(batch_options["workers"]),
+        engine=batch_options["executor"],
+        output_format=output_format(json=terminal_options.json, csv=batch_options["csv"]),
+        motion=terminal_options.motion,
+    )
 
 
 @_with_batch_options()
@@ -93,13 +103,13 @@ def run(
     from dmplay.reports import measuring
     from dmplay.reports.recorded import TranscriptSelection
 
-    match = _make_request(problem, batch_options, terminal_options, agent)
-    keeping = TranscriptSelection(record, every, worst, best)
+    request = _make_request(problem, batch_options, terminal_options, agent)
+    selection = TranscriptSelection(record, every, worst, best)
     return measuring.report_run(
-        match,
+        request,
         episodes=episodes,
         max_standard_error=until_se,
-        selection=keeping,
+        selection=selection,
         ascii_=current_terminal(terminal_options).ascii,
     )
 
@@ -126,8 +136,8 @@ def compare(
     """
     from dmplay.reports import measuring
 
-    match = _make_request(problem, batch_options, terminal_options)
-    return measuring.report_comparison(match, agents, episodes=episodes, decide=decide)
+    request = _make_request(problem, batch_options, terminal_options)
+    return measuring.report_comparison(request, agents, episodes=episodes, decide=decide)
 
 
 @_with_batch_options("vs", "seat")
@@ -159,14 +169,16 @@ def tournament(
     """
     from dmplay.reports import tournaments
 
-    match = _make_request(problem, batch_options, terminal_options)
+    request = _make_request(problem, batch_options, terminal_options)
     return tournaments.report_tournament(
-        match, entrants, episodes=episodes, orders=seats, results_file=output
+        request, entrants, episodes=episodes, orders=seats, results_file=output
     )
 
 
 def output_format(*, json: bool, csv: bool) -> OutputFormat:
-    """Which of two forms is wanted, or neither: for people."""
+    """Return the output format: "json", "csv", or "" for text; raise BadParameter for both
+    flags.
+    """
     if json and csv:
         raise BadParameter("--json and --csv: expected one of them")
     return "json" if json else "csv" if csv else ""

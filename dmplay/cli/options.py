@@ -1,4 +1,4 @@
-"""The arguments and options that commands share, and what completes each of them."""
+"""Arguments and options shared by several commands, with their completions."""
 
 import inspect
 from collections.abc import Callable, Mapping
@@ -17,27 +17,31 @@ from dmplay.words.completion import lists
 
 
 def problem_in_context(ctx: typer.Context) -> str:
-    """The problem that stands before the cursor, with its variant."""
-    # An option that still lacks its value leaves the arguments before it unread.
+    """Return the name of the problem typed before the cursor, with its variant."""
+    # While an option lacks its value, Click leaves the arguments before it unparsed.
     base = ctx.params.get("problem") or next((word for word in ctx.args if word[:1] != "-"), "")
     variant = ctx.params.get("variant")
     return f"{base}:{variant}" if variant else str(base)
 
 
 def option_source(ctx: typer.Context, option: str) -> str:
-    """What gave an option its value: DEFAULT_MAP is a file of settings."""
+    """Return the source of an option's value, such as DEFAULT_MAP for a settings file."""
     return getattr(ctx.get_parameter_source(option), "name", "")
 
 
 def is_set_by_user(ctx: typer.Context, option: str) -> bool:
-    """Whether an option has a value that is no file's, so that it is not to be passed over."""
+    """Return whether an option has a value that does not come from a settings file."""
     return ctx.params[option] is not None and option_source(ctx, option) != "DEFAULT_MAP"
 
 
 def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, Any], object]:
-    """What is typed of an option; what a file of settings says of it, as far as that fits."""
+    """Return an option callback that filters values of settings files by the problem played.
+
+    `kind` is a key of `config_filters.OPTION_FILTERS`. Typed values are returned unchanged.
+    """
 
     def callback(ctx: typer.Context, option: typer.CallbackParam, value: Any) -> object:
+        """Return the option's value, filtered if it comes from a settings file."""
         if ctx.resilient_parsing or option_source(ctx, str(option.name)) != "DEFAULT_MAP":
             return tuple(value) if isinstance(value, list) else value
         from dmplay.cli import fitting
@@ -48,61 +52,65 @@ def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, A
 
 
 def _complete_agents(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Return the agents of the typed problem, for completion."""
     from dmplay.words.completion.problem import complete_agents
 
     return complete_agents(problem_in_context(ctx), incomplete)
 
 
 def _complete_seats(ctx: typer.Context, incomplete: str) -> list[str]:
+    """Return the seats of the typed problem, or the players of a seat, for completion."""
     from dmplay.words.completion.problem import complete_seats
 
     return complete_seats(problem_in_context(ctx), incomplete)
 
 
 def _complete_parameters(ctx: typer.Context) -> list[str]:
+    """Return the parameters of the typed problem, for completion."""
     from dmplay.words.completion.problem import list_parameters
 
     return list_parameters(problem_in_context(ctx))
 
 
 def _complete_variants(ctx: typer.Context) -> list[str]:
+    """Return the variants of the typed problem, for completion."""
     base = problem_in_context(ctx)
     return [spec.partition(":")[2] for spec in lists.complete_problems(f"{base}:") if ":" in spec]
 
 
 def configured_keys(preset: str | None) -> Any:
-    """The keys of a preset, and those of the files."""
+    """Return the key preferences: the preset, and the keys of settings files."""
     from dmplay.keys import keymap
 
     return keymap.KeyPreferences(preset or "", config.merged_keys())
 
 
 def _argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
-    """An argument, as the help writes it, and what completes it."""
+    """Return a Typer argument with its metavar, help text and completion."""
     return typer.Argument(metavar=metavar, help=help_text, autocompletion=complete)
 
 
 def _option(
     metavar: str, help_text: str, complete: Callable[..., list[str]], *flags: str, **extra: Any
 ) -> Any:
-    """An option, its value as the help writes it, and what completes that."""
+    """Return a Typer option with its metavar, help text and completion."""
     return typer.Option(*flags, metavar=metavar, help=help_text, autocompletion=complete, **extra)
 
 
 def _agent_option(help_text: str, *flags: str) -> Any:
-    """An option that names an agent."""
+    """Return a Typer option whose value is an agent."""
     return _option("AGENT", help_text, _complete_agents, *flags, callback=_config_filter("agent"))
 
 
 def _shared_option(name: str, help_text: str, *flags: str, **extra: Any) -> Any:
-    """An option that one variable sets for every command."""
+    """Return a Typer option that an environment variable sets for every command."""
     return typer.Option(
         *(flags or [f"--{name}"]), envvar=f"DMPLAY_{name.upper()}", help=help_text, **extra
     )
 
 
 def _shared_switch(name: str, help_text: str) -> Any:
-    """A wish that one variable grants or denies for every command."""
+    """Return an on/off option that an environment variable sets for every command."""
     return _shared_option(name, help_text, f"--{name}/--no-{name}")
 
 
@@ -228,7 +236,7 @@ OutputPath = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE
 
 
 def parse_workers(workers: str) -> int | Literal["auto"]:
-    """How many workers a word means."""
+    """Return the typed number of workers, or "auto"; raise BadParameter for other texts."""
     if workers == "auto":
         return "auto"
     if not workers.isdecimal():
@@ -258,22 +266,29 @@ Command = Callable[..., object]
 
 
 def with_terminal_options(*names: str) -> Callable[[Command], Command]:
-    """Gives a command, in place of its parameter `wishes`, the options of `Wishes`, or some."""
+    """Return a decorator that replaces a command's `terminal_options` with single options.
+
+    `names` selects some of them; by default all are added.
+    """
     options = {
         name: (TERMINAL_OPTIONS[name], TerminalOptions._field_defaults[name])
         for name in names or TerminalOptions._fields
     }
-    return expand_option_group("terminal_options", options, lambda given: TerminalOptions(**given))
+    return expand_option_group(
+        "terminal_options", options, lambda values: TerminalOptions(**values)
+    )
 
 
 def with_export_formats(command: Command) -> Command:
-    """Gives a command, in place of its parameter `formats`, an option for each."""
+    """Replace the command's parameter `formats` with one flag per export format."""
     options = {
-        name: (Annotated[bool, typer.Option(f"--{name}", help=one.help)], False)
-        for name, one in EXPORT_FORMATS.items()
+        name: (Annotated[bool, typer.Option(f"--{name}", help=export_format.help)], False)
+        for name, export_format in EXPORT_FORMATS.items()
     }
     return expand_option_group(
-        "formats", options, lambda given: [n for n, wish in given.items() if wish]
+        "formats",
+        options,
+        lambda flags: [format_name for format_name, is_set in flags.items() if is_set],
     )(command)
 
 
@@ -282,27 +297,33 @@ def expand_option_group(
     options: Mapping[str, tuple[Any, object]],
     collect: Callable[[dict[str, Any]], object],
 ) -> Callable[[Command], Command]:
-    """Gives a command options in place of a parameter, which is what `gather` makes of them.
+    """Return a decorator that replaces a command's parameter with a group of options.
 
-    Typer has no groups of options; it reads them from a signature.
+    The command gets the result of `collect` for the option values. Typer has no groups of options;
+    it reads them from the signature, which is therefore rewritten.
     """
 
     def decorate(command: Command) -> Command:
+        """Return the command with the options in its signature."""
+
         @wraps(command)
         def wrapper(**values: Any) -> object:
-            gathered = collect({option: values.pop(option) for option in options})
-            return command(**values, **{name: gathered})
+            """Call the command with the collected options."""
+            collected = collect({option: values.pop(option) for option in options})
+            return command(**values, **{name: collected})
 
         signature = inspect.signature(command)
         kind = inspect.Parameter.KEYWORD_ONLY
-        more = [
+        option_parameters = [
             inspect.Parameter(option, kind, default=default, annotation=annotation)
             for option, (annotation, default) in options.items()
         ]
-        own = [one.replace(kind=kind) for one in signature.parameters.values()]
-        at = [one.name for one in own].index(name)
-        changed = signature.replace(parameters=[*own[:at], *more, *own[at + 1 :]])
-        wrapper.__signature__ = changed  # type: ignore[attr-defined] # which inspect takes for its own
+        parameters = [parameter.replace(kind=kind) for parameter in signature.parameters.values()]
+        position = [parameter.name for parameter in parameters].index(name)
+        new_signature = signature.replace(
+            parameters=[*parameters[:position], *option_parameters, *parameters[position + 1 :]]
+        )
+        wrapper.__signature__ = new_signature  # type: ignore[attr-defined] # read by inspect
         return wrapper
 
     return decorate

@@ -1,4 +1,4 @@
-"""Commands that print: problems, agents, solutions, figures, the guide and settings."""
+"""CLI commands that print reports, such as lists of problems, solutions and settings."""
 
 import os
 from pathlib import Path
@@ -80,14 +80,14 @@ def solve(
     from dmplay.reports import solving
     from dmplay.solutions.played import SimulationOptions
 
-    asked = GameRequest(problem, variant, set_)
-    wish = SimulationOptions(
+    game_request = GameRequest(problem, variant, set_)
+    simulation_options = SimulationOptions(
         episodes, turns, options.parse_workers(workers) if workers else None, work
     )
     return solving.report_solution(
-        asked.problem_name,
-        asked.changed_parameters(),
-        wish,
+        game_request.problem_name,
+        game_request.changed_parameters(),
+        simulation_options,
         json=terminal_options.json,
         motion=terminal_options.motion,
     )
@@ -110,8 +110,10 @@ def convert(
     from dmplay.game.request import GameRequest
     from dmplay.reports.converting import convert_problem
 
-    asked = GameRequest(problem, variant, set_)
-    return convert_problem(asked.problem_name, asked.changed_parameters(), output, force=force)
+    game_request = GameRequest(problem, variant, set_)
+    return convert_problem(
+        game_request.problem_name, game_request.changed_parameters(), output, force=force
+    )
 
 
 @options.with_terminal_options("color", "ascii", "theme")
@@ -184,8 +186,10 @@ def check(
     from dmplay.game.request import GameRequest
     from dmplay.reports import checked
 
-    asked = GameRequest(problem, variant, set_)
-    return checked.report_violations(asked.problem_name, asked.changed_parameters(), json=json)
+    game_request = GameRequest(problem, variant, set_)
+    return checked.report_violations(
+        game_request.problem_name, game_request.changed_parameters(), json=json
+    )
 
 
 @options.with_terminal_options("plain", "color", "ascii", "theme", "width")

@@ -1,4 +1,4 @@
-"""Commands on recorded games: check them, show them otherwise, look back at them."""
+"""CLI commands for transcripts: verify, export and review."""
 
 from collections.abc import Sequence
 from typing import Annotated
@@ -32,12 +32,12 @@ def verify(
     from dmplay.game.errand import Printout
 
     files = list(checking.iter_transcript_files(paths))
-    diffs, refused = checking.rewrite_files(files, trusted=trust) if update else ([], [])
+    diffs, update_errors = checking.rewrite_files(files, trusted=trust) if update else ([], [])
     reports = [checking.verify_file(file, trusted=trust) for file in files]
-    good = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
-    rows = [*diffs, *checking.format_reports(reports, good, json=json, quiet=quiet)]
-    code = 0 if all(good) else MISMATCH_EXIT_CODE
-    return Printout("\n".join(rows), stderr_text="\n".join(refused), exit_code=code)
+    accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
+    rows = [*diffs, *checking.format_reports(reports, accepted, json=json, quiet=quiet)]
+    code = 0 if all(accepted) else MISMATCH_EXIT_CODE
+    return Printout("\n".join(rows), stderr_text="\n".join(update_errors), exit_code=code)
 
 
 @options.with_export_formats
@@ -77,11 +77,11 @@ def export(
     ascii_ = (
         current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options
     ).ascii
-    typed = [
+    explicit_options = [
         o for o in ("width", "height", "ascii") if options.option_source(ctx, o) == "COMMANDLINE"
     ]
     aspect = ExportOptions(
-        Viewport(terminal_options.width or 0, height or 0, ascii_), at, hint, typed
+        Viewport(terminal_options.width or 0, height or 0, ascii_), at, hint, explicit_options
     )
     return export_transcript(ReplayRequest(file, trust, peek), formats, aspect, output, force=force)
 

@@ -1,4 +1,4 @@
-"""What is wrong with words of the command line, in a sentence."""
+"""Format errors in command-line arguments as one-line messages."""
 
 import re
 from typing import Any
@@ -7,57 +7,75 @@ import typer
 
 from dmplay.errors import DmplayError
 
-USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]  # click's, wherever typer keeps it
+# click.UsageError, wherever typer keeps its copy of click
+USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 EXTRA_ARGUMENT = "unexpected extra argument"
-MAX_CHARACTERS = 2000  # characters of a sentence
-SUGGESTION_PATTERN = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")  # click's
-PLAIN_TYPE_NAMES = {  # click's names of kinds, the longer first, in plain words
+MAX_CHARACTERS = 2000  # maximum length of an error message
+# how click ends a message that has suggestions
+SUGGESTION_PATTERN = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")
+PLAIN_TYPE_NAMES = {  # click's type names, the longer ones first
     "int range": "whole number", "float range": "number", "int": "whole number", "float": "number",
 }  # fmt: skip
 
 
 def format_error(error: Exception) -> str:
-    """An error in one line, the middle of a very long one left out."""
-    told = _describe_error(error)
+    """Return an error as one line; a line over `MAX_CHARACTERS` loses its middle."""
+    message = _describe_error(error)
     return (
-        told
-        if len(told) <= MAX_CHARACTERS
-        else f"{told[: MAX_CHARACTERS // 2]} ... {told[-MAX_CHARACTERS // 2 :]}"
+        message
+        if len(message) <= MAX_CHARACTERS
+        else f"{message[: MAX_CHARACTERS // 2]} ... {message[-MAX_CHARACTERS // 2 :]}"
     )
 
 
 def _describe_error(error: Exception) -> str:
-    """An error in one line; click's in our form, lower case first and without a full stop."""
+    """Return the full one-line message of an error.
+
+    The messages of dmplay's own errors stay as they are. A message of click gets our form: lower
+    case first, no full stop, plain type names, then the suggestions or the `--help` to read.
+    """
     if isinstance(error, DmplayError):
         return str(error)
     message = getattr(error, "format_message", lambda: str(error))().rstrip(".")
-    for kind, plain in PLAIN_TYPE_NAMES.items():
-        message = message.replace(f"valid {kind}", plain)
-    context, option = getattr(error, "ctx", None), getattr(error, "param", None)
-    variable = _variable_prefix(context, option) if context and option else ""
+    for type_name, plain_name in PLAIN_TYPE_NAMES.items():
+        message = message.replace(f"valid {type_name}", plain_name)
+    context, parameter = getattr(error, "ctx", None), getattr(error, "param", None)
+    prefix = _variable_prefix(context, parameter) if context and parameter else ""
     if EXTRA_ARGUMENT in message:
-        extra = message.partition(EXTRA_ARGUMENT)[2].partition(" (")[2].removesuffix(")")
+        extra_words = message.partition(EXTRA_ARGUMENT)[2].partition(" (")[2].removesuffix(")")
         message = (
-            _describe_missing_value(context) or f"got {extra!r} besides, expected no more words"
+            _describe_missing_value(context)
+            or f"got {extra_words!r} besides, expected no more words"
         )
-    guess = SUGGESTION_PATTERN.search(message)
-    where = getattr(context, "command_path", "dmplay")
-    after = f"see {where} --help"
-    if guess:
-        message = message[: guess.start()]
-        after = f"did you mean {guess[1].replace(', ', ' or ')}?".replace("'", "")
-    return f"{variable}{message[:1].lower()}{message[1:]}; {after}"
+    suggestions = SUGGESTION_PATTERN.search(message)
+    command_path = getattr(context, "command_path", "dmplay")
+    advice = f"see {command_path} --help"
+    if suggestions:
+        message = message[: suggestions.start()]
+        advice = f"did you mean {suggestions[1].replace(', ', ' or ')}?".replace("'", "")
+    return f"{prefix}{message[:1].lower()}{message[1:]}; {advice}"
 
 
 def _describe_missing_value(context: Any) -> str:
-    """The option that took the next option for its value, if one did; the rest is then too much."""
-    taken = ((name, value) for name, value in context.params.items() if isinstance(value, str))
-    wrong = next(((name, value) for name, value in taken if value.startswith("--")), None)
-    return f"--{wrong[0]}: got {wrong[1]!r}, expected a value" if wrong else ""
+    """Return the message for an option that took the next option as its value, or ''.
+
+    In that case click reports an extra argument, which hides the real mistake.
+    """
+    string_values = (
+        (name, value) for name, value in context.params.items() if isinstance(value, str)
+    )
+    option_as_value = next(
+        ((name, value) for name, value in string_values if value.startswith("--")), None
+    )
+    return (
+        f"--{option_as_value[0]}: got {option_as_value[1]!r}, expected a value"
+        if option_as_value
+        else ""
+    )
 
 
 def _variable_prefix(context: Any, option: Any) -> str:
-    """The variable that gave an option its value, to stand before what is wrong with it."""
+    """Return the name of the environment variable that set an option as 'NAME: ', or ''."""
     source = context.get_parameter_source(option.name)
     if source is None or source.name != "ENVIRONMENT":
         return ""

@@ -1,4 +1,4 @@
-"""Games with another program at the standard streams: it keeps one, or a model plays in ours."""
+"""CLI commands that serve games on the standard streams: as a bot, or over MCP."""
 
 import sys
 from contextlib import redirect_stdout
@@ -12,17 +12,18 @@ from dmplay.guests.extras import import_library
 
 
 def serve_bot(agent: str, problem_name: str) -> int:
-    """Plays a problem of this name between the standard streams; the exit code."""
-    problems.resolve_problem(problem_name, {})  # refuses what there is not
+    """Serve an agent as a bot for a problem on the standard streams, and return the exit code."""
+    problems.resolve_problem(problem_name, {})  # raises an error if the problem does not exist
     serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), sys.stdin, sys.stdout)
     return 0
 
 
 def serve_mcp(config: McpServerConfig) -> int:
-    """Has a language model play, on these terms, between the standard streams; the exit code."""
+    """Serve games to a language model over MCP on standard streams; return the exit code."""
     from dmplay.mcp.games import ModelGames
 
-    with redirect_stdout(sys.stderr):  # what a problem prints is no answer
+    # Output that a problem prints must not mix with the MCP messages.
+    with redirect_stdout(sys.stderr):
         games = ModelGames(config)
     import_library("mcp.server.mcpserver", "mcp", "mcp")
     from dmplay.mcp.server import serve
@@ -31,12 +32,21 @@ def serve_mcp(config: McpServerConfig) -> int:
 
 
 def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
-    """An agent of this name, in the seat and under the parameters that hello says."""
+    """Return a function that creates the problem, the seat and the policy that a hello message
+    names.
+
+    If the hello message has a turn limit, the agent is the one that suits that many turns.
+    """
 
     def create_seat(hello: JsonObject) -> tuple[Problem, int, Policy]:
+        """Load the problem with its parameters and create the agent in its seat."""
         problem = problems.load_problem(problem_name, **hello["parameters"])
-        place, turns = problem.seat_index(hello["seat"]), hello["turns"]
-        who = agent if turns is None else agents.plan_for_turn_limit(problem, place, agent, turns)
-        return problem, place, agents.load_agent(problem, place, who)
+        seat_index, turn_limit = problem.seat_index(hello["seat"]), hello["turns"]
+        agent_name = (
+            agent
+            if turn_limit is None
+            else agents.plan_for_turn_limit(problem, seat_index, agent, turn_limit)
+        )
+        return problem, seat_index, agents.load_agent(problem, seat_index, agent_name)
 
     return create_seat

@@ -1,4 +1,4 @@
-"""Figures F.10 to F.13: the solutions of the partially observed problems over beliefs."""
+"""Figures F.10 to F.13: solutions of the partially observable problems over beliefs."""
 
 import numpy as np
 from rich.text import Text
@@ -15,28 +15,34 @@ from dmplay.tabular import tabulate
 from dmplay.views.canvas import Canvas
 from dmplay.views.plot import Axis, Plot
 
-TEN_STEP_HORIZON = 10  # steps, of the function that figure F.10 draws
-FOURTEEN_STEP_HORIZON = 14  # steps, of figure F.11
-PLOTTED_HORIZONS = range(1, 21)  # of figure F.12
+TEN_STEP_HORIZON = 10  # steps, in figure F.10
+FOURTEEN_STEP_HORIZON = 14  # steps, in figure F.11
+PLOTTED_HORIZONS = range(1, 21)  # in figure F.12
 ACTION_STYLES = ("green", "cyan", "yellow", "magenta")
 CURVE_GLYPHS = ("o", "x", "+", "*")
 
 
 def draw_crying_baby_values() -> Text:
-    """Both value functions: the drawing is the ten-step one, the claim the endless one."""
+    """Return figure F.10: the value functions for ten steps and for an infinite horizon.
+
+    The book draws the ten-step function, but describes it as the one for the infinite horizon.
+    """
     problem = load_problem("crying-baby")
     tables = tabulate(problem)
-    ten = alpha_vectors.solve_finite_horizon(tables, problem.discount, TEN_STEP_HORIZON)[-1]
-    endless = alpha_vectors.solve_infinite_horizon(tables, problem.discount)
-    drawn = Text()
-    for title, stage in ((f"{TEN_STEP_HORIZON} steps (as drawn)", ten), ("without end", endless)):
-        drawn.append(f"{title}: alpha vectors over P(hungry)\n", style="bold")
-        drawn.append_text(_draw_alpha_vectors(problem, stage)).append("\n")
-    return drawn
+    ten_steps = alpha_vectors.solve_finite_horizon(tables, problem.discount, TEN_STEP_HORIZON)[-1]
+    infinite = alpha_vectors.solve_infinite_horizon(tables, problem.discount)
+    figure = Text()
+    for title, stage in (
+        (f"{TEN_STEP_HORIZON} steps (as drawn)", ten_steps),
+        ("without end", infinite),
+    ):
+        figure.append(f"{title}: alpha vectors over P(hungry)\n", style="bold")
+        figure.append_text(_draw_alpha_vectors(problem, stage)).append("\n")
+    return figure
 
 
 def _draw_alpha_vectors(problem: Problem, stage: AlphaVectorStage) -> Text:
-    """The vectors of a stage as lines over the belief."""
+    """Return a plot of the alpha vectors of a stage as lines over the belief."""
     low, high = float(stage.alpha_vectors.min()), float(stage.alpha_vectors.max())
     plot = Plot(Axis(0.0, 1.0, "P(hungry)"), Axis(low, high, "U", "{:.1f}"), height=12)
     for number, (vector, actions) in enumerate(
@@ -53,18 +59,19 @@ def _draw_alpha_vectors(problem: Problem, stage: AlphaVectorStage) -> Text:
 
 
 def draw_fourteen_step_policy() -> Text:
-    """The best first action of fourteen, over the triangle of beliefs."""
+    """Return figure F.11: the best first action of fourteen steps, over the belief triangle."""
     return _format_action_legend().append_text(
         _draw_belief_triangles([FOURTEEN_STEP_HORIZON], 24, 1)
     )
 
 
 def draw_policies_by_horizon() -> Text:
-    """The best first action for one to twenty steps."""
+    """Return figure F.12: the best first action for each horizon from one to twenty steps."""
     return _format_action_legend().append_text(_draw_belief_triangles(list(PLOTTED_HORIZONS), 8, 4))
 
 
 def _format_action_legend() -> Text:
+    """Return the legend of the actions and of the corners of a belief triangle."""
     text = Text()
     problem = load_problem("machine-replacement")
     for action, style in enumerate(ACTION_STYLES):
@@ -74,12 +81,12 @@ def _format_action_legend() -> Text:
 
 
 def _draw_belief_triangles(horizons: list[int], rows: int, column_count: int) -> Text:
-    """A triangle for each number of steps, so many rows high, some to a line."""
+    """Return a belief triangle for each horizon, `rows` rows high, `column_count` to a line."""
     problem = load_problem("machine-replacement")
     stages = alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, max(horizons))
     canvas = Canvas()
-    for place, step in enumerate(horizons):
-        x, y = place % column_count * (2 * rows + 3), place // column_count * (rows + 2)
+    for position, step in enumerate(horizons):
+        x, y = position % column_count * (2 * rows + 3), position // column_count * (rows + 2)
         canvas.write_text(x, y, format_count(step, "step"), "bold")
         _draw_belief_triangle(canvas, x, y + 1, rows, stages[step - 1])
     return canvas.to_text()
@@ -88,34 +95,35 @@ def _draw_belief_triangles(horizons: list[int], rows: int, column_count: int) ->
 def _draw_belief_triangle(
     canvas: Canvas, x: int, y: int, rows: int, stage: AlphaVectorStage
 ) -> None:
-    """A triangle of beliefs, each point the best first action there."""
+    """Draw a belief triangle, where each point shows the first letter of the best action there."""
     for row in range(rows):
-        sound = 1.0 - row / (rows - 1)
-        wide = 2 * row + 1
-        for column in range(wide):
-            both = (1.0 - sound) * (column / (wide - 1) if wide > 1 else 0.0)
-            b = np.array([[sound, 1.0 - sound - both, both]])
-            action = _find_best_first_action(stage, b)
+        p_none = 1.0 - row / (rows - 1)
+        point_count = 2 * row + 1
+        for column in range(point_count):
+            p_both = (1.0 - p_none) * (column / (point_count - 1) if point_count > 1 else 0.0)
+            belief = np.array([[p_none, 1.0 - p_none - p_both, p_both]])
+            action = _find_best_first_action(stage, belief)
             canvas.write_text(
                 x + rows - 1 - row + column, y + row, "meir"[action], ACTION_STYLES[action]
             )
 
 
 def _find_best_first_action(stage: AlphaVectorStage, belief: Reals) -> int:
-    top = int(select_greedy_actions(stage.alpha_vectors @ belief[0]))
-    return int(np.argmax(stage.first_action_mask[top]))
+    """Return the best first action at a belief `[1, S]`."""
+    best_vector = int(select_greedy_actions(stage.alpha_vectors @ belief[0]))
+    return int(np.argmax(stage.first_action_mask[best_vector]))
 
 
 def draw_catch_probabilities() -> Text:
-    """The probability of a catch by distance, for the four proficiencies."""
+    """Return figure F.13: the probability of a catch by distance, for the four proficiencies."""
     problem = load_problem("catch")
-    pay = tabulate(problem).rewards[:, :, 0] / DISTANCES
+    catch_probabilities = tabulate(problem).rewards[:, :, 0] / DISTANCES
     plot = Plot(Axis(10.0, 100.0, "distance d"), Axis(0.0, 1.0, "P(catch)"))
     for number, name in enumerate(problem.format_state(s) for s in problem.enumerate_states()):
-        shares = pay[number]
+        probabilities = catch_probabilities[number]
         style = ACTION_STYLES[number]
         plot.draw_curve(
-            lambda d, p=shares: float(np.interp(d, DISTANCES, p)),  # type: ignore[misc]
+            lambda d, p=probabilities: float(np.interp(d, DISTANCES, p)),  # type: ignore[misc]
             CURVE_GLYPHS[number],
             style,
         )

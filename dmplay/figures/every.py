@@ -1,4 +1,4 @@
-"""Every figure and table of the book's appendix F that is drawn, by name."""
+"""The registry of all figures and tables of the book's appendix F that are drawn."""
 
 import importlib
 from collections.abc import Callable
@@ -12,23 +12,27 @@ Figure = tuple[str, Callable[[], Text]]
 
 
 def load_figures() -> dict[str, Figure]:
-    """Every figure by name: its title and what draws it."""
-    found: dict[str, Figure] = {}
+    """Return all figures by name, in order, each with its title and its drawing function."""
+    result: dict[str, Figure] = {}
     for file in sorted(Path(__file__).parent.glob("[a-z]*.py")):
-        found |= getattr(importlib.import_module(f"dmplay.figures.{file.stem}"), "FIGURES", {})
-    return dict(sorted(found.items(), key=lambda item: _figure_sort_key(item[0])))
+        result |= getattr(importlib.import_module(f"dmplay.figures.{file.stem}"), "FIGURES", {})
+    return dict(sorted(result.items(), key=lambda item: _figure_sort_key(item[0])))
 
 
 def _figure_sort_key(name: str) -> tuple[str, int]:
+    """Return the letter and the number of a figure's name as a sort key."""
     letter, _, number = name.partition(".")
     return letter, int(number)
 
 
 def find_figure(name: str) -> Figure:
-    """The figure of this name, `F.10`, `f10` or `figure F.10`."""
-    known = load_figures()
-    wanted = "".join(name.split()[-1:])  # of blanks, nothing
-    for key, found in known.items():
-        if key.replace(".", "").lower() == wanted.replace(".", "").lower():
-            return found
-    raise UnknownName("figure", name, known)
+    """Return the figure of a name such as `F.10`, `f10` or `figure F.10`.
+
+    Raise UnknownName if there is none.
+    """
+    available = load_figures()
+    short_name = "".join(name.split()[-1:])  # '' for a blank name
+    for key, entry in available.items():
+        if key.replace(".", "").lower() == short_name.replace(".", "").lower():
+            return entry
+    raise UnknownName("figure", name, available)

@@ -1,4 +1,4 @@
-"""Figures F.2 and F.16: both hex worlds solved, and the start of the hunt."""
+"""Figures F.2 and F.16: policies of both hex worlds, and the start of predator-prey."""
 
 import numpy as np
 from rich.text import Text
@@ -16,21 +16,22 @@ from dmplay.views.hexgrid import ARROWS, NORMAL_SIZE, HexCell, HexSize, draw_map
 
 
 def draw_hex_world_policies() -> Text:
-    """Both maps with the best action and the value of every hex."""
-    drawn = Text()
+    """Return figure F.2: both maps with the optimal action and the value of every hex."""
+    figure = Text()
     for name in ("hexworld", "hexworld:straight-line"):
-        drawn.append(f"{name}: optimal actions and values\n", style="bold")
-        drawn.append_text(_draw_optimal_policy(load_problem(name))).append("\n")
-    return drawn
+        figure.append(f"{name}: optimal actions and values\n", style="bold")
+        figure.append_text(_draw_optimal_policy(load_problem(name))).append("\n")
+    return figure
 
 
 def _draw_optimal_policy(problem: Problem) -> Text:
-    """A map with the best action and the value of every hex."""
+    """Return a map with the optimal action and the value of every hex."""
     assert isinstance(problem, HexWorld)
     q = value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
     exits = dict(problem.rewards)
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex: an exit's reward, or the optimal action and the value."""
         if hex_ in exits:
             return HexCell(
                 "◆" if exits[hex_] > 0 else "✗", format_signed(exits[hex_]), style="bold"
@@ -44,7 +45,7 @@ def _draw_optimal_policy(problem: Problem) -> Text:
 
 
 def draw_predator_prey_start() -> Text:
-    """The start of predator-prey on the standard map."""
+    """Return figure F.16: the initial state of predator-prey on the standard map."""
     problem = PredatorPrey()
     p, states = initial_state_distribution(problem)
     return Text("predator P, prey o\n").append_text(
@@ -53,9 +54,11 @@ def draw_predator_prey_start() -> Text:
 
 
 def _draw_agents_on_map(problem: PredatorPrey, state: Array) -> Text:
+    """Return the map with the glyphs of the predator and the prey."""
     marks = dict(zip((problem.hexes[int(s)] for s in state), "Po", strict=True))
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex: the glyph of its agent, if any."""
         mark = marks.get(hex_, "")
         return HexCell(mark, style={"P": "bold red", "o": "bold blue"}.get(mark, ""))
 

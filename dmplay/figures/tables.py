@@ -1,4 +1,4 @@
-"""Figures F.14 and F.15, the payoff tables, and the tables F.1 and F.2."""
+"""Figures F.14 and F.15, the payoff tables, and tables F.1 and F.2."""
 
 import re
 import sys
@@ -17,26 +17,27 @@ from dmplay.views.style import DrawOptions, load_view_module
 
 
 def _draw_payoff_table(name: str) -> Text:
+    """Return the payoff table of a two-agent problem."""
     problem = load_problem(name)
     view = Session(problem, SeededUniforms(0)).view(0)
-    drawn = list(load_view_module(problem).iter_boards(view, DrawOptions()))[
+    table = list(load_view_module(problem).iter_boards(view, DrawOptions()))[
         1
     ]  # the table without the rounds
-    return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(drawn)
+    return Text("rewards of agent 1, agent 2; rows are agent 1's actions\n").append_text(table)
 
 
 def draw_prisoners_dilemma() -> Text:
-    """The rewards of the prisoner's dilemma."""
+    """Return figure F.14: the rewards of the prisoner's dilemma."""
     return _draw_payoff_table("prisoners-dilemma")
 
 
 def draw_rock_paper_scissors() -> Text:
-    """The rewards of rock-paper-scissors."""
+    """Return figure F.15: the rewards of rock-paper-scissors."""
     return _draw_payoff_table("rock-paper-scissors")
 
 
 def draw_problem_table() -> Text:
-    """The kind and the spaces of every problem."""
+    """Return table F.1: the kind and the spaces of every problem."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
     for name in sorted(problem_names(), key=_read_appendix_section):
         problem = load_problem(name)
@@ -48,14 +49,14 @@ def draw_problem_table() -> Text:
 
 
 def _read_appendix_section(name: str) -> int:
-    """The section of the appendix that a problem's module names as its source."""
-    told = sys.modules[type(load_problem(name)).__module__].__doc__ or ""
-    found = re.search(r"appendix F\.(\d+)", told)
-    return int(found[1]) if found else 0
+    """Return the section of appendix F named in the docstring of a problem's module, or 0."""
+    docstring = sys.modules[type(load_problem(name)).__module__].__doc__ or ""
+    section = re.search(r"appendix F\.(\d+)", docstring)
+    return int(section[1]) if section else 0
 
 
 def draw_machine_tables() -> Text:
-    """Transitions, observations and rewards of machine replacement."""
+    """Return table F.2: transitions, observations and rewards of machine replacement."""
     problem = load_problem("machine-replacement")
     tables = tabulate(problem)
     text = Text()
@@ -69,6 +70,7 @@ def draw_machine_tables() -> Text:
 
 
 def _format_row(values: Reals) -> str:
+    """Return a number or a row of numbers in columns of 7 characters."""
     return " ".join(f"{value:7.4g}" for value in np.atleast_1d(values))
 
 

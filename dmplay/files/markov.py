@@ -1,4 +1,4 @@
-"""Reading files of Cassandra's format (`.pomdp`, `.mdp`) and of MADP's (`.dpomdp`)."""
+"""Read files of Cassandra's format (`.pomdp`, `.mdp`) and of MADP's (`.dpomdp`)."""
 
 from collections.abc import Sequence
 
@@ -15,48 +15,55 @@ from dmplay.files.words import SourceText
 from dmplay.laws.sound import RESERVED_WORDS
 from dmplay.tabular import SparseTables
 
-SINGLE_OBSERVATION = Declaration("observation", ["0"])  # what is observed where states are seen
+# the single observation if states are visible
+SINGLE_OBSERVATION = Declaration("observation", ["0"])
 
 
 def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProblem:
-    """The problem that a file of this content holds; of several agents if a team's."""
-    text = SourceText.from_bytes(path, raw)
-    end = find_first_statement(text, team=team)
-    told = parse_preamble(text, end, team=team)
-    actions, states = told.actions, told.states
+    """Return the problem in a file of this content; it is one of several agents if `team`."""
+    source = SourceText.from_bytes(path, raw)
+    preamble_end = find_first_statement(source, team=team)
+    header = parse_preamble(source, preamble_end, team=team)
+    actions, states = header.actions, header.states
     fields: dict[str, Sequence[AnyDeclaration]] = {"T": (actions, states, states)}
-    if told.observations:
-        fields["O"] = (actions, states, told.observations)
-    fields["R"] = (actions, states, states, told.observations or SINGLE_OBSERVATION)
-    forms = {kind: StatementGrammar(kind, named, team=team) for kind, named in fields.items()}
-    shares = {
-        kind: ProbabilityArray(form, told.initial_belief)
-        for kind, form in forms.items()
+    if header.observations:
+        fields["O"] = (actions, states, header.observations)
+    fields["R"] = (actions, states, states, header.observations or SINGLE_OBSERVATION)
+    grammars = {
+        kind: StatementGrammar(kind, declarations, team=team)
+        for kind, declarations in fields.items()
+    }
+    probability_arrays = {
+        kind: ProbabilityArray(grammar, header.initial_belief)
+        for kind, grammar in grammars.items()
         if kind != "R"
     }
-    payments = RewardArray(forms["R"])
-    for said in iter_statements(text, forms):
-        if said.grammar.kind == "R":
-            payments.add_statement(said)
+    reward_array = RewardArray(grammars["R"])
+    for statement in iter_statements(source, grammars):
+        if statement.grammar.kind == "R":
+            reward_array.add_statement(statement)
         else:
-            shares[said.grammar.kind].add_statement(said)
-    rows = {kind: one.rows(text) for kind, one in shares.items()}
-    rewards = payments.build_rewards(rows["T"]) * (-1.0 if told.rewards_are_costs else 1.0) + 0.0
+            probability_arrays[statement.grammar.kind].add_statement(statement)
+    matrices = {kind: array.rows(source) for kind, array in probability_arrays.items()}
+    rewards = (
+        reward_array.build_rewards(matrices["T"]) * (-1.0 if header.rewards_are_costs else 1.0)
+        + 0.0
+    )
     tables = SparseTables(
-        rows["T"], np.tile(rewards[:, None], (1, len(told.agents))), rows.get("O")
+        matrices["T"], np.tile(rewards[:, None], (1, len(header.agents))), matrices.get("O")
     )
     model = MarkovModel(
-        told.agents,
+        header.agents,
         tuple(
             Labels(make_unique_labels(axis.names, "action", RESERVED_WORDS))
             for axis in actions.declarations
         ),
-        tuple(Labels(axis.names) for axis in told.observations.declarations)
-        if told.observations
+        tuple(Labels(axis.names) for axis in header.observations.declarations)
+        if header.observations
         else (),
         states.names,
-        told.initial_belief,
+        header.initial_belief,
         tables,
-        text.leading_comment,
+        source.leading_comment,
     )
-    return FileProblem(told.discount, model=model)
+    return FileProblem(header.discount, model=model)

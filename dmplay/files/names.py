@@ -1,4 +1,4 @@
-"""What the names and numbers in a file stand for: states, actions, observations, alone or joint."""
+"""Sets that a file declares: states, actions, observations, single or joint, and selections."""
 
 import re
 from collections.abc import Collection, Sequence
@@ -13,43 +13,44 @@ from dmplay.errors import UnknownName
 from dmplay.files.words import TokenSpan, parse_integer
 
 WILDCARD = "*"
-BYTES_PER_NAME = 200  # of a name, in memory
+BYTES_PER_NAME = 200  # bytes of a name in memory
 
-IndexSelection = int | Ints | None  # one of a set, some, or all
+IndexSelection = int | Ints | None  # one index, an array of indices, or None for all
 
 
 def to_index_array(selection: IndexSelection, count: int) -> Ints:
-    """The places as an array, of so many in all."""
+    """Return a selection as an array of indices, out of `count` in all."""
     return np.arange(count) if selection is None else np.atleast_1d(selection)
 
 
 def make_reading_budget() -> Budget:
-    """What reading a file may cost."""
+    """Return a budget of work and memory for reading a file."""
     return Budget("reading it", "try a smaller problem")
 
 
 def make_unique_labels(
     names: Sequence[str], kind: str, reserved: Collection[str] = ()
 ) -> list[str]:
-    """Names as they are typed, each another; with what they name where they mean something else.
+    """Return names as distinct labels that can be typed.
 
-    Where they are numbers from 0 on, with a letter.
+    Names that are the numbers from 0 on get the first letter of `kind` as a prefix, and a reserved
+    label gets `kind` itself.
     """
     if list(names) == [*map(str, range(len(names)))]:
         return [f"{kind[0]}{name}" for name in names]
-    found: list[str] = []
+    labels: list[str] = []
     for name in names:
-        plain = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or kind
-        plain = f"{kind}-{plain}" if plain in reserved else plain
-        label, number = plain, 2
-        while label in found:
-            label, number = f"{plain}-{number}", number + 1
-        found.append(label)
-    return found
+        base = "-".join(re.sub("[_,;=#]", " ", name.lower()).split()) or kind
+        base = f"{kind}-{base}" if base in reserved else base
+        label, suffix = base, 2
+        while label in labels:
+            label, suffix = f"{base}-{suffix}", suffix + 1
+        labels.append(label)
+    return labels
 
 
 class Declaration:
-    """A finite set in a file: its names, or numbers from 0 on, and `*` for all of them."""
+    """A finite set that a file declares: names, or numbers from 0 on, and `*` for all of them."""
 
     def __init__(self, kind: str, names: Sequence[str]) -> None:
         self.kind = kind
@@ -57,19 +58,22 @@ class Declaration:
 
     @classmethod
     def parse(cls, kind: str, span: TokenSpan) -> "Declaration":
-        """The set that a line of a file tells: names, each another, or how many."""
+        """Return the set that a line of a file declares: distinct names, or how many there are.
+
+        Raises BadFile if the line has neither.
+        """
         words = span.tokens
-        many = parse_integer(words[0]) if len(words) == 1 else None
-        if not words or many == 0:
+        count = parse_integer(words[0]) if len(words) == 1 else None
+        if not words or count == 0:
             raise span.error_at(0, f"expected how many {kind}s, or their names")
-        if many is not None:
-            make_reading_budget().check_memory(float(BYTES_PER_NAME) * many)
-            return cls(kind, [*map(str, range(many))])
-        known: set[str] = set()
-        for number, word in enumerate(words):
-            if word in known or word in (WILDCARD, ":"):
-                raise span.error_at(number, f"got {word!r}, expected the name of another {kind}")
-            known.add(word)
+        if count is not None:
+            make_reading_budget().check_memory(float(BYTES_PER_NAME) * count)
+            return cls(kind, [*map(str, range(count))])
+        unique_names: set[str] = set()
+        for position, word in enumerate(words):
+            if word in unique_names or word in (WILDCARD, ":"):
+                raise span.error_at(position, f"got {word!r}, expected the name of another {kind}")
+            unique_names.add(word)
         return cls(kind, words)
 
     def __len__(self) -> int:
@@ -77,20 +81,23 @@ class Declaration:
 
     @cached_property
     def index_by_name(self) -> dict[str, int]:
-        """The place of each name and number."""
-        numbers = {str(place): place for place in range(len(self.names))}
-        return numbers | {name: place for place, name in enumerate(self.names)}
+        """The index of each name and of each number."""
+        numbers = {str(index): index for index in range(len(self.names))}
+        return numbers | {name: index for index, name in enumerate(self.names)}
 
     def name_at(self, index: int) -> str:
-        """The name of one."""
+        """Return the name at an index."""
         return self.names[index]
 
     def matches(self, words: Sequence[str]) -> bool:
-        """Whether these words name something of the set."""
+        """Return whether these words name an element of the set, or all."""
         return len(words) == 1 and (words[0] == WILDCARD or words[0] in self.index_by_name)
 
     def parse_selection(self, span: TokenSpan) -> int | None:
-        """The place of what a word names; None for all."""
+        """Return the index that one word names; None for all.
+
+        Raises BadFile if it is no name of the set.
+        """
         words = span.tokens
         if len(words) == 1 and words[0] in self.index_by_name:
             return self.index_by_name[words[0]]
@@ -102,23 +109,23 @@ class Declaration:
         raise span.error_at(0, UnknownName(self.kind, words[0], self._expected_names))
 
     def parse_mask(self, span: TokenSpan) -> Bools:
-        """Which of them the words of a list name."""
-        found = np.zeros(len(self), bool)
-        for number, word in enumerate(span.tokens or [""]):
+        """Return a mask of the elements that the words of a list name."""
+        mask = np.zeros(len(self), bool)
+        for position, word in enumerate(span.tokens or [""]):
             if word == WILDCARD:
-                raise span.error_at(number, f"got '*', expected a {self.kind}")
-            found[self.parse_selection(span.slice(number, number + 1))] = True
-        return found
+                raise span.error_at(position, f"got '*', expected a {self.kind}")
+            mask[self.parse_selection(span.slice(position, position + 1))] = True
+        return mask
 
     @property
     def _expected_names(self) -> list[str]:
-        """The names, those of which there are only numbers as a span."""
-        numbers = self.names == tuple(map(str, range(len(self.names))))
-        return [f"0 to {len(self.names) - 1}"] if numbers else [*self.names]
+        """The names for an error message; a range if they are only numbers."""
+        is_numbered = self.names == tuple(map(str, range(len(self.names))))
+        return [f"0 to {len(self.names) - 1}"] if is_numbered else [*self.names]
 
 
 class JointDeclaration:
-    """Joint actions or observations: one of each agent's, row-major, the last agent fastest."""
+    """The joint actions or observations of all agents, row-major: the last agent's vary fastest."""
 
     def __init__(self, declarations: Sequence[Declaration]) -> None:
         self.declarations = tuple(declarations)
@@ -133,19 +140,19 @@ class JointDeclaration:
         return self._count
 
     def name_at(self, index: int) -> str:
-        """The names of one's parts."""
-        parts = np.unravel_index(index, self.counts)
+        """Return the names of the parts of the joint element at an index."""
+        indices = np.unravel_index(index, self.counts)
         return " ".join(
-            axis.name_at(int(n)) for axis, n in zip(self.declarations, parts, strict=True)
+            axis.name_at(int(n)) for axis, n in zip(self.declarations, indices, strict=True)
         )
 
     @property
     def index_by_name(self) -> dict[str, int]:
-        """The place of each name and number, where there is one part."""
+        """The index of each name and number; empty if there are several agents."""
         return self.declarations[0].index_by_name if len(self.declarations) == 1 else {}
 
     def matches(self, words: Sequence[str]) -> bool:
-        """Whether these words name one, or some."""
+        """Return whether these words name one or several joint elements."""
         if len(words) == len(self.declarations):
             return all(
                 axis.matches([word]) for axis, word in zip(self.declarations, words, strict=True)
@@ -153,34 +160,40 @@ class JointDeclaration:
         return len(words) == 1 and (words[0] == WILDCARD or parse_integer(words[0]) is not None)
 
     def parse_selection(self, span: TokenSpan) -> IndexSelection:
-        """The places of what some words name: a name, a number or `*` for each agent; or all."""
+        """Return the indices that words name: a name, a number or `*` for each agent, or for all.
+
+        Results are cached by the words.
+        """
         words = tuple(span.tokens)
         if words not in self._parsed:
             self._parsed[words] = self._parse_uncached(span)
         return self._parsed[words]
 
     def _parse_uncached(self, span: TokenSpan) -> IndexSelection:
+        """Return the indices that words name, parsed without the cache."""
         words = span.tokens
         if len(self.declarations) == 1:
             return self.declarations[0].parse_selection(span)
         if len(words) == len(self.declarations):
-            parts = [span.slice(n, n + 1) for n in range(len(words))]
-            told = [
-                axis.parse_selection(one)
-                for axis, one in zip(self.declarations, parts, strict=True)
+            agent_spans = [span.slice(n, n + 1) for n in range(len(words))]
+            selections = [
+                axis.parse_selection(agent_span)
+                for axis, agent_span in zip(self.declarations, agent_spans, strict=True)
             ]
-            if all(n is None for n in told):
+            if all(n is None for n in selections):
                 return None
-            each = [to_index_array(n, many) for n, many in zip(told, self.counts, strict=True)]
-            found = np.ravel_multi_index(np.ix_(*each), self.counts).reshape(-1)
-            return int(found[0]) if len(found) == 1 else found
+            indices = [
+                to_index_array(n, count) for n, count in zip(selections, self.counts, strict=True)
+            ]
+            joint_indices = np.ravel_multi_index(np.ix_(*indices), self.counts).reshape(-1)
+            return int(joint_indices[0]) if len(joint_indices) == 1 else joint_indices
         if len(words) == 1 and words[0] == WILDCARD:
             return None
         number = parse_integer(words[0]) if len(words) == 1 else None
         if number is None or number >= len(self):
-            got, many = " ".join(words) or "nothing", len(self.declarations)
+            got, count = " ".join(words) or "nothing", len(self.declarations)
             raise span.error_at(
-                0, f"got {got!r}, expected {many} {self.declarations[0].kind}s, or *"
+                0, f"got {got!r}, expected {count} {self.declarations[0].kind}s, or *"
             )
         return number
 

@@ -1,4 +1,4 @@
-"""The first lines of a file of Cassandra's format, or of MADP's: what there is, and the start."""
+"""Read the declarations that precede the arrays in a file of Cassandra's or MADP's format."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,43 +12,49 @@ from dmplay.files.names import Declaration, JointDeclaration
 from dmplay.files.words import SourceText, TokenSpan, is_number, parse_integer
 
 DECLARATION_KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
-END_STATES_KEY = "E"  # of zmdp's files: states that end a game, which their T: lines say too
+# key of zmdp's files for the states that end a game, which their T: lines imply too
+END_STATES_KEY = "E"
 START_LIST_KEYS = ("include", "exclude")
 VALUE_KINDS = ("reward", "cost", "rewards", "costs")
-SUM_TOLERANCE = 1e-3 + 1e-9  # how far from 1 probabilities may sum, as 0.333 0.333 0.333 do
-EXACT_SUM_TOLERANCE = 1e-9  # how far they may without being scaled
+# largest difference from 1 of a sum of probabilities, as in 0.333 0.333 0.333
+SUM_TOLERANCE = 1e-3 + 1e-9
+EXACT_SUM_TOLERANCE = 1e-9  # largest difference from 1 that is not removed by scaling
 
 
 @dataclass(frozen=True)
 class Preamble:
-    """What a file says before its arrays."""
+    """The declarations that precede the arrays of a file."""
 
     agents: tuple[str, ...]
     discount: float
-    rewards_are_costs: bool  # whether its rewards are costs
+    rewards_are_costs: bool
     states: Declaration
     actions: JointDeclaration
-    observations: JointDeclaration | None  # None where states are seen
+    observations: JointDeclaration | None  # None if the states are observed
     initial_belief: Reals
 
 
 @dataclass(frozen=True)
 class _DeclarationLines:
-    """The words after each key, and where the arrays begin."""
+    """The tokens after each declaration key, and the offset of the first array."""
 
     source: SourceText
     spans_by_key: dict[str, TokenSpan]
     end: int
 
     def require_span(self, key: str, expected: str) -> TokenSpan:
-        """The words after a key; what it would say if it stood there, in the error if not."""
+        """Return the tokens after a key; raise BadFile with what is expected if it is missing."""
         if key not in self.spans_by_key:
             raise self.source.error_at(self.end, f"no {key}: {expected}")
         return self.spans_by_key[key]
 
 
 def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
-    """What a file says before its arrays, which begin at `end`; of several agents if a team's."""
+    """Return the declarations before the arrays, which start at offset `end`.
+
+    In the file of a team (`.dpomdp`), several agents and their observations are declared.
+    Raises BadFile if a declaration is missing or malformed.
+    """
     lines = _DeclarationLines(source, dict(_iter_declarations(source, end)), end)
     agents: tuple[str, ...] = ("agent",)
     if team:
@@ -65,10 +71,14 @@ def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
     actions = _parse_joint_declaration(
         "action", lines.require_span("actions", "line; a file names its actions"), len(agents)
     )
-    seen = lines.spans_by_key.get("observations")
-    if team and seen is None:
+    observation_span = lines.spans_by_key.get("observations")
+    if team and observation_span is None:
         lines.require_span("observations", "line; a .dpomdp names what each agent observes")
-    observations = _parse_joint_declaration("observation", seen, len(agents)) if seen else None
+    observations = (
+        _parse_joint_declaration("observation", observation_span, len(agents))
+        if observation_span
+        else None
+    )
     if END_STATES_KEY in lines.spans_by_key:
         states.parse_mask(lines.spans_by_key[END_STATES_KEY])
     discount = lines.require_span("discount", "line; expected a number from 0 to 1")
@@ -84,31 +94,33 @@ def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
 
 
 def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, TokenSpan]]:
-    """The words after each key before the arrays; raises BadFile for what is no key."""
-    part = TokenSpan.from_range(source, 0, end)
-    words = part.tokens
-    colons = [number for number, word in enumerate(words) if word == ":"]
-    keys = [n - 1 - (n > 1 and words[n - 1] in START_LIST_KEYS) for n in colons]
-    if not words:
+    """Yield each declaration key with the tokens after it; raise BadFile for an unknown key."""
+    span = TokenSpan.from_range(source, 0, end)
+    tokens = span.tokens
+    colons = [index for index, token in enumerate(tokens) if token == ":"]
+    key_indices = [n - 1 - (n > 1 and tokens[n - 1] in START_LIST_KEYS) for n in colons]
+    if not tokens:
         return
-    if keys[:1] != [0]:
-        raise part.error_at(0, UnknownName("word", words[0], DECLARATION_KEYS))
-    known: set[str] = set()
-    for first, colon, last in zip(keys, colons, [*keys[1:], len(words)], strict=True):
-        if words[first] not in (*DECLARATION_KEYS, END_STATES_KEY) or (
-            colon - first > 1 and words[first] != "start"
+    if key_indices[:1] != [0]:
+        raise span.error_at(0, UnknownName("word", tokens[0], DECLARATION_KEYS))
+    declared: set[str] = set()
+    for first, colon, last in zip(
+        key_indices, colons, [*key_indices[1:], len(tokens)], strict=True
+    ):
+        if tokens[first] not in (*DECLARATION_KEYS, END_STATES_KEY) or (
+            colon - first > 1 and tokens[first] != "start"
         ):
-            raise part.error_at(first, UnknownName("word", words[first], DECLARATION_KEYS))
-        if words[first] in known:
-            raise part.error_at(first, f"{words[first]}: stands here twice")
-        known.add(words[first])
-        yield words[first], part.slice(colon + 1, last)
+            raise span.error_at(first, UnknownName("word", tokens[first], DECLARATION_KEYS))
+        if tokens[first] in declared:
+            raise span.error_at(first, f"{tokens[first]}: stands here twice")
+        declared.add(tokens[first])
+        yield tokens[first], span.slice(colon + 1, last)
         if colon - first > 1:
-            yield words[first + 1], part.slice(colon + 1, last)
+            yield tokens[first + 1], span.slice(colon + 1, last)
 
 
 def _parse_agents(span: TokenSpan) -> tuple[str, ...]:
-    """The names of the agents."""
+    """Return the agents' names, which are agent1, agent2, ... if only their number is declared."""
     names = Declaration.parse("agent", span).names
     return (
         tuple(f"agent{n + 1}" for n in range(len(names))) if parse_integer(names[0]) == 0 else names
@@ -116,37 +128,41 @@ def _parse_agents(span: TokenSpan) -> tuple[str, ...]:
 
 
 def _parse_joint_declaration(kind: str, span: TokenSpan, agent_count: int) -> JointDeclaration:
-    """The sets of all agents, a line each where there are several."""
+    """Return the declared sets of all agents, one line for each agent if there are several."""
     lines = [span] if agent_count == 1 else span.split_lines()
     if len(lines) != agent_count:
-        told = f"got {format_count(len(lines), 'line')} of {kind}s"
-        raise span.error_at(0, f"{told}, expected one for each agent: {agent_count}")
+        count_text = f"got {format_count(len(lines), 'line')} of {kind}s"
+        raise span.error_at(0, f"{count_text}, expected one for each agent: {agent_count}")
     return JointDeclaration([Declaration.parse(kind, line) for line in lines])
 
 
 def _parse_cost_flag(lines: _DeclarationLines) -> bool:
-    """Whether rewards are costs."""
-    told = lines.spans_by_key.get("values")
-    return told is not None and told.parse_choice("kind of values", VALUE_KINDS).startswith("cost")
+    """Return whether the file declares its rewards as costs."""
+    span = lines.spans_by_key.get("values")
+    return span is not None and span.parse_choice("kind of values", VALUE_KINDS).startswith("cost")
 
 
 def _parse_start(lines: _DeclarationLines, states: Declaration) -> Reals:
-    """The distribution of the first state `[S]`: uniform unless told."""
-    part, many = lines.spans_by_key.get("start"), len(states)
-    if part is None or list(part.tokens) == ["uniform"]:
-        return np.full(many, 1.0 / many)
-    listed = [key for key in START_LIST_KEYS if key in lines.spans_by_key]
-    named = bool(part.tokens) and not is_number(part.tokens[0])
-    if not (listed or named) and (len(part.tokens) != 1 or many == 1):
-        return _normalize_probabilities(part, part.parse_probabilities(many))
-    chosen = states.parse_mask(part)
-    chosen ^= listed == ["exclude"]
-    if not chosen.any():
-        raise part.error_at(0, "got every state, expected one at least that is left")
-    return np.asarray(chosen / chosen.sum())
+    """Return the initial state distribution `[S]`, uniform if none is declared."""
+    span, state_count = lines.spans_by_key.get("start"), len(states)
+    if span is None or list(span.tokens) == ["uniform"]:
+        return np.full(state_count, 1.0 / state_count)
+    list_keys = [key for key in START_LIST_KEYS if key in lines.spans_by_key]
+    lists_names = bool(span.tokens) and not is_number(span.tokens[0])
+    if not (list_keys or lists_names) and (len(span.tokens) != 1 or state_count == 1):
+        return _normalize_probabilities(span, span.parse_probabilities(state_count))
+    mask = states.parse_mask(span)
+    mask ^= list_keys == ["exclude"]
+    if not mask.any():
+        raise span.error_at(0, "got every state, expected one at least that is left")
+    return np.asarray(mask / mask.sum())
 
 
 def _normalize_probabilities(span: TokenSpan, p: Reals) -> Reals:
+    """Return probabilities scaled to sum to 1; raise BadFile if their sum differs too much.
+
+    Sums within EXACT_SUM_TOLERANCE of 1 are not scaled.
+    """
     if abs(p.sum() - 1) > SUM_TOLERANCE:
         raise span.error_at(0, f"got probabilities that sum to {p.sum():g}, not 1")
     return p if abs(p.sum() - 1) <= EXACT_SUM_TOLERANCE else np.asarray(p / p.sum())

@@ -1,4 +1,4 @@
-"""The problems that files hold."""
+"""The decision problems and normal-form games that are read from files."""
 
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -14,15 +14,15 @@ from dmplay.tabular import SparseTables, Tabular
 
 @dataclass(frozen=True, eq=False)
 class MarkovModel:
-    """What a file says."""
+    """The contents of a file that defines an MDP, a POMDP or a Dec-POMDP."""
 
     agents: tuple[str, ...]
     actions: tuple[Labels, ...]
-    observations: tuple[Labels, ...]  # () where states are seen
-    state_names: tuple[str, ...]  # of the states
+    observations: tuple[Labels, ...]  # () if the states are observed
+    state_names: tuple[str, ...]
     initial_belief: Reals  # [S]
     tables: SparseTables
-    description: str  # the comment that it begins with
+    description: str  # the comment at the start of the file
 
 
 @dataclass(frozen=True)
@@ -32,63 +32,70 @@ class FileProblem(Tabular):
     model: MarkovModel = field(repr=False, kw_only=True)
 
     def description(self) -> str:
-        """What its author says of it."""
+        """Return the comment at the start of the file."""
         return self.model.description
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """Those the file names."""
+        """The agents that the file declares."""
         return self.model.agents
 
     @property
     def actions(self) -> tuple[Labels, ...]:
-        """Those the file names."""
+        """The actions that the file declares for each agent."""
         return self.model.actions
 
     @property
     def observations(self) -> tuple[Labels, ...]:
-        """Those the file names; none where states are seen."""
+        """The observations that the file declares for each agent; () if the states are observed."""
         return self.model.observations
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Those of the states in the file."""
+        """The names of the states in the file."""
         return self.model.state_names
 
     @property
     def shared_reward(self) -> bool:
-        """Whether there are several: a file has one reward for all."""
+        """True if there are several agents, because a file has one reward for all of them."""
         return len(self.agents) > 1
 
     @property
     def initial_belief(self) -> Reals:
-        """As the file says."""
+        """The initial state distribution `[S]` that the file declares."""
         return self.model.initial_belief
 
     @cached_property
     def tables(self) -> SparseTables:
-        """As the file says."""
+        """The transitions, observations and rewards that the file defines."""
         return self.model.tables
 
     @cached_property
     def _absorbing_mask(self) -> Bools:
-        """The states `[S]` that nothing leaves or pays in, where states are seen."""
+        """The mask `[S]` of states that lead only to themselves and pay nothing.
+
+        All values are False if the states are hidden.
+        """
         if self.partially_observable:
             return np.zeros(self.state_count, bool)
-        flow, many = self.tables.transition, prod(self.action_counts)
-        here = np.repeat(np.arange(self.state_count), many)
-        stays = (flow.row_lengths == 1) & (flow.columns[flow.row_starts[:-1]] == here)
-        paid = self.tables.expected_rewards(self.state_count) != 0
-        return np.asarray((stays & ~paid.any(axis=1)).reshape(-1, many).all(axis=1))
+        transitions, joint_action_count = self.tables.transition, prod(self.action_counts)
+        row_states = np.repeat(np.arange(self.state_count), joint_action_count)
+        is_self_loop = (transitions.row_lengths == 1) & (
+            transitions.columns[transitions.row_starts[:-1]] == row_states
+        )
+        has_reward = self.tables.expected_rewards(self.state_count) != 0
+        return np.asarray(
+            (is_self_loop & ~has_reward.any(axis=1)).reshape(-1, joint_action_count).all(axis=1)
+        )
 
     def terminal(self, s: Array) -> Bools:
-        """Where nothing can happen any more; where states are hidden that is not told."""
+        """Return the mask of terminal states; all False if the states are hidden."""
         return self._absorbing_mask[s]
 
 
 @dataclass(frozen=True, eq=False)
 class PayoffTable:
-    """A game in normal form, as a file has it."""
+    """The players, strategies and payoffs of a normal-form game in a file."""
 
     agents: tuple[str, ...]
     actions: tuple[Labels, ...]
@@ -98,25 +105,25 @@ class PayoffTable:
 
 @dataclass(frozen=True)
 class NormalFormGame(MatrixGame):
-    """A game in normal form that was read from a file, played in rounds."""
+    """A normal-form game that was read from a file, played in rounds."""
 
     payoff_table: PayoffTable = field(repr=False, kw_only=True)
 
     def description(self) -> str:
-        """Its title and comment."""
+        """Return the title and the comment of the file."""
         return self.payoff_table.description
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """The players."""
+        """The names of the players."""
         return self.payoff_table.agents
 
     @property
     def actions(self) -> tuple[Labels, ...]:
-        """Their strategies."""
+        """The strategies of each player."""
         return self.payoff_table.actions
 
     @property
     def payoffs(self) -> Reals:
-        """The rewards `[A1, ..., An, n]`."""
+        """The payoffs `[A1, ..., An, n]`."""
         return self.payoff_table.payoffs

@@ -1,4 +1,4 @@
-"""Reading games in extensive form as Gambit writes them (`.efg`), all that is implied told."""
+"""Read Gambit games in extensive form (`.efg`) and write out everything that they imply."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -9,147 +9,169 @@ from dmplay.files.names import make_reading_budget
 from dmplay.files.preamble import SUM_TOLERANCE
 from dmplay.files.words import SourceText
 
-BYTES_PER_NODE = 2000  # of a node, while it is read and told
-END_ACTION = "end"  # what can be done in a game that chance has ended
+BYTES_PER_NODE = 2000  # memory of one node while it is read and written
+END_ACTION = "end"  # only action at a node that is added where chance alone ended the game
 
-PayoffVector = tuple[float, ...]  # what each player is paid
+PayoffVector = tuple[float, ...]  # payoff of each player
 
 
 class _PathToNode(NamedTuple):
-    """What there is above a node."""
+    """The sum of payoffs on the path to a node, and whether a player has acted on it."""
 
     payoffs: PayoffVector
-    has_player_action: bool = False  # whether a player did, not chance alone
+    has_player_action: bool = False  # False if only chance has acted
 
 
 @dataclass
 class _TreeReader:
-    """What is known of a game while its nodes are read, the first of each set with its actions."""
+    """A reader of the nodes of a game tree that remembers each information set's actions."""
 
     lexer: GambitLexer
     players: Sequence[str]
     outcomes: dict[int, PayoffVector] = field(default_factory=dict)
-    actions: dict[tuple[int, int], list[str]] = field(default_factory=dict)  # by player and set
-    information_sets: list[dict[int, int]] = field(default_factory=list)  # each player's, from 1 on
+    # by player and information set
+    actions: dict[tuple[int, int], list[str]] = field(default_factory=dict)
+    # for each player, with chance first: numbers from 1 on by the numbers in the file
+    information_sets: list[dict[int, int]] = field(default_factory=list)
     terminal_count: int = 0
 
     def iter_node_lines(self) -> Iterator[str]:
-        """A line of each node, those below it first to last after it."""
-        left = [_PathToNode((0.0,) * len(self.players))]  # each that is to come
-        told = 0
-        while left:
-            told += 1
-            make_reading_budget().check_memory(float(BYTES_PER_NODE) * (told + len(left)))
-            yield self._read_node(left)
+        """Yield the line of every node, each followed by the nodes below it, first to last."""
+        pending = [_PathToNode((0.0,) * len(self.players))]  # nodes that are not yet read
+        node_count = 0
+        while pending:
+            node_count += 1
+            make_reading_budget().check_memory(float(BYTES_PER_NODE) * (node_count + len(pending)))
+            yield self._read_node(pending)
 
     def _read_node(self, pending: list["_PathToNode"]) -> str:
-        file, above = self.lexer, pending.pop()
-        kind = file.token
-        file.expect("c", "p", "t")
-        if file.token[:1] == '"':
-            file.read_string("the name of a node")
+        """Return the line of the next node, and add the nodes below it to `pending`.
+
+        A terminal node that chance alone leads to is preceded by a node of the first player.
+        """
+        lexer, path = self.lexer, pending.pop()
+        kind = lexer.token
+        lexer.expect("c", "p", "t")
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of a node")
         if kind == "t":
             self.terminal_count += 1
-            paid = ", ".join(map(repr, self._read_payoffs(above.payoffs)))
-            end = f't "" {self.terminal_count} "" {{ {paid} }}'
-            return end if above.has_player_action else f"{self._format_final_player_node()}\n{end}"
+            payoffs = ", ".join(map(repr, self._read_payoffs(path.payoffs)))
+            line = f't "" {self.terminal_count} "" {{ {payoffs} }}'
+            return line if path.has_player_action else f"{self._format_final_player_node()}\n{line}"
         player = self._read_player() if kind == "p" else 0
-        number = file.read_integer(1, 1e9, "the number of an information set, 1 or more")
+        number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
         set_ = self.information_sets[player].setdefault(
             number, len(self.information_sets[player]) + 1
         )
-        if file.token[:1] == '"':
-            file.read_string("the name of an information set")
-        known = self._read_actions(player, number)
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of an information set")
+        actions = self._read_actions(player, number)
         pending += [
-            _PathToNode(self._read_payoffs(above.payoffs), above.has_player_action or player > 0)
-        ] * len(known)
-        who = f"{player} " if player else ""
-        return f'{kind} "" {who}{set_} "" {{ {" ".join(known)} }} 0'
+            _PathToNode(self._read_payoffs(path.payoffs), path.has_player_action or player > 0)
+        ] * len(actions)
+        player_text = f"{player} " if player else ""
+        return f'{kind} "" {player_text}{set_} "" {{ {" ".join(actions)} }} 0'
 
     def _format_final_player_node(self) -> str:
-        """A node in which a player sees how chance ended a game, so that a turn pays."""
+        """Return the line of a node where player 1 sees how chance ended the game.
+
+        The node exists so that the payoffs are those of a turn.
+        """
         set_ = self.information_sets[1].setdefault(
             -self.terminal_count, len(self.information_sets[1]) + 1
         )
         return f'p "" 1 {set_} "" {{ "{END_ACTION}" }} 0'
 
     def _read_player(self) -> int:
-        many = len(self.players)
-        return self.lexer.read_integer(1, many, f"a player, 1 to {many}")
+        """Return the number of the player who acts at a node, from 1 on."""
+        player_count = len(self.players)
+        return self.lexer.read_integer(1, player_count, f"a player, 1 to {player_count}")
 
     def _read_actions(self, player: int, set_number: int) -> list[str]:
-        """The actions of a set, told here or before; of chance with what is likely."""
-        file = self.lexer
-        if file.token != "{":
+        """Return the actions of an information set, those of chance with probabilities.
+
+        A node that lists none has the actions that an earlier node of the set listed. Raises
+        BadFile if there is no such node, or if the numbers of actions differ.
+        """
+        lexer = self.lexer
+        if lexer.token != "{":
             if (player, set_number) not in self.actions:
-                raise file.unexpected_token("the actions in braces: the set is new")
+                raise lexer.unexpected_token("the actions in braces: the set is new")
             return self.actions[player, set_number]
-        at = file.position
-        found = (
+        position = lexer.position
+        actions = (
             self._read_chance_actions()
             if player == 0
-            else [*map(_quote, file.read_strings("action"))]
+            else [*map(_quote, lexer.read_strings("action"))]
         )
-        known = self.actions.setdefault((player, set_number), found)
-        if len(known) != len(found):
-            raise file.unexpected_token(f"{len(known)} actions, as the set had before", at)
-        return found
+        earlier_actions = self.actions.setdefault((player, set_number), actions)
+        if len(earlier_actions) != len(actions):
+            raise lexer.unexpected_token(
+                f"{len(earlier_actions)} actions, as the set had before", position
+            )
+        return actions
 
     def _read_chance_actions(self) -> list[str]:
-        file = self.lexer
-        file.expect("{")
-        at = file.position
+        """Return the actions of chance, each with its probability, scaled to sum to 1."""
+        lexer = self.lexer
+        lexer.expect("{")
+        position = lexer.position
         names: list[str] = []
-        likely: list[float] = []
-        while not names or file.token != "}":
-            names.append(_quote(file.read_string("the name of an action in quotation marks, or }")))
-            likely.append(file.read_number())
-        file.expect("}")
-        if min(likely) < 0 or abs(sum(likely) - 1) > SUM_TOLERANCE:
-            raise file.unexpected_token("probabilities that sum to 1", at)
-        return [f"{name} {p / sum(likely)!r}" for name, p in zip(names, likely, strict=True)]
+        probabilities: list[float] = []
+        while not names or lexer.token != "}":
+            names.append(
+                _quote(lexer.read_string("the name of an action in quotation marks, or }"))
+            )
+            probabilities.append(lexer.read_number())
+        lexer.expect("}")
+        if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
+            raise lexer.unexpected_token("probabilities that sum to 1", position)
+        return [
+            f"{name} {p / sum(probabilities)!r}"
+            for name, p in zip(names, probabilities, strict=True)
+        ]
 
     def _read_payoffs(self, payoffs_so_far: PayoffVector) -> PayoffVector:
-        """What is paid down to here, an outcome that is numbered or none."""
-        file = self.lexer
-        at = file.position
-        number = file.read_integer(0, 1e9, "the number of an outcome, 0 for none")
-        if file.token[:1] == '"':
-            file.read_string("the name of an outcome")
-        if file.token == "{":
-            file.expect("{")
-            self.outcomes[number] = tuple(file.read_number() for _ in self.players)
-            file.expect("}")
+        """Return the sum of payoffs up to this node, whose outcome may be 0 (none)."""
+        lexer = self.lexer
+        position = lexer.position
+        number = lexer.read_integer(0, 1e9, "the number of an outcome, 0 for none")
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of an outcome")
+        if lexer.token == "{":
+            lexer.expect("{")
+            self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
+            lexer.expect("}")
         if number and number not in self.outcomes:
-            raise file.unexpected_token("an outcome whose payoffs are told", at)
-        paid = self.outcomes[number] if number else (0.0,) * len(self.players)
-        return tuple(one + more for one, more in zip(payoffs_so_far, paid, strict=True))
+            raise lexer.unexpected_token("an outcome whose payoffs are told", position)
+        payoffs = self.outcomes[number] if number else (0.0,) * len(self.players)
+        return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
 
 
 def normalize_efg(path: str, raw: bytes) -> str:
-    """The game that a file of this content holds, with nothing in it left out.
+    """Return the game in an `.efg` file as text, with everything that the file implies.
 
-    Sets are numbered from 1 on, each node tells its actions, and only where a game ends is anybody
-    paid: all that was on the way. Where chance alone ends it, the first player sees that.
+    Information sets are numbered from 1 on, every node lists its actions, and only terminal nodes
+    have payoffs: the sums on their paths. If chance alone ends the game, the first player sees how.
     """
-    file = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
+    lexer = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
     for expected in (("EFG",), ("2",), ("R", "D")):
-        file.expect(*expected)
-    title = file.read_string("the title of the game, in quotation marks")
-    players = file.read_strings("player")
-    if file.token[:1] == '"':
-        file.read_string("a comment")
-    if file.token == "t":
-        raise file.unexpected_token("a node in which somebody acts")
-    tree = _TreeReader(file, players, information_sets=[{} for _ in range(len(players) + 1)])
+        lexer.expect(*expected)
+    title = lexer.read_string("the title of the game, in quotation marks")
+    players = lexer.read_strings("player")
+    if lexer.token[:1] == '"':
+        lexer.read_string("a comment")
+    if lexer.token == "t":
+        raise lexer.unexpected_token("a node in which somebody acts")
+    tree = _TreeReader(lexer, players, information_sets=[{} for _ in range(len(players) + 1)])
     nodes = [*tree.iter_node_lines()]
-    if file.token:
-        raise file.unexpected_token("the end: every node has been told")
+    if lexer.token:
+        raise lexer.unexpected_token("the end: every node has been told")
     header = f"EFG 2 R {_quote(title)} {{ {' '.join(map(_quote, players))} }}"
     return "\n".join([header, '""', "", *nodes, ""])
 
 
 def _quote(text: str) -> str:
-    """A text without quotation marks and new lines in it, between two."""
+    """Return a text in quotation marks, with no quotation marks or line breaks inside."""
     return '"' + " ".join(text.replace('"', "'").replace("\\", "/").split()) + '"'

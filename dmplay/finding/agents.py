@@ -1,4 +1,4 @@
-"""Agents by name: who can play a seat, who advises there, and how an agent in a game is named.
+"""Agents by name: those that can play a seat, the one that gives hints, and full names.
 
 An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:ATTRIBUTE` or a
 program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
@@ -23,28 +23,31 @@ from dmplay.places import describe_error_location
 from dmplay.policies.kinds import SeatPolicy
 from dmplay.policies.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 
-NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are no parameters
-MAX_LISTED_PROBLEMS = 4  # problems of an agent that does not fit
+NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
+MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
-    """Who can play a seat of a problem: its own agents, then those for any problem."""
-    own = builtin_stem(problem)
-    if not own or find_spec(f"dmplay.policies.{own}") is None:
-        own = "brought"
-    first, rest = (
-        _load_module_roster(own, problem, seat),
+    """Return the agents that can play a seat: the problem's own, then those for any problem.
+
+    If the problem is user-defined, the agents of its module come first.
+    """
+    module_name = builtin_stem(problem)
+    if not module_name or find_spec(f"dmplay.policies.{module_name}") is None:
+        module_name = "brought"
+    specific, general = (
+        _load_module_roster(module_name, problem, seat),
         _load_module_roster("general", problem, seat),
     )
-    usual = replace(first, agents={**first.agents, **rest.agents})
-    return usual if builtin_stem(problem) else modules.merge_module_agents(problem, seat, usual)
+    merged = replace(specific, agents={**specific.agents, **general.agents})
+    return merged if builtin_stem(problem) else modules.merge_module_agents(problem, seat, merged)
 
 
 def load_agent(problem: Problem, seat: int, name: str) -> Policy:
-    """The agent of this name for a seat.
+    """Return the agent of this name for a seat.
 
-    Raises UnknownName with the nearest names, BadPolicy where it does not play this problem, and
-    BadParameter for what its parameters, or the seat, cannot be.
+    Raises UnknownName with the nearest names, BadPolicy if the agent does not play this problem,
+    and BadParameter if one of its parameters, or the seat, is invalid.
     """
     check_problem(problem, None)
     if seat not in range(len(problem.agents)):
@@ -53,80 +56,81 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
         return make_bot(problem, seat, name)
     if not names_user_code(problem, seat, name):
         return _make_roster_agent(problem, seat, name)
-    place, _, rest = name.partition(":")
-    wanted, _, given = rest.partition(":")
+    source, _, remainder = name.partition(":")
+    attribute_name, _, parameter_text = remainder.partition(":")
     try:
-        make = load_named_attribute(f"{place}:{wanted}")
+        factory = load_named_attribute(f"{source}:{attribute_name}")
     except BadParameter:  # no such module
-        _check_fits(problem, seat, place)
+        _check_fits(problem, seat, source)
         raise
-    chosen = _parse_parameters(make, given, name) if given else {}
+    parameters = _parse_parameters(factory, parameter_text, name) if parameter_text else {}
     try:
-        made: Policy = make(problem, seat, **chosen)
+        policy: Policy = factory(problem, seat, **parameters)
     except TypeError as error:
-        if describe_error_location(error):  # on a line of what was brought
+        if describe_error_location(error):  # raised on a line of user code
             raise
-        _check_fits(problem, seat, place)
+        _check_fits(problem, seat, source)
         raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
     missing = [
-        part
-        for part in ("uniform_count", "initial_memory", "update_memory", "choose")
-        if not hasattr(made, part)
+        member
+        for member in ("uniform_count", "initial_memory", "update_memory", "choose")
+        if not hasattr(policy, member)
     ]
     if missing:
         raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
-    if not isinstance(made.uniform_count, INTEGER_TYPES) or made.uniform_count < 0:
+    if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         raise BadPolicy(
-            f"{name}: uniform_count: got {made.uniform_count!r}, expected how many, 0 or more"
+            f"{name}: uniform_count: got {policy.uniform_count!r}, expected how many, 0 or more"
         )
-    return made
+    return policy
 
 
 def names_user_code(problem: Problem, seat: int, name: str) -> bool:
-    """Whether an agent's name points outside of those that can play a seat, into a file or module.
+    """Return whether an agent's name refers to a file or module, not to an agent of the seat.
 
-    What it names then runs only where it is trusted.
+    The code that it names is run only if it is trusted.
     """
-    known = (*modules.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
-    return may_name_code(name) and name.partition(":")[0] not in known
+    agent_names = (*modules.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
+    return may_name_code(name) and name.partition(":")[0] not in agent_names
 
 
 def find_hint_provider(
     problem: Problem, seat: int, turn_limit: int | None = None, seats: Sequence[str] = ()
 ) -> tuple[str, SeatPolicy] | None:
-    """The agent whose values and choices serve as hints, as suits this game, with its name.
+    """Return the name and the policy of the agent that gives hints in this game.
 
-    The game is of so many turns, against those who sit in the other `seats`. None where there is
-    none, or where it refuses the problem.
+    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. None
+    if there is no such agent, or if it refuses the problem.
     """
     name = load_roster(problem, seat).hint_provider_for(turn_limit)
     if name is None:
         return None
-    rivals = [who for other, who in enumerate(seats) if other != seat]
+    opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
     try:
-        suited = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, rivals)
+        policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
     except BadPolicy:
         return None
-    return _format_agent_name(name, suited), suited
+    return _format_agent_name(name, policy), policy
 
 
 def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
-    """Who plays a seat of many games where nobody was named: whoever advises there, if anybody
-    does, or is sooner done.
+    """Return the name of the agent that plays a seat of many games if none is named.
+
+    It is the roster's batch agent, else the hint provider, else the default partner.
     """
-    known = load_roster(problem, seat)
-    advises = (
-        known.hint_provider_for(turn_limit)
+    seat_roster = load_roster(problem, seat)
+    hint_provider = (
+        seat_roster.hint_provider_for(turn_limit)
         if find_hint_provider(problem, seat, turn_limit)
         else None
     )
-    return known.batch_agent or advises or known.default_partner
+    return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
 
 
 def refuses_problem(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
-    """Whether an agent of a roster does not play the first seat of a problem, as far as is known.
+    """Return whether an agent of a roster refuses to play the first seat of a problem.
 
-    A package is not loaded to know it.
+    An agent that needs an optional package is assumed to play, as the package is not loaded.
     """
     if agent_class.required_package:
         return False
@@ -138,16 +142,16 @@ def refuses_problem(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
 
 
 def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int) -> str:
-    """The agent of this name in a game of so many turns: one that plans a whole game plans this.
+    """Return an agent's name with its horizon set to `turn_limit`, if it plans whole games.
 
-    Unless the name says how many turns it plans.
+    A name that sets a horizon already, and that of any other agent, is returned unchanged.
     """
-    base, _, given = name.partition(":")
-    make = load_roster(problem, seat).agents.get(base)
+    base, _, parameter_text = name.partition(":")
+    agent_class = load_roster(problem, seat).agents.get(base)
     if (
-        make is None
-        or not make.plans_whole_game
-        or "horizon" in _parse_parameters(make, given, base)
+        agent_class is None
+        or not agent_class.plans_whole_game
+        or "horizon" in _parse_parameters(agent_class, parameter_text, base)
     ):
         return name
     return _format_agent_name(
@@ -156,126 +160,148 @@ def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int)
 
 
 def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:
-    """The parameters of an agent with their defaults."""
-    return {one.name: one.default for one in _parameter_fields(agent_class)}
+    """Return the parameters of an agent with their defaults."""
+    return {parameter.name: parameter.default for parameter in _parameter_fields(agent_class)}
 
 
 def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
-    """The parameters of an agent with what they mean, '' where it does not say."""
-    return {one.name: one.metadata.get("meaning", "") for one in _parameter_fields(agent_class)}
+    """Return the parameters of an agent with their descriptions, '' if there is none."""
+    return {
+        parameter.name: parameter.metadata.get("meaning", "")
+        for parameter in _parameter_fields(agent_class)
+    }
 
 
 def _load_module_roster(module: str, problem: Problem, seat: int) -> Roster:
-    found: Roster = import_module(f"dmplay.policies.{module}").build_roster(problem, seat)
-    return found
+    """Return the roster that a module of policies builds for a seat."""
+    module_roster: Roster = import_module(f"dmplay.policies.{module}").build_roster(problem, seat)
+    return module_roster
 
 
 def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
-    base, _, given = name.partition(":")
-    known = load_roster(problem, seat).agents
-    if base in modules.RESERVED_AGENT_NAMES:  # who does not choose by itself
-        raise UnknownName("agent", name, [*known, "bot:COMMAND"])
-    if base not in known:
+    """Return the agent of a roster by name, with its parameters.
+
+    Raises UnknownName, or BadPolicy if it is an agent of other problems.
+    """
+    base, _, parameter_text = name.partition(":")
+    agents = load_roster(problem, seat).agents
+    if base in modules.RESERVED_AGENT_NAMES:  # it is not a policy
+        raise UnknownName("agent", name, [*agents, "bot:COMMAND"])
+    if base not in agents:
         _check_fits(problem, seat, base)
         raise UnknownName("agent", base, _valid_agent_names(problem, seat))
-    make = known[base]
-    return make(problem, seat, **_parse_parameters(make, given, base)).with_policy_lookup(
-        partial(_make_opponent, problem)
-    )
+    agent_class = agents[base]
+    return agent_class(
+        problem, seat, **_parse_parameters(agent_class, parameter_text, base)
+    ).with_policy_lookup(partial(_make_opponent, problem))
 
 
 def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
-    """Who can be named for a seat."""
+    """Return the names that an agent of a seat can have."""
     return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot"]
 
 
 def _check_fits(problem: Problem, seat: int, name: str) -> None:
-    """Raises BadPolicy for an agent of other problems, with theirs."""
-    where = {one: kind for one, kind, agents in _builtin_agents() if name in agents}
-    if not where:
+    """Raise BadPolicy if an agent is for other problems only, and list some of them."""
+    kind_by_problem = {
+        problem_name: kind for problem_name, kind, agents in _builtin_agents() if name in agents
+    }
+    if not kind_by_problem:
         return
-    kinds = {*where.values()}
-    told = ", ".join([*where][:MAX_LISTED_PROBLEMS]) + " and others" * (
-        len(where) > MAX_LISTED_PROBLEMS
+    kinds = {*kind_by_problem.values()}
+    problem_list = ", ".join([*kind_by_problem][:MAX_LISTED_PROBLEMS]) + " and others" * (
+        len(kind_by_problem) > MAX_LISTED_PROBLEMS
     )
-    others = ", ".join(_valid_agent_names(problem, seat))
-    why = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
-    raise BadPolicy(f"agent {name} is for {told}{why}; expected one of {others}")
+    valid_names = ", ".join(_valid_agent_names(problem, seat))
+    reason = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
+    raise BadPolicy(f"agent {name} is for {problem_list}{reason}; expected one of {valid_names}")
 
 
 @cache
 def _builtin_agents() -> list[tuple[str, str, set[str]]]:
-    """Each built-in problem with its kind and who can play the first and the last seat."""
-    each = [(name, load_problem(name)) for name in problem_names()]
+    """Return each built-in problem with its kind and the agents of its first and last seat."""
+    problems = [(name, load_problem(name)) for name in problem_names()]
     return [
-        (name, its.kind, {*load_roster(its).agents, *load_roster(its, len(its.agents) - 1).agents})
-        for name, its in each
+        (
+            name,
+            problem.kind,
+            {*load_roster(problem).agents, *load_roster(problem, len(problem.agents) - 1).agents},
+        )
+        for name, problem in problems
     ]
 
 
 def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
-    """The agent of a name or a part, as a search has it play; None for random play."""
-    seated = load_roster(problem, seat)
-    if name in {HINT_PROVIDER_ROLE, PARTNER_ROLE} and seated.simulation_agent:
-        name = seated.simulation_agent
+    """Return the agent of a name or role as a search simulates it; None for random play."""
+    seat_roster = load_roster(problem, seat)
+    if name in {HINT_PROVIDER_ROLE, PARTNER_ROLE} and seat_roster.simulation_agent:
+        name = seat_roster.simulation_agent
     elif name == HINT_PROVIDER_ROLE:
-        found = None if seated.batch_agent else find_hint_provider(problem, seat)
-        name = found[0] if found else "random"
+        provider = None if seat_roster.batch_agent else find_hint_provider(problem, seat)
+        name = provider[0] if provider else "random"
     elif name == PARTNER_ROLE:
-        name = seated.default_partner
+        name = seat_roster.default_partner
     if name.partition(":")[0] in {"random", "search"}:
         return None
-    made = _make_roster_agent(problem, seat, name)
-    if made.depends_on_clock:
+    policy = _make_roster_agent(problem, seat, name)
+    if policy.depends_on_clock:
         raise BadPolicy(f"{name}: its choices depend on the clock; have a search take random")
-    return made
+    return policy
 
 
 def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = None) -> Policy:
-    """The program of `bot:COMMAND`, in a game of so many turns.
+    """Return the agent that runs the program of `bot:COMMAND` in a game of `turn_limit` turns.
 
-    Pairs that stand before the command are its parameters.
+    Pairs `KEY=VALUE,` before the command are its parameters.
     """
-    from dmplay.bots.bot import Bot  # not needed where none plays
+    from dmplay.bots.bot import Bot  # imported only if a program plays
 
-    command, given = name.partition(":")[2], {}
+    command, options = name.partition(":")[2], {}
     while command.startswith(("clock=", "belief=")):
         pair, _, command = command.partition(",")
         key, _, value = pair.partition("=")
-        given[key] = parse_parameter(key, value, getattr(Bot, key))
-    told = stem_to_name(builtin_stem(problem)) or type(problem).__name__
-    return Bot(problem, seat, command, told, turn_limit, **given)  # type: ignore[arg-type] # typed by `typed`
+        options[key] = parse_parameter(key, value, getattr(Bot, key))
+    label = stem_to_name(builtin_stem(problem)) or type(problem).__name__
+    return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
 
 
 def _parse_parameters(agent_class: type[SeatPolicy], text: str, name: str) -> dict[str, object]:
-    """The parameters `a=1,b=2` of an agent, typed after their defaults."""
-    known = default_parameters(agent_class)
-    found = {}
+    """Return the parameters in `a=1,b=2`, each parsed to the type of its default.
+
+    The name of the positional parameter may be left out.
+    """
+    defaults = default_parameters(agent_class)
+    parsed = {}
     for pair in filter(None, text.split(",")):
         key, equals, value = pair.partition("=")
         if not equals and agent_class.positional_parameter:
             key, equals, value = agent_class.positional_parameter, "=", pair
-        plain = key.strip().replace("-", "_")
-        if plain not in known:
-            raise UnknownName("parameter", key, known, error_prefix=f"agent {name}")
+        parameter_name = key.strip().replace("-", "_")
+        if parameter_name not in defaults:
+            raise UnknownName("parameter", key, defaults, error_prefix=f"agent {name}")
         if not equals:
-            raise BadParameter(f"agent {name}: got {pair!r}, expected {plain}=VALUE")
-        found[plain] = parse_parameter(plain, value.strip(), known[plain])
-    return found
+            raise BadParameter(f"agent {name}: got {pair!r}, expected {parameter_name}=VALUE")
+        parsed[parameter_name] = parse_parameter(
+            parameter_name, value.strip(), defaults[parameter_name]
+        )
+    return parsed
 
 
 def _format_agent_name(name: str, policy: SeatPolicy) -> str:
-    """The name of an agent with those of its parameters that are not as by default."""
-    plain = default_parameters(type(policy))
-    changed = {key: getattr(policy, key) for key in plain if getattr(policy, key) != plain[key]}
-    told = ",".join(f"{key}={_format_parameter(value)}" for key, value in changed.items())
-    return f"{name}:{told}" if told else name
+    """Return an agent's name, followed by its parameters that differ from their defaults."""
+    defaults = default_parameters(type(policy))
+    changed = {
+        key: getattr(policy, key) for key in defaults if getattr(policy, key) != defaults[key]
+    }
+    parameter_text = ",".join(f"{key}={_format_parameter(value)}" for key, value in changed.items())
+    return f"{name}:{parameter_text}" if parameter_text else name
 
 
 def _format_parameter(value: object) -> str:
-    """A parameter's value as it is written in a name."""
+    """Return a parameter's value as it is written in an agent's name."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 
 def _parameter_fields(agent_class: type[SeatPolicy]) -> list[Field[Any]]:
-    return [one for one in fields(agent_class) if one.name not in NON_PARAMETER_FIELDS]
+    """Return the fields of an agent class that are parameters."""
+    return [field for field in fields(agent_class) if field.name not in NON_PARAMETER_FIELDS]

@@ -1,6 +1,6 @@
-"""Python files as modules under this one, by names that tell where each file is.
+"""Python files as modules under this one, with names that contain the path of each file.
 
-So whoever unpickles what a file defines, as a worker process, finds the file again.
+A process that unpickles what a file defines, such as a worker, can therefore find the file.
 """
 
 import importlib
@@ -15,14 +15,14 @@ from dmplay.errors import BadParameter
 from dmplay.places import describe_error_location, format_location
 
 FILE_MODULE_PREFIX = f"{__name__}."
-__path__: list[str] = []  # a module may be under this one
+__path__: list[str] = []  # allows modules under this one
 
 
 class _FileModuleFinder(MetaPathFinder):
-    """Finds the file that a name tells of."""
+    """An import finder that finds the file whose path a module's name contains."""
 
     def find_spec(self, fullname: str, path: object, target: object = None) -> ModuleSpec | None:
-        """How to load a module under this one; of any other, nothing."""
+        """Return the spec of a module under this one; None for any other module."""
         if not fullname.startswith(FILE_MODULE_PREFIX):
             return None
         return spec_from_file_location(
@@ -34,21 +34,27 @@ sys.meta_path.append(_FileModuleFinder())
 
 
 def load_module_from_file(path: str) -> ModuleType:
-    """The module that a file is, as it is now; it can import what is beside it."""
+    """Return the module of a Python file, imported again if the file has changed.
+
+    It can import from the folder of the file. Raises BadParameter if there is no such file.
+    """
     file = Path(path).resolve()
     if not file.is_file():
         raise BadParameter(f"no such file: {path}")
     name = f"{FILE_MODULE_PREFIX}file_{str(file).encode().hex()}"
-    changed = file.stat().st_mtime_ns, file.stat().st_size
-    if getattr(sys.modules.get(name), "__changed__", changed) != changed:
+    version = file.stat().st_mtime_ns, file.stat().st_size
+    if getattr(sys.modules.get(name), "__changed__", version) != version:
         del sys.modules[name]
     module = _import_module(name, file)
-    vars(module)["__changed__"] = changed
+    vars(module)["__changed__"] = version
     return module
 
 
 def load_module_by_name(module_name: str, name: str) -> ModuleType:
-    """The module of a dotted name, in the current folder too, in which `name` is looked up."""
+    """Return the module of a dotted name, which may be in the current folder.
+
+    Raises BadParameter if there is no such module, for the full `name` that contains it.
+    """
     if not all(map(str.isidentifier, module_name.split("."))):
         raise BadParameter(f"no module {module_name!r} for {name!r}")
     try:
@@ -60,7 +66,7 @@ def load_module_by_name(module_name: str, name: str) -> ModuleType:
 
 
 def is_importable(name: str) -> bool:
-    """Whether there is a module of this name, in the current folder too."""
+    """Return whether there is a module of this name, in the current folder too."""
     _add_folder_to_path(Path.cwd() / name)
     try:
         return name.isidentifier() and find_spec(name) is not None
@@ -69,24 +75,27 @@ def is_importable(name: str) -> bool:
 
 
 def _add_folder_to_path(file: Path) -> None:
-    """Has what is beside a file found; its folder comes last, so that it hides nothing."""
+    """Append a file's folder to the import path, at the end so that it hides no other module."""
     if str(file.parent) not in sys.path:
         sys.path.append(str(file.parent))
     importlib.invalidate_caches()
 
 
 def _import_module(name: str, file: Path) -> ModuleType:
-    """A module, which can import what is beside its file."""
+    """Return an imported module, which can import from its file's folder.
+
+    Raises BadParameter if it exits the program, has a syntax error or is not text.
+    """
     _add_folder_to_path(file)
     try:
         return importlib.import_module(name)
     except SystemExit as error:
-        told = 'put what runs under `if __name__ == "__main__":`'
-        raise BadParameter(f"{describe_error_location(error)}; {told}") from None
+        advice = 'put what runs under `if __name__ == "__main__":`'
+        raise BadParameter(f"{describe_error_location(error)}; {advice}") from None
     except SyntaxError as error:
-        where = format_location(error.filename or str(file), error.lineno)
-        raise BadParameter(f"{where}: {error.msg}") from None
-    except ValueError as error:  # of a file that is no text
+        location = format_location(error.filename or str(file), error.lineno)
+        raise BadParameter(f"{location}: {error.msg}") from None
+    except ValueError as error:  # the file is not text
         if describe_error_location(error):
             raise
         raise BadParameter(f"{format_location(str(file), 1)}: {error}") from None

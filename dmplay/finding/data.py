@@ -10,20 +10,20 @@ from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.finding import guests
 from dmplay.finding.ways import LookupResult
 
-HASH_DIGITS = 16  # of a hash, by which two files are told apart
+HASH_DIGITS = 16  # digits of a hash that identifies a file
 
 
 def load_data_problem(name: str) -> LookupResult:
-    """The problem that a file holds; its origin is the file's hash."""
+    """Return the problem in a data file; its origin is the file's hash."""
     path = Path(name)
     try:
         raw = disk.read_bytes(path)
     except OSError as error:
         raise BadParameter(f"{name}: {error.strerror}") from None
     origin = f"sha256:{hashlib.sha256(raw).hexdigest()[:HASH_DIGITS]}"
-    if path.suffix.lower() == ".efg":  # which OpenSpiel reads
-        found = guests.load_external_problem(f"openspiel:efg_game(filename={name})")
-        return LookupResult(name, found.problem, f"{origin}, {found.origin}")
+    if path.suffix.lower() == ".efg":  # read by OpenSpiel
+        result = guests.load_external_problem(f"openspiel:efg_game(filename={name})")
+        return LookupResult(name, result.problem, f"{origin}, {result.origin}")
     try:
         return LookupResult(name, _parse_problem(name, raw), origin)
     except BudgetExceeded as error:
@@ -32,8 +32,8 @@ def load_data_problem(name: str) -> LookupResult:
 
 @lru_cache(maxsize=2)
 def _parse_problem(name: str, raw: bytes) -> Problem:
-    """The problem of a file of this content, read once."""
-    from dmplay.files import gambit, markov  # not needed where none is played
+    """Return the problem in a file of this content, which is parsed once."""
+    from dmplay.files import gambit, markov  # imported only if such a file is read
 
     suffix = Path(name).suffix.lower()
     if suffix == ".nfg":

@@ -6,7 +6,7 @@ from dmplay.errors import BadParameter
 from dmplay.finding.ways import LookupResult
 from dmplay.guests.extras import format_library_version
 
-LIBRARY_PACKAGES = {  # by the word before the colon, the package that is asked
+LIBRARY_PACKAGES = {  # package of each library, by the word before the colon
     "gymnasium": "gymnasium",
     "pettingzoo": "pettingzoo",
     "openspiel": "open-spiel",
@@ -14,23 +14,26 @@ LIBRARY_PACKAGES = {  # by the word before the colon, the package that is asked
 
 
 def names_external_problem(name: str) -> bool:
-    """Whether a name is that of a problem of another library."""
+    """Return whether a name is that of a problem of another library."""
     library, colon, _ = name.partition(":")
     return bool(colon) and library in LIBRARY_PACKAGES
 
 
 def list_external_problems(word: str) -> list[str]:
-    """The problems of the library before the colon; none where it is not installed."""
+    """Return the names of the problems of the library before the colon.
+
+    The list is empty if the library is not installed.
+    """
     library = word.partition(":")[0]
     try:
-        known: list[str] = import_module(f"dmplay.guests.{library}").list_problem_names()
+        library_names: list[str] = import_module(f"dmplay.guests.{library}").list_problem_names()
     except BadParameter:
         return []
-    return [f"{library}:{name}" for name in known]
+    return [f"{library}:{name}" for name in library_names]
 
 
 def load_external_problem(name: str) -> LookupResult:
-    """The problem of this name; its origin is the library's version."""
+    """Return the problem of this name; its origin is the library's version."""
     library = name.partition(":")[0]
     problem = import_module(f"dmplay.guests.{library}").load_problem(name)
     return LookupResult(name, problem, format_library_version(LIBRARY_PACKAGES[library]))

@@ -1,11 +1,11 @@
-"""Problems by name, found in one of these ways, the first that takes the name:
+"""Problems by name, loaded from the first of these sources that accepts the name:
 
 - `NAME` or `NAME:VARIANT`, built in or that of an installed entry point (group `dmplay.problems`)
-- `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is read
+- `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is parsed
 - `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`: of another library
-- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: code of the user's
+- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: user code
 
-A module of a problem may offer VARIANTS, name -> instance.
+A problem's module may define VARIANTS, a mapping of name to instance.
 """
 
 import inspect
@@ -46,16 +46,16 @@ class LoadedProblem(NamedTuple):
     name: str
     problem: Problem
     parameters: dict[str, object]
-    origin: str = ""  # by which another is told: a file's hash, a library's version
+    origin: str = ""  # identifies the source: a file's hash, or a library's version
 
 
 def load_problem(name: str | os.PathLike[str], **parameters: object) -> Problem:
-    """The problem of this name, or of the file at a path, with these parameters.
+    """Return the problem of this name, or in the file at a path, with these parameters.
 
     Raises UnknownName with the nearest names, or BadParameter.
     """
-    named = name if isinstance(name, str) else os.path.join(os.curdir, name)
-    return resolve_problem(named, parameters).problem
+    full_name = name if isinstance(name, str) else os.path.join(os.curdir, name)
+    return resolve_problem(full_name, parameters).problem
 
 
 def resolve_problem(
@@ -65,9 +65,9 @@ def resolve_problem(
     trusted: bool = True,
     folder: Path = CURRENT_FOLDER,
 ) -> LoadedProblem:
-    """The problem of this name, a path in it told from `folder`, if it can be played.
+    """Return the problem of this name, checked to be playable unless it is built in.
 
-    Nothing but dmplay's own code runs unless `trusted`.
+    A path in the name is relative to `folder`. Only dmplay's own code runs unless `trusted`.
     """
     loaded = find_problem(name, parameters, trusted=trusted, folder=folder)
     if not builtin_stem(loaded.problem):
@@ -82,157 +82,175 @@ def find_problem(
     trusted: bool = True,
     folder: Path = CURRENT_FOLDER,
 ) -> LoadedProblem:
-    """The problem of this name as it is."""
+    """Return the problem of this name, without checking that it is playable."""
     name = name if folder == CURRENT_FOLDER else rebase_name(name, folder, CURRENT_FOLDER)
-    way = _source_of(name)
-    if not (way.safe or trusted):
+    source = _source_of(name)
+    if not (source.safe or trusted):
         raise UnknownName("built-in problem", name, problem_names())
-    found = way.load(name)
+    result = source.load(name)
     if not parameters:
-        return LoadedProblem(found.name, found.problem, {}, found.origin)
-    problem, usual = with_parameters(found.problem, parameters), parameter_values(found.problem)
-    changed = {key: one for key, one in parameter_values(problem).items() if one != usual[key]}
-    return LoadedProblem(found.name, problem, changed, found.origin)
+        return LoadedProblem(result.name, result.problem, {}, result.origin)
+    problem, defaults = (
+        with_parameters(result.problem, parameters),
+        parameter_values(result.problem),
+    )
+    changed = {
+        key: value for key, value in parameter_values(problem).items() if value != defaults[key]
+    }
+    return LoadedProblem(result.name, problem, changed, result.origin)
 
 
 def _source_of(name: str) -> ProblemSource:
-    """The first way that takes a name."""
-    return next(way for way in PROBLEM_SOURCES if way.accepts(name))
+    """Return the first source of problems that accepts a name."""
+    return next(source for source in PROBLEM_SOURCES if source.accepts(name))
 
 
 def load_variants(name: str) -> dict[str, Problem]:
-    """The named variants of a problem, the standard one first as '', where it is the only one."""
-    way = _source_of(name)
-    if way.load_module is None:
+    """Return the variants of a problem by name, the standard one first as ''.
+
+    The standard one is left out if its module defines several problems.
+    """
+    source = _source_of(name)
+    if source.load_module is None:
         return {}
-    module = way.load_module(name)
-    kinds = modules.problem_classes(module)
-    only = {"": modules.to_problem(name, *kinds.values())} if len(kinds) == 1 else {}
-    return only | modules.module_variants(module)
+    module = source.load_module(name)
+    classes = modules.problem_classes(module)
+    standard = {"": modules.to_problem(name, *classes.values())} if len(classes) == 1 else {}
+    return standard | modules.module_variants(module)
 
 
 def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
-    """The problem with these parameters, text or values, each of the type of its default."""
-    known = parameter_values(problem)
+    """Return the problem with these parameters, text or values, each of the type of its default."""
+    defaults = parameter_values(problem)
     values = {}
     for key, value in parameters.items():
-        plain = key.replace("-", "_")
-        if plain not in known:
-            raise UnknownName("parameter", key, known)
-        values[plain] = parse_parameter(plain, value, known[plain])
-    return replace(problem, **values)  # type: ignore[arg-type] # typed by `typed`
+        parameter_name = key.replace("-", "_")
+        if parameter_name not in defaults:
+            raise UnknownName("parameter", key, defaults)
+        values[parameter_name] = parse_parameter(parameter_name, value, defaults[parameter_name])
+    return replace(problem, **values)  # type: ignore[arg-type]
 
 
 def parameter_values(problem: Problem) -> dict[str, object]:
-    """The parameters of a problem with their values."""
+    """Return the parameters of a problem with their values."""
     return {name: getattr(problem, name) for name in parameter_meanings(problem)}
 
 
 def parameter_meanings(problem: Problem) -> dict[str, str]:
-    """The parameters of a problem with what they mean; what it does not show of itself is none."""
-    shown = (one for one in fields(problem) if one.repr)
-    return {one.name: one.metadata.get("meaning", "") for one in shown}
+    """Return the parameters of a problem with their descriptions.
+
+    Fields that its repr leaves out are not parameters.
+    """
+    visible_fields = (field for field in fields(problem) if field.repr)
+    return {field.name: field.metadata.get("meaning", "") for field in visible_fields}
 
 
 def builtin_stem(problem: Problem) -> str:
-    """The module stem of a problem's view and policies; '' where it is not built in."""
+    """Return the name of a built-in problem's module, its view and policies; '' for any other."""
     package, _, last = type(problem).__module__.rpartition(".")
     return last if package == "dmplay.problems" else ""
 
 
 def full_description(problem: Problem) -> str:
-    """What a problem is, its source and decisions: its module's words, or what tells its story."""
-    told = inspect.getdoc(inspect.getmodule(type(problem)))
-    return told if told and not _is_shared_class(problem) else problem.description()
+    """Return a problem's full description: the docstring of its module, or its `description`.
+
+    A class that serves many problems, of files or another library, has only the latter.
+    """
+    docstring = inspect.getdoc(inspect.getmodule(type(problem)))
+    return docstring if docstring and not _is_shared_class(problem) else problem.description()
 
 
 def requires_trust(name: str) -> bool:
-    """Whether a name may find code that is not dmplay's, so that transcripts of it need trust."""
+    """Return whether a name may load code other than dmplay's, so that transcripts need trust."""
     return not _source_of(name).safe
 
 
 def _is_shared_class(problem: Problem) -> bool:
-    """Whether its class serves many problems: of files, or of another library."""
+    """Return whether a problem's class serves many problems: of files, or of another library."""
     return type(problem).__module__.startswith((FORMATS_PACKAGE, EXTERNAL_PACKAGE))
 
 
 def _base_name(name: str) -> str:
-    """What stands before the colon of a name, however it is written; a path as it is."""
+    """Return a name's part before the colon, in lower case with hyphens unless it is a path."""
     base = name.partition(":")[0]
     return base if "/" in base or "." in base else base.lower().replace("_", "-")
 
 
 def _is_built_in(name: str) -> bool:
+    """Return whether a name is that of a built-in problem."""
     return _base_name(name) in problem_names()
 
 
 def _builtin_module(name: str) -> ModuleType:
+    """Return the module of a built-in problem."""
     return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}")
 
 
 @lru_cache(64)
 def _load_builtin(name: str) -> LookupResult:
-    """A built-in problem: never changed, so that all that plays it may share it."""
+    """Return a built-in problem, cached: it never changes, so that all games can share it."""
     base, variant = _base_name(name), name.partition(":")[2].lower()
     problem = _problem_of_module(_builtin_module(name), base, variant)
     return LookupResult(f"{base}:{variant}" if variant else base, problem)
 
 
 def iter_installed_problems() -> Iterator[tuple[str, Problem | str]]:
-    """The installed problems, or why one of them cannot be loaded."""
+    """Yield the name of each installed problem, with the problem or the error of loading it."""
     for name in sorted(entry_point_targets()):
         try:
             yield name, load_problem(name)
         except DmplayError as error:
             yield name, str(error)
-        except Exception as error:  # of code that is not ours
+        except Exception as error:  # raised by user code
             yield name, describe_error_location(error) or f"{type(error).__name__}: {error}"
 
 
 def _is_installed(name: str) -> bool:
+    """Return whether a name is that of an installed entry point."""
     return _base_name(name) in entry_point_targets()
 
 
 def _installed_module(name: str) -> ModuleType:
+    """Return the module of an entry point."""
     return import_module(entry_point_targets()[_base_name(name)].partition(":")[0])
 
 
 def _load_installed(name: str) -> LookupResult:
-    """The problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
+    """Return the problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
     base, _, variant = name.partition(":")
-    wanted, module = (
+    attribute_name, module = (
         entry_point_targets()[_base_name(name)].partition(":")[2],
         _installed_module(name),
     )
-    if wanted and not variant:
-        return LookupResult(name, modules.to_problem(name, getattr(module, wanted)))
+    if attribute_name and not variant:
+        return LookupResult(name, modules.to_problem(name, getattr(module, attribute_name)))
     return LookupResult(name, _problem_of_module(module, base, variant))
 
 
 def _load_user_problem(name: str) -> LookupResult:
-    """The problem of a module or a file of code: the one that is named, else the only one."""
-    place, _, wanted = name.partition(":")
+    """Return the problem of user code: the one that is named, else the only one."""
+    source, _, selection = name.partition(":")
     module = outside.load_named_module(name)
-    first, _, variant = wanted.partition(":")
-    if not hasattr(module, first) and wanted in ("", *modules.module_variants(module)):
-        return LookupResult(name, _problem_of_module(module, place, wanted))
+    attribute_name, _, variant = selection.partition(":")
+    if not hasattr(module, attribute_name) and selection in ("", *modules.module_variants(module)):
+        return LookupResult(name, _problem_of_module(module, source, selection))
     if variant:
-        return LookupResult(name, _problem_of_module(module, place, variant))
+        return LookupResult(name, _problem_of_module(module, source, variant))
     return LookupResult(name, modules.to_problem(name, outside.load_named_attribute(name)))
 
 
 def is_problem_name(word: str) -> bool:
-    """Whether a word is the name of a problem, or of what may hold one."""
+    """Return whether a word is the name of a problem, or of something that may contain one."""
     return _source_of(word).load is not _raise_unknown_problem
 
 
 def depends_on_location(name: str) -> bool:
-    """Whether a name holds a path or a module, under which another problem may stand tomorrow."""
+    """Return whether a name has a path or a module, which may contain another problem later."""
     return _source_of(name).load not in (_load_builtin, _load_installed)
 
 
 def _raise_unknown_problem(name: str) -> LookupResult:
-    """None: no way leads there."""
+    """Raise UnknownName, or BadParameter for a file of another kind."""
     if Path(name).suffix and os.path.isfile(name):
         kinds = ", ".join((PYTHON_SUFFIX, *DATA_SUFFIXES))
         raise BadParameter(f"{name}: got a file of another kind, expected a name in {kinds}")
@@ -240,19 +258,21 @@ def _raise_unknown_problem(name: str) -> LookupResult:
 
 
 def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
-    """The only problem of a module, or a variant."""
-    named = modules.module_variants(module)
+    """Return the only problem of a module, or one of its variants."""
+    variants_by_name = modules.module_variants(module)
     if variant and variant != "standard":
-        if variant not in named:
-            raise UnknownName("variant", variant, ["standard", *named], error_prefix=name)
-        return named[variant]
-    kinds = modules.problem_classes(module)
-    if len(kinds) > 1:
-        each = " or ".join(f"{name}:{kind}" for kind in kinds)
-        raise BadParameter(f"{name}: got several problems, expected one, as {each}")
-    if not kinds:
+        if variant not in variants_by_name:
+            raise UnknownName(
+                "variant", variant, ["standard", *variants_by_name], error_prefix=name
+            )
+        return variants_by_name[variant]
+    classes = modules.problem_classes(module)
+    if len(classes) > 1:
+        choices = " or ".join(f"{name}:{kind}" for kind in classes)
+        raise BadParameter(f"{name}: got several problems, expected one, as {choices}")
+    if not classes:
         raise BadParameter(f"{name} offers no Problem")
-    return modules.to_problem(name, *kinds.values())
+    return modules.to_problem(name, *classes.values())
 
 
 PROBLEM_SOURCES = (
@@ -262,7 +282,7 @@ PROBLEM_SOURCES = (
     ProblemSource(guests.names_external_problem, guests.load_external_problem),
     ProblemSource(
         _is_installed, _load_installed, _installed_module
-    ),  # to look for entry points takes time
+    ),  # scanning entry points is slow
     ProblemSource(outside.names_module, _load_user_problem, outside.load_named_module),
     ProblemSource(lambda name: True, _raise_unknown_problem),
 )

@@ -1,4 +1,4 @@
-"""The topics of the guide: a file each, numbered in reading order, its title on the first line."""
+"""The topics of the guide: numbered files in reading order, each with its title first."""
 
 from pathlib import Path
 
@@ -8,18 +8,18 @@ GUIDE_FOLDER = Path(__file__).parent.parent / "guide"
 
 
 def list_topics() -> dict[str, Path]:
-    """Every topic with its file, in reading order, by listing the folder."""
+    """Return every topic with its file, in reading order."""
     return {file.stem.partition("-")[2]: file for file in sorted(GUIDE_FOLDER.glob("*.md"))}
 
 
 def read_topic(name: str) -> str:
-    """The Markdown of a topic; raises UnknownName with the nearest names."""
-    known = list_topics()
-    if name.lower() not in known:
-        raise UnknownName("topic", name, known)
-    return known[name.lower()].read_text(encoding="utf-8")
+    """Return the Markdown of a topic; raise UnknownName with the nearest names."""
+    files = list_topics()
+    if name.lower() not in files:
+        raise UnknownName("topic", name, files)
+    return files[name.lower()].read_text(encoding="utf-8")
 
 
 def topic_title(name: str) -> str:
-    """What a topic is about, in a few words."""
+    """Return the title of a topic."""
     return read_topic(name).partition("\n")[0].removeprefix("# ")

@@ -1,23 +1,26 @@
-"""Parameters that come as text."""
+"""Parsing of parameters that are given as text."""
 
 import json
 import re
 
 from dmplay.errors import BadParameter
 
-MAX_PARAMETER = 1e300  # a parameter; more is a slip of the keyboard
+MAX_PARAMETER = 1e300  # largest absolute value of a parameter; more is a typing error
 NUMBER_PATTERN = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)(e[-+]?\d+)?", re.IGNORECASE | re.ASCII)
-MAX_DIGITS = 19  # of a whole number that is typed: enough for any seed
+MAX_DIGITS = 19  # maximum digits of a typed whole number: enough for any seed
 
 
 def parse_whole_number(text: str) -> int | None:
-    """The whole number that a text is, None where it is none or nobody counts so far."""
-    good = text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS
-    return int(text) if good else None
+    """Return the whole number that a text is; None if it is none or has too many digits."""
+    is_valid = text.isascii() and text.isdecimal() and len(text) <= MAX_DIGITS
+    return int(text) if is_valid else None
 
 
 def parse_parameter(name: str, value: object, default: object) -> object:
-    """A parameter's value from text or JSON, of the type of its default."""
+    """Return a parameter's value from text or JSON, of the type of its default.
+
+    Raises BadParameter if the value is not of that type.
+    """
     parsed = value
     if isinstance(value, str) and isinstance(default, float) and NUMBER_PATTERN.fullmatch(value):
         parsed = float(value)
@@ -27,18 +30,23 @@ def parse_parameter(name: str, value: object, default: object) -> object:
         except (ValueError, RecursionError):
             parsed = value
     if isinstance(default, bool):
-        good = isinstance(parsed, bool)
+        is_valid = isinstance(parsed, bool)
     elif isinstance(default, float):
-        number = isinstance(parsed, float | int) and not isinstance(parsed, bool)
-        good = number and -MAX_PARAMETER <= parsed <= MAX_PARAMETER  # type: ignore[operator]
-        parsed = float(parsed) if good else parsed  # type: ignore[arg-type]
+        is_number = isinstance(parsed, float | int) and not isinstance(parsed, bool)
+        is_valid = is_number and -MAX_PARAMETER <= parsed <= MAX_PARAMETER  # type: ignore[operator]
+        parsed = float(parsed) if is_valid else parsed  # type: ignore[arg-type]
     elif isinstance(default, tuple):
-        good = isinstance(parsed, list | tuple)
+        is_valid = isinstance(parsed, list | tuple)
     else:
-        good = type(parsed) is type(default)
-        good = good and not (isinstance(parsed, int) and abs(parsed) > MAX_PARAMETER)
-    if not good:
-        wanted = {float: "a number", int: "a whole number", bool: "true or false", tuple: "a list"}
-        kind = wanted.get(type(default), "text")
+        is_valid = type(parsed) is type(default)
+        is_valid = is_valid and not (isinstance(parsed, int) and abs(parsed) > MAX_PARAMETER)
+    if not is_valid:
+        descriptions = {
+            float: "a number",
+            int: "a whole number",
+            bool: "true or false",
+            tuple: "a list",
+        }
+        kind = descriptions.get(type(default), "text")
         raise BadParameter(f"{name}: got {value!r}, expected {kind}, such as {default!r}")
     return parsed

@@ -1,4 +1,4 @@
-"""What a name of a problem finds, and how names with a path are told from another folder."""
+"""The sources of problems, and names with a path that is relative to a folder."""
 
 import os
 from collections.abc import Callable
@@ -14,50 +14,54 @@ CURRENT_FOLDER = Path()
 
 
 class LookupResult(NamedTuple):
-    """A problem, the name that finds it again, and what it came from."""
+    """A problem, the name that loads it again, and its origin."""
 
     name: str
     problem: Problem
-    origin: str = ""  # by which another is told: a file's hash, a library's version
+    origin: str = ""  # identifies the source: a file's hash, or a library's version
 
 
 class ProblemSource(NamedTuple):
-    """One way to find a problem: which names it takes, what it finds, and in which module."""
+    """One source of problems: which names it accepts, how it loads them, and their module."""
 
     accepts: Callable[[str], bool]
     load: Callable[[str], LookupResult]
-    load_module: Callable[[str], ModuleType] | None = None  # None where there is no code
-    safe: bool = False  # whether it runs no code but dmplay's, so that a transcript may name it
+    load_module: Callable[[str], ModuleType] | None = None  # None if there is no code
+    safe: bool = False  # whether it runs only dmplay's code, so that a transcript may name it
 
 
 def names_python_file(name: str) -> bool:
-    """Whether a name points into a Python file, or is one."""
+    """Return whether a name points into a Python file, or is one."""
     return name.partition(":")[0].endswith(PYTHON_SUFFIX)
 
 
 def names_bot(name: str) -> bool:
-    """Whether a name of an agent is a program to be run."""
+    """Return whether an agent's name is a program to run."""
     return name.startswith("bot:")
 
 
 def names_data_file(name: str) -> bool:
-    """Whether a name is that of a file that is read, and never run."""
+    """Return whether a name is that of a data file, which is parsed and never run."""
     return Path(name).suffix.lower() in DATA_SUFFIXES
 
 
 def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:
-    """A name as it is told from one folder, told from another; one without a path stays."""
-    place, colon, rest = (name, "", "") if names_data_file(name) else name.partition(":")
-    path = names_data_file(place) or place.endswith(PYTHON_SUFFIX)
-    if not path or names_bot(name) or _is_same_folder(old_folder, new_folder, place):
+    """Return a name with its path made relative to another folder, unchanged if it has no path."""
+    source, colon, remainder = (name, "", "") if names_data_file(name) else name.partition(":")
+    has_path = names_data_file(source) or source.endswith(PYTHON_SUFFIX)
+    if not has_path or names_bot(name) or _is_same_folder(old_folder, new_folder, source):
         return name
-    return os.path.relpath(old_folder / place, new_folder) + colon + rest
+    return os.path.relpath(old_folder / source, new_folder) + colon + remainder
 
 
 def transcript_folder(path: Path) -> Path:
-    """The folder from which a transcript tells of paths: its own, or for a stream this one."""
+    """Return the folder to which paths in a transcript are relative: its own.
+
+    For a stream under `/dev` it is the current folder.
+    """
     return CURRENT_FOLDER if path.is_relative_to("/dev") else path.parent
 
 
 def _is_same_folder(old_folder: Path, new_folder: Path, path: str) -> bool:
+    """Return whether two folders are the same and a path is relative to them."""
     return old_folder.resolve() == new_folder.resolve() and not Path(path).is_absolute()

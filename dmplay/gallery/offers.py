@@ -1,4 +1,4 @@
-"""What the gallery lists: every problem under its kind, in words."""
+"""The entries of the gallery's list: every problem under the heading of its kind."""
 
 from typing import NamedTuple
 
@@ -18,14 +18,14 @@ INSTALLED_HEADING = "installed"
 
 
 class ProblemEntry(NamedTuple):
-    """A problem in the list, and the heading that it stands under."""
+    """A problem in the list, and the heading above it."""
 
     name: str
     heading: str
 
 
 def list_problem_entries() -> list[ProblemEntry]:
-    """Every problem, by kind; those that are installed last, as they are not imported yet."""
+    """Return the built-in problems by kind, then the installed ones, which are not imported yet."""
     kinds = {name: problems.load_problem(name).kind for name in problem_names()}
     built_in = [
         ProblemEntry(name, heading)

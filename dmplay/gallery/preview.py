@@ -1,4 +1,4 @@
-"""What the gallery tells of a problem: its first frame, its goal, its agents, your games of it."""
+"""The gallery's preview of a problem: first board, goal, agents, and the player's games."""
 
 from textwrap import TextWrapper
 from typing import NamedTuple
@@ -16,71 +16,86 @@ from dmplay.transcript.reading import Transcript
 from dmplay.views.canvas import split_rows
 from dmplay.views.style import DrawOptions, TooSmallNotice, ViewModule, fit_board, load_view_module
 
-MAX_AGENTS_SHOWN = 8  # agents that are named
+MAX_AGENTS_SHOWN = 8  # maximum number of agent names
 
 
 class ProblemPreview(NamedTuple):
-    """A problem as one sees it who never played it."""
+    """A problem as the gallery shows it before the first turn."""
 
     kind: str
     summary: str
     goal: str
     agents: list[str]
-    best_agent: str  # the agent to be watched: the best of them
+    best_agent: str  # best agent, offered for watching
     view_module: ViewModule
     view: View[Problem]
 
     def render_rows(
         self, width: int, height: int, your_games: list[Text], *, ascii_: bool
     ) -> list[Text]:
-        """All of it in so much room, with what is told of your games; the board as large as can be.
+        """Return the preview as at most `height` rows, with the largest board that fits.
 
-        Where the room is small the agents go first, and then what the problem is about.
+        If space is short, the agents go first, then the summary, then the player's games, and
+        finally the situation in words takes the place of the board.
         """
-        named = [row for row in your_games if row.plain]
-        goal = wrap_text(f"goal: {self.goal}", width)
-        heads = [wrap_text(self.summary, width, "dim"), [*goal, Text("")]]
-        feet = [[Text(""), *wrap_text(self._agents_line, width, "dim")], named]
-        for rows in ([*heads, *feet], [*heads, named], [heads[1], named], [heads[1]]):
-            left = height - sum(map(len, rows))
-            look = DrawOptions(width, max(left, 1), ascii_, allow_large=True)
-            board = fit_board(self.view_module, self.view, look)
+        game_rows = [row for row in your_games if row.plain]
+        goal_rows = wrap_text(f"goal: {self.goal}", width)
+        parts_above = [wrap_text(self.summary, width, "dim"), [*goal_rows, Text("")]]
+        parts_below = [[Text(""), *wrap_text(self._agents_line, width, "dim")], game_rows]
+        for rows in (
+            [*parts_above, *parts_below],
+            [*parts_above, game_rows],
+            [parts_above[1], game_rows],
+            [parts_above[1]],
+        ):
+            board_height = height - sum(map(len, rows))
+            options = DrawOptions(width, max(board_height, 1), ascii_, allow_large=True)
+            board = fit_board(self.view_module, self.view, options)
             if not isinstance(board, TooSmallNotice):
-                at = 2 if heads[0] in rows else 1
-                return [row for part in [*rows[:at], split_rows(board), *rows[at:]] for row in part]
+                index = 2 if parts_above[0] in rows else 1
+                return [
+                    row
+                    for part in [*rows[:index], split_rows(board), *rows[index:]]
+                    for row in part
+                ]
         situation = wrap_text(self.view_module.describe_situation(self.view), width, "dim")
-        return [*heads[0], *goal, Text(""), *situation, *feet[0], *named][:height]
+        return [*parts_above[0], *goal_rows, Text(""), *situation, *parts_below[0], *game_rows][
+            :height
+        ]
 
     @property
     def _agents_line(self) -> str:
-        more = (
+        """The names of the agents in one line."""
+        suffix = (
             f" and {len(self.agents) - MAX_AGENTS_SHOWN} more"
             if len(self.agents) > MAX_AGENTS_SHOWN
             else ""
         )
-        return f"agents: {', '.join(self.agents[:MAX_AGENTS_SHOWN])}{more}"
+        return f"agents: {', '.join(self.agents[:MAX_AGENTS_SHOWN])}{suffix}"
 
 
 def wrap_text(text: str, width: int, style: str = "") -> list[Text]:
-    """A text in rows, no word cut in two at a hyphen."""
+    """Wrap text to rows without splitting words at hyphens; unprintable characters are escaped."""
     rows = TextWrapper(max(width, 1), break_on_hyphens=False).wrap(escape_unprintable(text))
     return [Text(row, style=style) for row in rows]
 
 
 def make_preview(problem_name: str, seed: int) -> ProblemPreview:
-    """What there is to tell of a problem, under the dice of this seed."""
+    """Return the preview of a problem, with its first state drawn from a seed."""
     problem = problems.load_problem(problem_name)
-    style, roster = load_view_module(problem), agents.load_roster(problem)
+    view_module, roster = load_view_module(problem), agents.load_roster(problem)
     view = Session(problem, SeededUniforms(seed)).view(0)
-    about = problems.full_description(problem).partition("\n\n")[0]
-    watched = roster.hint_provider or next(iter(roster.agents))
-    others = [agent for agent in roster.agents if agent != watched]
-    goal = "; ".join(map(escape_unprintable, style.goal_lines(view)))
-    return ProblemPreview(problem.kind, about, goal, [watched, *others], watched, style, view)
+    summary = problems.full_description(problem).partition("\n\n")[0]
+    best_agent = roster.hint_provider or next(iter(roster.agents))
+    others = [agent for agent in roster.agents if agent != best_agent]
+    goal = "; ".join(map(escape_unprintable, view_module.goal_lines(view)))
+    return ProblemPreview(
+        problem.kind, summary, goal, [best_agent, *others], best_agent, view_module, view
+    )
 
 
 def your_game_rows(record: ProblemRecord | None, unfinished_game: Transcript | None) -> list[Text]:
-    """Your best, your last and your unfinished game."""
+    """Return the rows about the player's best, last and unfinished game."""
     rows = []
     if record and record.best:
         rows.append(_label_row("best", _format_result(record.best)))
@@ -93,8 +108,13 @@ def your_game_rows(record: ProblemRecord | None, unfinished_game: Transcript | N
 
 
 def _label_row(label: str, value: str) -> Text:
+    """Return a row of a label and a bold value."""
     return Text(f"{label} ").append(value, style="bold")
 
 
 def _format_result(result: GameResult) -> str:
-    return f"{format_score(result.discounted_return)} in {format_count(result.turns, 'turn')}, seed {result.seed}"
+    """Format a result as return, number of turns and seed."""
+    return (
+        f"{format_score(result.discounted_return)} in "
+        f"{format_count(result.turns, 'turn')}, seed {result.seed}"
+    )

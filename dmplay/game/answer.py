@@ -1,20 +1,20 @@
-"""What a command answers: a message of one row, or a page."""
+"""Text results of commands: a message of one row, or a page of several rows."""
 
 from collections.abc import Sequence
 
 
 class Page(str):
-    """An answer that is read on a page of its own."""
+    """The result of a command, displayed as a separate page."""
 
     __slots__ = ()
 
 
 class TurnReports(Page):
-    """Turns that were played and are told, a row each."""
+    """A page that reports played turns, one row per turn."""
 
     __slots__ = ()
 
 
 def format_reply(rows: Sequence[str]) -> str:
-    """One row as a message, several as a page."""
+    """Return a single row as a plain string, several rows as a `Page`, and '' for no rows."""
     return Page("\n".join(rows)) if len(rows) > 1 else (*rows, "")[0]

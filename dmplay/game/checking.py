@@ -1,4 +1,4 @@
-"""Verifying files and folders of transcripts, and rewriting them."""
+"""Functions that verify transcript files and folders, and rewrite transcripts."""
 
 import os
 from collections.abc import Iterator, Sequence
@@ -26,13 +26,17 @@ TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
 
 
 def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
-    """The transcripts that these paths name, folders searched to the bottom, in order."""
+    """Yield the transcripts at these paths, in order; folders are searched recursively.
+
+    `-` is the standard input. Raise BadParameter if a path does not exist, or if a folder contains
+    no `.dmt` file.
+    """
     for path in (resolve_dash(path, STDIN_PATH) for path in paths):
         if path.is_dir():
-            found = _search_folder(path)
-            if not found:
+            folder_files = _search_folder(path)
+            if not folder_files:
                 raise BadParameter(f"{path}: no {TRANSCRIPT_SUFFIX} file in this folder")
-            yield from found
+            yield from folder_files
         elif path.exists():
             yield path
         else:
@@ -40,24 +44,29 @@ def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
 
 
 def _search_folder(folder: Path) -> list[Path]:
-    """The transcripts below a folder, and the folders there that cannot be searched."""
-    unread: list[OSError] = []
-    found = [
-        Path(place, name)
-        for place, folders, names in os.walk(folder, onerror=unread.append)
+    """Return the sorted transcripts below a folder, and its subfolders that cannot be read."""
+    read_errors: list[OSError] = []
+    matches = [
+        Path(root, name)
+        for root, folders, names in os.walk(folder, onerror=read_errors.append)
         for name in (*folders, *names)
         if name.endswith(TRANSCRIPT_SUFFIX)
     ]
-    return sorted({*found, *(Path(error.filename) for error in unread)})
+    return sorted({*matches, *(Path(error.filename) for error in read_errors)})
 
 
 def load_transcript_problem(transcript: Transcript, *, trusted: bool) -> problems.LoadedProblem:
-    """The problem of a transcript; nothing that the file names is imported unless trusted."""
+    """Return the problem of a transcript, with its recorded parameters.
+
+    User-defined code that the file names is imported only if `trusted` is true. The problem is
+    first resolved without parameters, so that an error names the line (`problem` or `set`) that
+    causes it.
+    """
     header, entries = transcript.header, transcript.header_block.entries
     folder = transcript_folder(Path(transcript.path))
     for key, parameters in (("problem", {}), ("set", header.parameters)):
         try:
-            found = problems.resolve_problem(
+            loaded_problem = problems.resolve_problem(
                 header.problem, parameters, trusted=trusted, folder=folder
             )
         except DmplayError as error:
@@ -65,23 +74,29 @@ def load_transcript_problem(transcript: Transcript, *, trusted: bool) -> problem
             untrusted = isinstance(error, UnknownName) and key == "problem" and not trusted
             hint = TRUST_HINT if untrusted else ""
             raise transcript.error_at(line, f"{error}{hint}") from None
-    return found
+    return loaded_problem
 
 
 def describe_problem_change(transcript: Transcript, loaded_problem: problems.LoadedProblem) -> str:
-    """That a problem is not what it was when its game was played; '' where it is."""
-    before, now = transcript.header.origin, loaded_problem.origin
+    """Return a message if the problem has changed since the game was recorded; '' if it has not.
+
+    The origins are compared: the recorded one and that of the loaded problem.
+    """
+    recorded_origin, current_origin = transcript.header.origin, loaded_problem.origin
     return (
         ""
-        if before == now
-        else f"{loaded_problem.name} is {now or 'another'}, was {before or 'another'}"
+        if recorded_origin == current_origin
+        else (
+            f"{loaded_problem.name} is {current_origin or 'another'}, "
+            f"was {recorded_origin or 'another'}"
+        )
     )
 
 
 def _load_verifiable_policies(
     transcript: Transcript, problem: Problem, *, trusted: bool
 ) -> list[Policy | None]:
-    """The agents of a transcript that can be asked again."""
+    """Return, for each seat of a transcript, the policy that can be run again, or None."""
     folder = transcript_folder(Path(transcript.path))
     return load_verifiable_policies(
         problem, transcript.header.seats, trusted=trusted, folder=folder
@@ -89,92 +104,111 @@ def _load_verifiable_policies(
 
 
 def verify_file(path: Path, *, trusted: bool = False) -> VerificationReport:
-    """Verifies one file; a fault of form is a finding too."""
+    """Verify one transcript file and return a report.
+
+    A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
+    gives a report with one finding. While the hidden information of the game is concealed, findings
+    do not contain values.
+    """
     try:
         transcript = read_transcript(path)
-        found = load_transcript_problem(transcript, trusted=trusted)
-        problem = found.problem
+        loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+        problem = loaded_problem.problem
         policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
     except BadTranscript as error:
         return VerificationReport(str(path), [make_finding(error, MALFORMED)])
     except OSError as error:
-        unread = Finding("unread", str(path), 1, "cannot be read", str(error.strerror))
-        return VerificationReport(str(path), [unread])
+        unreadable = Finding("unread", str(path), 1, "cannot be read", str(error.strerror))
+        return VerificationReport(str(path), [unreadable])
     except DmplayError as error:
         line = transcript.header_block.entries["seats"].line
         return VerificationReport(
             str(path), [Finding("facts", str(path), line, "seats", str(error))]
         )
     report = verify(transcript, problem, policies, render_transcript_frame)
-    report.problem_change = describe_problem_change(transcript, found)
+    report.problem_change = describe_problem_change(transcript, loaded_problem)
     if is_concealed(transcript, problem):
-        report.findings = [one.without_values for one in report.findings]
+        report.findings = [finding.without_values for finding in report.findings]
     return report
 
 
 def rewrite_file(path: Path, *, trusted: bool = False) -> str:
-    """Rewrites one file as it would be written today; returns the diff, '' where none is."""
+    """Rewrite one transcript in the current format; return the diff, '' if nothing changes."""
     import difflib
 
     transcript = read_transcript(path)
-    found = load_transcript_problem(transcript, trusted=trusted)
-    problem = found.problem
+    loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+    problem = loaded_problem.problem
     disclose_transcript(transcript, problem)
-    transcript = replace(transcript, header=replace(transcript.header, origin=found.origin))
+    transcript = replace(
+        transcript, header=replace(transcript.header, origin=loaded_problem.origin)
+    )
     policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
-    before = path.read_text(encoding="utf-8")
-    after = rewrite_transcript(transcript, problem, policies, render_transcript_frame)
-    if after == before:
+    old_text = path.read_text(encoding="utf-8")
+    new_text = rewrite_transcript(transcript, problem, policies, render_transcript_frame)
+    if new_text == old_text:
         return ""
-    write_file(path.resolve(), [after], force=True)
+    write_file(path.resolve(), [new_text], force=True)
     name = escape_newlines(str(path))
     rows = difflib.unified_diff(
-        before.splitlines(), after.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1
+        old_text.splitlines(), new_text.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1
     )
     return "\n".join(rows)
 
 
 def rewrite_files(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
-    """Rewrites files: what changed in each that differed, and why others were not rewritten."""
+    """Rewrite transcripts; return the diffs of the files that changed, and the error messages.
+
+    Raise BadParameter if a path is the standard input or another open file descriptor.
+    """
     for path in paths:
         if path == STDIN_PATH or path.parent == OPEN_FILES_FOLDER:
-            what = "the standard input" if path == STDIN_PATH else path
-            raise BadParameter(f"--update: {what} cannot be rewritten")
-    diffs, refused = [], []
+            source = "the standard input" if path == STDIN_PATH else path
+            raise BadParameter(f"--update: {source} cannot be rewritten")
+    diffs, failures = [], []
     for path in paths:
         try:
             diffs.append(rewrite_file(path, trusted=trusted))
         except DmplayError as error:
-            refused.append(f"not rewritten: {error}")
+            failures.append(f"not rewritten: {error}")
         except OSError as error:
-            refused.append(f"not rewritten: {path}: {error.strerror}")
-    return [diff for diff in diffs if diff], refused
+            failures.append(f"not rewritten: {path}: {error.strerror}")
+    return [diff for diff in diffs if diff], failures
 
 
 def format_reports(
     reports: Sequence[VerificationReport], accepted: Sequence[bool], *, json: bool, quiet: bool
 ) -> list[str]:
-    """A line for each good file, all findings of a bad one, and a sum; or an object a file."""
+    """Return verification reports as output lines.
+
+    With `json`, return one JSON object per report. Otherwise return one line per accepted report,
+    all findings of every other report, and a line with the totals; with `quiet`, only the findings.
+    """
     pairs = list(zip(reports, accepted, strict=True))
     if json:
-        return [dumps(_report_to_dict(report, fine)) for report, fine in pairs]
-    rows = [_format_ok_line(report) if fine else str(report) for report, fine in pairs]
+        return [dumps(_report_to_dict(report, is_accepted)) for report, is_accepted in pairs]
+    rows = [
+        _format_ok_line(report) if is_accepted else str(report) for report, is_accepted in pairs
+    ]
     if quiet:
-        return [row for row, fine in zip(rows, accepted, strict=True) if not fine]
-    bad = len(accepted) - sum(accepted)
+        return [row for row, is_accepted in zip(rows, accepted, strict=True) if not is_accepted]
+    failed_count = len(accepted) - sum(accepted)
     return [
         *rows,
-        f"{sum(accepted)} verified, {bad} failed" if bad else f"{len(accepted)} verified",
+        f"{sum(accepted)} verified, {failed_count} failed"
+        if failed_count
+        else f"{len(accepted)} verified",
     ]
 
 
 def _format_ok_line(report: VerificationReport) -> str:
-    """A file that is as it should be."""
+    """Return the output line of an accepted report: the path and the summary."""
     return f"ok {escape_newlines(report.path)} ({escape_newlines(report.summary)})"
 
 
 def _report_to_dict(report: VerificationReport, accepted: bool) -> dict[str, object]:
-    findings = [one._asdict() for one in report.findings]
+    """Return a report as a dictionary that can be encoded as JSON."""
+    findings = [finding._asdict() for finding in report.findings]
     return {
         "path": report.path,
         "ok": accepted,

@@ -1,4 +1,4 @@
-"""What words of the command line come to: a game to be played, or a report to be printed."""
+"""Results of parsing a command line: a game to play, a server to run, or a report to print."""
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -15,22 +15,25 @@ DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
 
 
 class PlayCommand(NamedTuple):
-    """A game that is wanted, and how it is to be played."""
+    """A request to play a game in the terminal, with the display options."""
 
     request: AnyGameRequest
     terminal_options: TerminalOptions
     quiet: bool = False
-    speed: float = 2.0  # turns a second when agents play
-    realtime_rate: float | None = None  # turns a second in real time
+    speed: float = 2.0  # turns per second when only agents play
+    realtime_rate: float | None = None  # turns per second in real time
 
     @property
     def has_rate_option(self) -> bool:
-        """Whether real time was asked for, and not only by a file of settings."""
+        """True if `--rate` was given on the command line, not only in a settings file."""
         return isinstance(self.request, GameRequest) and self.request.has_rate_option
 
     @property
     def interactive_request(self) -> AnyGameRequest:
-        """The game as one that people play after another: they may be asked, and it is kept."""
+        """The request with saving and asking enabled, for play in a shell.
+
+        Raises BadParameter if `--rate` was given: real time needs the full screen.
+        """
         match self.request:
             case GameRequest(has_rate_option=True):
                 raise BadParameter("--rate: real time is for the screen that dmplay play opens")
@@ -42,54 +45,54 @@ class PlayCommand(NamedTuple):
 
 
 class Printout(NamedTuple):
-    """A report of which there is more to say than its text."""
+    """A report with an exit code, an error text and options for printing."""
 
     text: Text | str
     terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
-    stderr_text: str = ""  # for the channel of errors
-    exit_code: int = 0  # of the process
-    paged: bool = False  # whether it is read a screenful at a time
-    text_chunks: Iterable[str] = ()  # more text, told as it is made
+    stderr_text: str = ""  # printed to stderr
+    exit_code: int = 0  # exit code of the process
+    paged: bool = False  # whether to display the text in a pager
+    text_chunks: Iterable[str] = ()  # more text, printed as it is generated
 
 
 class ShellCommand(NamedTuple):
-    """Games that are wanted one after another, in words."""
+    """A request to run the interactive shell, in which several games can be played."""
 
-    commands: Sequence[str]  # done in place of what is typed
+    commands: Sequence[str]  # run instead of typed lines
     terminal_options: TerminalOptions
     speed: float
     opens_gallery: bool = (
-        False  # whether it begins with the list of problems, where that can be drawn
+        False  # whether to open the list of problems first, if the terminal can draw it
     )
 
 
 class BotServerConfig(NamedTuple):
-    """An agent that is to play a game which another program keeps, at the other end of a pipe."""
+    """A request to run an agent that plays over a pipe in a game of another program."""
 
     agent: str
     problem: str
 
 
 class McpServerConfig(NamedTuple):
-    """What a language model at the other end of a pipe may play, and what it may ask for."""
+    """The options of the MCP server that a language model plays through."""
 
-    problems: Sequence[str] = ()  # all that are built in if none is named
+    problems: Sequence[str] = ()  # empty: all built-in problems
     allow_hints: bool = False
     allow_undo: bool = False
-    show_belief: bool = False  # whether it is told what its seat is to believe
-    seed: int | None = None  # of all games, which are its episodes; fresh dice if there is none
-    turn_limit: int | None = None  # after which a game ends
-    transcript_folder: Path | None = (
-        None  # for transcripts; that of games that are kept if there is none
-    )
+    show_belief: bool = False  # whether to send the model the belief of its seat
+    seed: int | None = None  # seed of all games, which are its episodes; None: a new seed
+    turn_limit: int | None = None  # turn limit of each game
+    transcript_folder: Path | None = None  # folder of transcripts; None: the folder of saved games
 
     @property
     def strict(self) -> bool | str:
-        """How strict its games are, as their transcripts say."""
+        """The strictness recorded in transcripts: False with undo, else True or "hints" (no
+        hints).
+        """
         return not self.allow_undo and (self.allow_hints or "hints")
 
 
 CliResult = PlayCommand | ShellCommand | BotServerConfig | McpServerConfig | Printout | str
 CliInterpreter = Callable[
     [Sequence[str]], PlayCommand | str
-]  # what the command line makes of words
+]  # parses and runs the words of a command line

@@ -1,4 +1,4 @@
-"""What a recorded game can be written as: name, what it is, whether it shows one turn."""
+"""The formats that a recorded game can be exported to."""
 
 from pathlib import Path
 from typing import NamedTuple
@@ -7,13 +7,13 @@ from dmplay.errors import BadParameter
 
 
 class ExportFormat(NamedTuple):
-    """A form that a game can be written in."""
+    """A format that a game can be exported to."""
 
     help: str
-    extension: str  # of its file
-    shows_one_turn: bool = False  # whether it shows one turn
-    screen_rows: int = 18  # of a screen in it; 0 where it has none
-    is_text: bool = False  # whether it is text to read
+    extension: str  # file extension without the dot
+    shows_one_turn: bool = False  # whether it shows a single turn
+    screen_rows: int = 18  # height of the screen in rows; 0 if no screen is drawn
+    is_text: bool = False  # whether it is readable as text
 
 
 EXPORT_FORMATS = {
@@ -28,7 +28,7 @@ EXPORT_FORMATS = {
     "csv": ExportFormat("a row a turn", "csv", screen_rows=0, is_text=True),
     "json": ExportFormat("the game as one object", "json", screen_rows=0, is_text=True),
 }
-# By which a file is taken for what it is.
+# Extensions that identify a file format.
 KNOWN_EXTENSIONS = {
     "svg",
     "html",
@@ -46,9 +46,12 @@ KNOWN_EXTENSIONS = {
 
 
 def check_extension(path: Path | None, format_name: str) -> None:
-    """Refuses to write a form into a file whose name ends as another's does."""
+    """Raise BadParameter if a file's extension belongs to a different format.
+
+    `.txt` is accepted for every text format.
+    """
     ending = EXPORT_FORMATS[format_name].extension
-    own = {ending, "txt"} if EXPORT_FORMATS[format_name].is_text else {ending}
-    if path and path.suffix[1:].lower() in KNOWN_EXTENSIONS - own:
-        rather = path.with_suffix(f".{ending}")
-        raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {rather}")
+    allowed = {ending, "txt"} if EXPORT_FORMATS[format_name].is_text else {ending}
+    if path and path.suffix[1:].lower() in KNOWN_EXTENSIONS - allowed:
+        suggestion = path.with_suffix(f".{ending}")
+        raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {suggestion}")

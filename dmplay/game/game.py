@@ -1,4 +1,4 @@
-"""A game that people play: a session, who sits where, and its transcript."""
+"""A game played by people or agents: a session, the players of its seats, and a transcript."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
@@ -34,11 +34,11 @@ REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"
 
 
 class Game:
-    """What is played and recorded; its account tells of it, its keyboard says which keys act."""
+    """A game in play: its session, players, keyboard, transcript, hints and undo history."""
 
-    rewards_visible = False  # whether rewards are told that the game does not show
+    rewards_visible = False  # whether rewards are visible even if the problem hides them
 
-    def __init__(  # noqa: PLR0913, PLR0917 - what is played, who sits there, and where it is kept
+    def __init__(  # noqa: PLR0913, PLR0917 - the parts of one game
         self,
         problem_name: str,
         session: Session,
@@ -52,31 +52,31 @@ class Game:
         self.human_seats = keyboard.human_seats
         self.keyboard = keyboard
         self.recorder = recorder
-        self.request = request  # None for a recording
+        self.request = request  # None for a replay
         self.view_module = load_view_module(session.problem)
-        self.warning = ""  # for whoever goes on with it, or looks at it
-        self.end_notes = ""  # for the end of the transcript
-        self.review_lines: Sequence[str] = ()  # what its moves and dice were worth, once it is over
+        self.warning = ""  # displayed when the game is resumed or replayed
+        self.end_notes = ""  # appended to the transcript at the end
+        self.review_lines: Sequence[str] = ()  # review of the choices and uniforms, after the game
         self.ghost: Ghost | None = None
-        self.removed_save_count = 0  # older games that had to make room for it where games are kept
-        self.repeats_uniforms = False  # whether one of the same dice was played before it
+        self.removed_save_count = 0  # number of old saves deleted to make room for this game
+        self.repeats_uniforms = False  # whether a game with the same uniforms was played before
         self.on_intermediate_turn: Callable[[], object] = lambda: (
             None
-        )  # after a turn that another follows
-        self.log_paths: list[Path] = []  # of programs that play, once it is over
-        agents = {
-            escape_unprintable(who): None
-            for seat, who in enumerate(player_names)
+        )  # called between turns that need no player
+        self.log_paths: list[Path] = []  # log files of bots, after the game
+        agent_names = {
+            escape_unprintable(label): None
+            for seat, label in enumerate(player_names)
             if seat not in self.human_seats
         }
-        who = " and ".join(agents) + (" are" if len(agents) > 1 else " is")
-        self._thinking_task_info = TaskInfo(f"{who} thinking", is_agent_move=True)
+        label = " and ".join(agent_names) + (" are" if len(agent_names) > 1 else " is")
+        self._thinking_task_info = TaskInfo(f"{label} thinking", is_agent_move=True)
         self._pending_choices: dict[int, float] = {}
         self._undone_actions: list[list[float]] = []
         self._attach_session(session)
 
     def _attach_session(self, session: Session) -> None:
-        """Plays this session from now on."""
+        """Replace the session, with a new narrator and empty caches."""
         self.session = session
         self.narrator = Narrator(session, self.human_seats, reveal=self.reveal)
         self._hint_providers: dict[int, HintProvider] = {}
@@ -85,102 +85,109 @@ class Game:
 
     @property
     def problem(self) -> Problem:
-        """The problem played."""
+        """The problem that is played."""
         return self.session.problem
 
     @property
     def transcript_path(self) -> Path | None:
-        """The file that holds the game."""
+        """The path of the transcript; None if none is written."""
         return self.recorder.path if self.recorder else None
 
     @property
     def settings(self) -> list[str]:
-        """The parameters that differ from the default, as they are typed."""
+        """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
         return self.request.all_settings if self.request else []
 
     @property
     def strict(self) -> bool:
-        """Whether nothing may be taken back."""
+        """True if turns cannot be undone."""
         return self.request is not None and bool(self.request.strict)
 
     @property
     def hints_forbidden(self) -> bool:
-        """Whether nobody may be given advice."""
+        """True if hints are forbidden."""
         return self.request is not None and self.request.strict == "hints"
 
     @property
     def reveal(self) -> bool:
-        """Whether what is hidden is shown."""
+        """True if hidden states are displayed during the game."""
         return self.request is not None and self.request.reveal
 
     @property
     def is_concealed(self) -> bool:
-        """Whether there are secrets and the game can be played on, so that they must stay so."""
-        left = (self.session.end_reason or "") in RESUMABLE_END_REASONS
-        return left and has_hidden_information(self.problem, self.player_names, reveal=self.reveal)
+        """True if hidden information must not be disclosed, because the game can be resumed."""
+        is_resumable = (self.session.end_reason or "") in RESUMABLE_END_REASONS
+        return is_resumable and has_hidden_information(
+            self.problem, self.player_names, reveal=self.reveal
+        )
 
     @property
     def seed(self) -> int:
-        """The seed of the dice."""
+        """The seed of the uniforms."""
         return cast(SeededUniforms, self.session.uniform_source).seed
 
     @property
     def is_seed_visible(self) -> bool:
-        """Whether the player knows the seed: a fresh one is told after the game."""
+        """True if the player may see the seed; a randomly drawn seed is shown only after the
+        game.
+        """
         return self.request is None or self.request.is_seed_visible or self.session.over
 
     @property
     def play_again_command(self) -> str:
-        """The command that plays a game of fresh dice once more; '' for another."""
-        fresh = self.request is not None and self.request.has_fresh_seed
+        """The command that plays this game again with its randomly drawn seed; '' if it was
+        chosen.
+        """
+        has_new_seed = self.request is not None and self.request.has_fresh_seed
         return (
             self.request.format_command(self.problem_name, self.seed)
-            if self.request and fresh
+            if self.request and has_new_seed
             else ""
         )
 
     @property
     def has_private_views(self) -> bool:
-        """Whether several people play of whom each may know something else."""
+        """True if several people play a partially observable problem."""
         return len(self.human_seats) > 1 and self.problem.partially_observable
 
     @property
     def agents_only(self) -> bool:
-        """Whether agents alone play it, now."""
+        """True if only agents play."""
         return self.request is not None and not self.human_seats
 
     @property
     def viewing_seat(self) -> int:
-        """The seat whose view is shown: the person to choose, else the first."""
-        waiting = self.choosing_seat
-        return waiting if waiting is not None else (self.human_seats or [0])[0]
+        """The seat whose view is displayed: the person to choose next, else the first person or
+        seat.
+        """
+        choosing_seat = self.choosing_seat
+        return choosing_seat if choosing_seat is not None else (self.human_seats or [0])[0]
 
     @property
     def choosing_seat(self) -> int | None:
-        """The person who chooses next."""
+        """The next person's seat that must choose an action; None if there is none."""
         if not self.human_seats or self.session.over:
             return None
-        left = (
+        undecided = (
             seat
             for seat in self.session.active_seats(self.human_seats)
             if seat not in self._pending_choices
         )
-        return next(left, None)
+        return next(undecided, None)
 
     @property
     def hint_provider(self) -> HintProvider:
-        """Who gives hints to the watcher."""
+        """The hint provider of the viewing seat."""
         seat = self.viewing_seat
         if seat not in self._hint_providers:
-            self._hint_providers[seat] = HintProvider(
-                self.session, seat, self.player_names
-            )
+            self._hint_providers[seat] = HintProvider(self.session, seat, self.player_names)
         return self._hint_providers[seat]
 
     def snapshot(self, seat: int | None = None) -> SeatSnapshot:
-        """What the watcher, or another seat, may know now.
+        """Return a snapshot of the game for a seat, by default the viewing seat.
 
-        The watcher's is made anew only when a turn, the seat or the end is new.
+        The viewing seat's snapshot is cached until a turn is played, the seat changes or the game
+        ends.
         """
         if seat is not None:
             return SeatSnapshot(
@@ -189,24 +196,26 @@ class Game:
                 rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
             )
-        watcher = self.viewing_seat
-        if self._snapshot is None or not self._snapshot.is_current_for(watcher):
+        viewing_seat = self.viewing_seat
+        if self._snapshot is None or not self._snapshot.is_current_for(viewing_seat):
             self._snapshot = SeatSnapshot(
                 self.session,
-                watcher,
+                viewing_seat,
                 rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
             )
         return self._snapshot
 
     def view(self, seat: int | None = None) -> View[Problem]:
-        """The same as policies and drawings are given it."""
+        """Return the view of a seat (by default the viewing seat) that policies and drawings
+        read.
+        """
         return self.snapshot(seat).view
 
     def draw_board(self, options: DrawOptions, snapshot: SeatSnapshot | None = None) -> Text:
-        """The board in the room there is; the state too where it is revealed.
+        """Return the drawn board, with the state if it is revealed and the ghost if it is shown.
 
-        It is drawn anew only for another moment or look; nobody writes into it.
+        The result is cached for an unchanged snapshot and options; callers must not modify it.
         """
         snapshot = snapshot or self.snapshot()
         ghost = (
@@ -231,44 +240,51 @@ class Game:
         return self._board_cache[2]
 
     def describe_expected_reward(self, action: float) -> str:
-        """What an action costs, behind a blank; '' where its view does not say."""
-        told: Callable[[View[Problem], float], str] | None = getattr(
+        """Return the view's text on an action's expected reward, after a space; '' if it has
+        none.
+        """
+        describe: Callable[[View[Problem], float], str] | None = getattr(
             self.view_module, "describe_expected_reward", None
         )
-        return f" {told(self.view(), action)}" if told else ""
+        return f" {describe(self.view(), action)}" if describe else ""
 
     @property
     def _revealed_state(self) -> Array | None:
-        """The state where what is hidden is told."""
-        told = self.reveal or (self.session.over and self.problem.partially_observable)
-        return self.session.state if told else None
+        """The state if hidden information is revealed; else None."""
+        is_revealed = self.reveal or (self.session.over and self.problem.partially_observable)
+        return self.session.state if is_revealed else None
 
     def picture_rows(self) -> list[str]:
-        """The rows of the picture that a problem brings of what the watcher may see; else none."""
-        drawn = draw_picture(self.view_module, self.view(), self._revealed_state)
-        return drawn.plain.split("\n") if drawn else []
+        """Return the rows of the picture that the view module draws; [] if it draws none."""
+        picture = draw_picture(self.view_module, self.view(), self._revealed_state)
+        return picture.plain.split("\n") if picture else []
 
     def choose(self, action: float, seat: int | None = None) -> bool:
-        """Takes a person's choice, the next one's to choose unless `seat` says whose.
+        """Store one person's choice; play the turn as soon as all people have chosen.
 
-        Plays the turn once everybody's is in.
+        Without `seat` it is the choice of the next person. Return whether a turn was played. Raise
+        BadParameter if the game is over or no person plays.
         """
-        waiting = self.choosing_seat if seat is None else seat
+        choosing_seat = self.choosing_seat if seat is None else seat
         if self.session.over:
             raise BadParameter(f"the game is over ({describe_end_reason(self.session.end_reason)})")
-        if waiting is None:
+        if choosing_seat is None:
             raise BadParameter("no person plays here")
-        self.session.validate_action(waiting, action)
-        chosen = {**self._pending_choices, waiting: action}
-        if len(chosen) == len(self.session.active_seats(self.human_seats)):
-            played = self.advance(chosen)
+        self.session.validate_action(choosing_seat, action)
+        choices = {**self._pending_choices, choosing_seat: action}
+        if len(choices) == len(self.session.active_seats(self.human_seats)):
+            is_played = self.advance(choices)
             self.play_until_choice()
-            return played
-        self._pending_choices = chosen
+            return is_played
+        self._pending_choices = choices
         return False
 
     def advance(self, choices: Mapping[int, float] = NO_CHOICES) -> bool:
-        """Plays a turn of these choices and the agents'; none is kept of one that is not played."""
+        """Play one turn of people's choices and the agents' actions; return whether it was played.
+
+        The game ends instead if a script has no action left ("quit") or an agent forfeits
+        ("forfeit"). Pending choices are discarded in every case.
+        """
         try:
             actions = self._fill_in_actions(
                 [choices.get(seat) for seat in range(len(self.player_names))]
@@ -290,13 +306,15 @@ class Game:
         return True
 
     def play_until_choice(self) -> None:
-        """Plays the turns of others until a person is asked."""
+        """Play turns until a person must choose or the game is over."""
         while self.session.is_waiting_for_others(self.human_seats):
             self.on_intermediate_turn()
             self.advance()
 
     def _fill_in_actions(self, actions: Sequence[float | None]) -> Sequence[float | None]:
-        """The choices of people, and of the agents, who may think for long."""
+        """Return the joint action: people's choices, completed by the agents in a cancellable
+        task.
+        """
         if len(self.human_seats) == len(self.player_names):
             return actions
         return run_cancellable(
@@ -304,43 +322,52 @@ class Game:
         )
 
     def recreate_agents(self) -> None:
-        """Has agents and advisers think anew: one of them may still be thinking."""
+        """Recreate the agents' memory and the hint providers, after a background task was
+        abandoned.
+
+        The abandoned task may still use the old ones. Pending choices and the ghost are removed as
+        well.
+        """
         session = self.session
         session.seated_policies = [
-            follower and SeatedPolicy(session, follower.seat, follower.policy)
-            for follower in session.seated_policies
+            seated_policy and SeatedPolicy(session, seated_policy.seat, seated_policy.policy)
+            for seated_policy in session.seated_policies
         ]
         self._hint_providers, self._pending_choices = {}, {}
         self.ghost = self.narrator.ghost = None
 
     def play_agent_turn(self) -> bool:
-        """Plays a turn of a game without people; False once it is over."""
+        """Play the next turn of a game without people; return False if the game is over."""
         return not self.session.over and self.advance()
 
     def iter_agent_turns(self) -> Iterator[int]:
-        """Plays a game without people to its end; before each turn, or event of a recording, which
-        may take turns back, how many turns there were.
+        """Play a game without people to its end; yield, after each step, the turn count before it.
+
+        The count can decrease in a replay, whose events may undo turns.
         """
-        before = len(self.session.turns)
+        turn_count = len(self.session.turns)
         while self.play_agent_turn():
-            yield before
-            before = len(self.session.turns)
+            yield turn_count
+            turn_count = len(self.session.turns)
 
     def undo(self, turns: int = 1) -> None:
-        """Takes back turns; the transcript keeps that it was done."""
+        """Undo turns and record that in the transcript; a pending choice is removed instead."""
         self._check_undo_allowed("undo")
-        if self._pending_choices:  # a first choice of two is taken back before any turn is
+        if self._pending_choices:  # A pending choice is undone before any played turn.
             self._pending_choices.clear()
             return
         with TURN_GATE:
-            taken = self.session.undo(self.session.turns_to_undo(self.human_seats, turns))
-            self._undone_actions += [list(turn.actions) for turn in reversed(taken)]
+            undone_turns = self.session.undo(self.session.turns_to_undo(self.human_seats, turns))
+            self._undone_actions += [list(turn.actions) for turn in reversed(undone_turns)]
             if self.recorder:
-                self.recorder.write_event("undo", len(taken))
+                self.recorder.write_event("undo", len(undone_turns))
         self._advance_ghost()
 
     def redo(self) -> None:
-        """Plays the turn last taken back again."""
+        """Play the last undone turn again, and those after it that need no person.
+
+        Raise BadParameter if no turn was undone.
+        """
         if not self._undone_actions:
             raise BadParameter("redo: nothing was taken back")
         self._pending_choices.clear()
@@ -351,6 +378,7 @@ class Game:
         self.play_until_choice()
 
     def _replay_undone_turn(self) -> None:
+        """Play the last undone actions again and write the turn to the transcript."""
         with TURN_GATE:
             self.session.advance(self._undone_actions[-1])
             self._undone_actions.pop()
@@ -358,7 +386,7 @@ class Game:
         self._advance_ghost()
 
     def reroll(self) -> None:
-        """Plays the last turn again under other dice; the transcript says so."""
+        """Play the last turn again with new uniforms, and record that in the transcript."""
         self._check_undo_allowed("reroll")
         if not self.session.turns:
             raise BadParameter("reroll: no turn was played yet")
@@ -375,18 +403,18 @@ class Game:
         self.play_until_choice()
 
     def set_ghost(self, ghost: Ghost | None) -> None:
-        """Has this ghost play beside, up to the present turn."""
+        """Set or remove the ghost, and advance it to the current turn."""
         self.ghost = self.narrator.ghost = ghost
         self._advance_ghost()
 
     def note_repeated_uniforms(self) -> None:
-        """Has its transcript say at once, and once, that its dice were played before."""
+        """Record, at most once, that a game with the same uniforms was played before."""
         if self.recorder and not self.repeats_uniforms:
             self.recorder.write_note(REPEATED_UNIFORMS_NOTE)
         self.repeats_uniforms = True
 
     def _advance_ghost(self) -> None:
-        """Has the ghost play as far as the person did, where it may be seen before the end."""
+        """Advance the ghost to the current turn if it is shown during the game."""
         ghost = self.ghost
         if ghost and ghost.is_shown_during_play:
             with suppress(ComputationStopped):
@@ -395,12 +423,12 @@ class Game:
                 )
 
     def check_hints_allowed(self, command: str) -> None:
-        """Refuses advice where nobody may be given any."""
+        """Raise BadParameter if this game forbids hints."""
         if self.hints_forbidden:
             raise BadParameter(f"{command}: this game is strict about help")
 
     def record_hint(self) -> None:
-        """Counts that the watcher was given advice; the transcript keeps it."""
+        """Count a hint for the viewing person and record it in the transcript."""
         if self.viewing_seat not in self.human_seats:
             return
         name = self.problem.agents[self.viewing_seat]
@@ -411,34 +439,37 @@ class Game:
 
     @property
     def undo_forbidden_reason(self) -> str:
-        """Why it would not be fair to take turns back; '' where they may be."""
+        """The reason why turns cannot be undone; '' if they can."""
         if self.strict:
             return "this game is strict"
-        shown = (
+        is_disclosed = (
             self.session.over
             and self.problem.partially_observable
             and self.human_seats
             and not self.reveal
         )
-        return "the game is over and what was hidden is shown" if shown else ""
+        return "the game is over and what was hidden is shown" if is_disclosed else ""
 
     def _check_undo_allowed(self, command: str) -> None:
-        """Refuses to take back where that is not fair."""
+        """Raise BadParameter, prefixed with the command, if turns cannot be undone."""
         if self.undo_forbidden_reason:
             raise BadParameter(f"{command}: {self.undo_forbidden_reason}")
 
     def _record_turn(self) -> None:
+        """Write the last turn to the transcript, if there is one."""
         if self.recorder:
             self.recorder.write_turn()
 
     def finish(self, reason: str = "quit") -> None:
-        """Ends the game and its transcript, and the programs that play in it."""
+        """End the game, its transcript and the bots that play in it."""
         with TURN_GATE:
             self.session.end(reason)
             if self.recorder:
-                why = f"# {self.narrator.forfeit_reason}\n" if self.narrator.forfeit_reason else ""
-                self.recorder.write_end(f"{why}{self.end_notes}")
+                forfeit_note = (
+                    f"# {self.narrator.forfeit_reason}\n" if self.narrator.forfeit_reason else ""
+                )
+                self.recorder.write_end(f"{forfeit_note}{self.end_notes}")
         if any(map(names_bot, self.player_names)):
-            from dmplay.bots.end import close_bots  # not needed where none plays
+            from dmplay.bots.end import close_bots  # imported only if a bot plays
 
             self.log_paths += close_bots(self.session, self.problem_name)

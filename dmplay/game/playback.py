@@ -1,4 +1,4 @@
-"""A recorded game, to look at turn by turn."""
+"""The replay of a recorded game, turn by turn."""
 
 from pathlib import Path
 
@@ -19,41 +19,41 @@ from dmplay.transcript.seal import disclose_transcript
 
 
 class Playback(NotebookDisplay, Game):
-    """A recorded game to step through; nothing in it is hidden any more."""
+    """A recorded game that is stepped through; hidden information is visible."""
 
-    agents_only = True  # who played is called by name; who plays on from there is "you"
+    agents_only = True  # Players are called by their names, not "you".
     rewards_visible = True
 
     def __init__(self, path: Path, *, trusted: bool = False, peek: bool = False) -> None:
         transcript = load_transcript(path)
-        found = load_transcript_problem(transcript, trusted=trusted)
-        self.transcript = disclose_transcript(transcript, found.problem, peek=peek)
-        self._problem = found.problem
-        opening, *blocks = self.transcript.blocks
-        helped = [block for block in blocks if block.kind == "help"]
-        played = [block for block in blocks if block.kind != "help"]
-        self._blocks = [opening, *helped, *played]
-        self._first_index = self._next_index = 1 + len(helped)
+        loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+        self.transcript = disclose_transcript(transcript, loaded_problem.problem, peek=peek)
+        self._problem = loaded_problem.problem
+        first_block, *blocks = self.transcript.blocks
+        hint_blocks = [block for block in blocks if block.kind == "help"]
+        other_blocks = [block for block in blocks if block.kind != "help"]
+        self._blocks = [first_block, *hint_blocks, *other_blocks]
+        self._first_index = self._next_index = 1 + len(hint_blocks)
         seats = list(self.transcript.header.seats.values())
-        keyboard = Keyboard(found.problem, [], DEFAULT_KEY_PREFERENCES)  # nobody plays
+        keyboard = Keyboard(loaded_problem.problem, [], DEFAULT_KEY_PREFERENCES)  # no human seats
         super().__init__(
-            found.name, self._session_before(self._first_index), seats, keyboard
+            loaded_problem.name, self._session_before(self._first_index), seats, keyboard
         )
-        self.warning = describe_problem_change(transcript, found)
+        self.warning = describe_problem_change(transcript, loaded_problem)
 
     def _session_before(self, block_index: int) -> Session:
-        """The game before the block at this place."""
+        """Return a session in the state before the block with this index."""
         session = start_session(
             self.transcript, self._problem, self.transcript.header.uniform_source
         )
         self._batch_replayer = BatchReplayer(self.transcript, self._blocks, session)
-        for before in range(1, block_index):
-            self._batch_replayer.apply_block(before)
+        for index in range(1, block_index):
+            self._batch_replayer.apply_block(index)
         return session
 
     @property
     def settings(self) -> list[str]:
-        """The parameters that differ from the default, as they are typed."""
+        """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
         return format_settings(self.transcript.header.parameters)
 
     def _attach_session(self, session: Session) -> None:
@@ -61,69 +61,77 @@ class Playback(NotebookDisplay, Game):
         self.narrator.shows_uniforms = self.is_seed_visible
 
     def play_agent_turn(self) -> bool:
-        """Shows the next turn or event; False at the end of the file."""
+        """Play the next turn or event; return False at the end of the file.
+
+        A reroll is played together with the turn that follows it.
+        """
         if self.is_at_end:
             self.session.end(self.transcript.player_end_reason or "unfinished")
             return False
         self._play_next_block()
         if self._blocks[self._next_index - 1].kind == "reroll" and not self.is_at_end:
-            self._play_next_block()  # the turn that came of it
+            self._play_next_block()  # the turn played by the reroll
         return True
 
     def _play_next_block(self) -> None:
+        """Apply the next block of the transcript to the session."""
         self._batch_replayer.apply_block(self._next_index)
         self._next_index += 1
 
     @property
     def step_count(self) -> int:
-        """How many turns and events there are to be shown: a reroll and its turn are one."""
+        """The number of turns and events to step through; a reroll and its turn count as one."""
         return self._count_steps(len(self._blocks))
 
     def _count_steps(self, block_index: int) -> int:
-        """How many there are before a place."""
+        """Return the number of steps before the block with this index."""
         blocks = self._blocks[self._first_index : block_index]
         return len(blocks) - sum(block.kind == "reroll" for block in blocks[:-1])
 
     @property
     def is_at_end(self) -> bool:
-        """Whether all of it was shown."""
+        """True if all blocks have been played."""
         return self._next_index >= len(self._blocks)
 
     @property
     def reveal(self) -> bool:
-        """Nothing is hidden."""
+        """True, because a recorded game is not concealed."""
         return True
 
     @property
     def is_seed_visible(self) -> bool:
-        """Whether it is no secret: of a game that people still play it may be one."""
-        known = self.transcript.end_block is not None or self.transcript.header.peeked
-        return known or not list_human_seats(self.player_names)
+        """True if the game has ended, was peeked into, or was played by agents alone."""
+        is_disclosed = self.transcript.end_block is not None or self.transcript.header.peeked
+        return is_disclosed or not list_human_seats(self.player_names)
 
     @property
     def transcript_path(self) -> Path | None:
-        """The file that is looked at."""
+        """The path of the replayed transcript."""
         return Path(self.transcript.path)
 
     def redo(self) -> None:
-        """A recording is only looked at."""
+        """Raise BadParameter, because a recorded game cannot be changed."""
         raise BadParameter("a recording is only looked at; branch plays on")
 
     def reroll(self) -> None:
-        """A recording is only looked at."""
+        """Raise BadParameter, because a recorded game cannot be changed."""
         self.redo()
 
     def undo(self, turns: int = 1) -> None:
-        """Shows the place so many turns or events back."""
-        shown = self._count_steps(self._next_index)
-        if shown < turns:
-            told = f"undo {turns}: the beginning is {format_count(shown, 'step')} back"
-            raise BadParameter(told if shown else "this is the beginning")
+        """Step back by this number of turns and events.
+
+        Raise BadParameter if there are fewer steps before the current one.
+        """
+        steps_back = self._count_steps(self._next_index)
+        if steps_back < turns:
+            message = f"undo {turns}: the beginning is {format_count(steps_back, 'step')} back"
+            raise BadParameter(message if steps_back else "this is the beginning")
         for _ in range(turns):
             self._next_index -= 1
             if self._blocks[self._next_index].kind == "turn":
                 self.session.undo()
             if self._blocks[self._next_index - 1].kind == "reroll":
                 self._next_index -= 1
-            if self._blocks[self._next_index].kind != "turn":  # what it took back is played again
+            # Turns that an event had undone are played again from the start.
+            if self._blocks[self._next_index].kind != "turn":
                 self._attach_session(self._session_before(self._next_index))

@@ -1,4 +1,4 @@
-"""What game is wanted: a new one, or one of a transcript: gone on with, branched, looked at."""
+"""Requests for games: a new game, or a transcript to resume, branch or replay."""
 
 import json
 import shlex
@@ -14,7 +14,7 @@ from dmplay.transcript.header import Header
 
 @dataclass(frozen=True)
 class GameRequest:
-    """A game that is wanted."""
+    """The options of a new game."""
 
     problem: str
     variant: str = ""
@@ -29,39 +29,39 @@ class GameRequest:
     record_frames: bool = False
     has_rate_option: bool = field(
         default=False, kw_only=True
-    )  # by words, not by a file of settings
+    )  # --rate is on the command line, not only in a settings file
     force: bool = False
     strict: bool | str = False
     reveal: bool = False
     branched: int | None = None
     peeked: bool = False
     origin: str = ""
-    player: str = ""  # who says to be the person
+    player: str = ""  # the name that the person states
     parameters: Mapping[str, object] = field(default_factory=dict)
-    keep_save: bool = False  # in the state folder, though nobody plays
+    keep_save: bool = False  # save in the state folder even if only agents play
     key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
-    ghost_agent: str = ""  # the agent that plays the same dice beside the person
-    person_label: str = HUMAN_PLAYER  # what the record calls whoever is asked to choose
-    can_ask: bool = True  # whether a person may be asked to choose
-    is_seed_visible: bool = True  # whether the player may see the seed before the end
+    ghost_agent: str = ""  # agent that plays a copy of the game beside the person
+    person_label: str = HUMAN_PLAYER  # player of human seats as recorded
+    can_ask: bool = True  # whether a person may be asked for actions
+    is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
 
     @property
     def problem_name(self) -> str:
-        """The problem with its variant."""
+        """The problem's name with its variant, as `NAME` or `NAME:VARIANT`."""
         return f"{self.problem}:{self.variant}" if self.variant else self.problem
 
     def changed_parameters(self) -> dict[str, object]:
-        """The parameters that differ from the default."""
+        """Return the parameters that differ from their defaults, with those of `--set`."""
         return {**self.parameters, **parse_settings(self.settings, "--set")}
 
     @property
     def all_settings(self) -> list[str]:
-        """The same, as they are typed."""
+        """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
         return [*format_settings(self.parameters), *self.settings]
 
     def format_command(self, problem_name: str, seed: int) -> str:
-        """The command that plays the same game with the same dice."""
+        """Return the `dmplay` command that plays the same game with this seed."""
         options = {
             "--set": self.all_settings,
             "--seat": self.seats,
@@ -71,28 +71,34 @@ class GameRequest:
             "--turns": [] if self.turns is None else [str(self.turns)],
             "--episode": [str(self.episode)] if self.episode else [],
         }
-        words = [word for option, each in options.items() for one in each for word in (option, one)]
-        wishes = {"--strict": self.strict, "--reveal": self.reveal}
-        words += [option for option, wish in wishes.items() if wish is True]
+        words = [
+            word
+            for option, values in options.items()
+            for value in values
+            for word in (option, value)
+        ]
+        flags = {"--strict": self.strict, "--reveal": self.reveal}
+        words += [option for option, is_set in flags.items() if is_set is True]
         words += ["--strict=hints"] if self.strict == "hints" else []
         return shlex.join(["dmplay", problem_name, *words, "--seed", str(seed)])
 
 
 @dataclass(frozen=True)
 class ResumeRequest:
-    """The game of a transcript, to go on with."""
+    """A request to resume the game of a transcript."""
 
     path: Path
     trusted: bool = False
     key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
     can_ask: bool = True
-    turn_limit: int | None = field(default=None, kw_only=True)  # that agents alone may play
-    ghost_agent: str = field(default="", kw_only=True)  # beside the person; '' for the one it had
+    turn_limit: int | None = field(default=None, kw_only=True)  # turn limit if only agents play
+    # agent beside the person; '': the recorded one
+    ghost_agent: str = field(default="", kw_only=True)
 
 
 @dataclass(frozen=True)
 class BranchRequest(ResumeRequest):
-    """A new game that begins as that of a transcript did, up to a turn."""
+    """A request for a new game that repeats a transcript's first turns."""
 
     turn: int = 0
     record_path: Path = field(kw_only=True)
@@ -102,48 +108,56 @@ class BranchRequest(ResumeRequest):
 
 @dataclass(frozen=True)
 class ReplayRequest:
-    """A recorded game, to look at."""
+    """A request to replay a recorded game."""
 
     path: Path
     trusted: bool = False
-    peek: bool = False  # though it can be played on
+    peek: bool = False  # even if the game can still be resumed
 
 
 AnyGameRequest = GameRequest | ResumeRequest | BranchRequest | ReplayRequest
 
 
 def split_words(line: str) -> list[str]:
-    """The words of a line, as a shell takes them apart."""
+    """Split a line into words with the quoting rules of a shell.
+
+    Raise BadParameter if a quotation is not closed.
+    """
     try:
         return shlex.split(line)
-    except ValueError as error:  # a quotation without end
+    except ValueError as error:  # an unclosed quotation
         raise BadParameter(f"got {line!r}: {str(error).lower()}") from None
 
 
 def format_settings(parameters: Mapping[str, object]) -> list[str]:
-    """Parameters as they are typed."""
-    return [f"{key}={json.dumps(one)}" for key, one in parameters.items()]
+    """Return parameters as `NAME=VALUE` texts, with values in JSON."""
+    return [f"{key}={json.dumps(value)}" for key, value in parameters.items()]
 
 
 def parse_settings(settings: Sequence[str], option: str) -> dict[str, object]:
-    """The settings `NAME=VALUE` of an option."""
-    found: dict[str, object] = {}
+    """Return the values by name of an option's `NAME=VALUE` settings.
+
+    Raise BadParameter if a setting has no equals sign.
+    """
+    values: dict[str, object] = {}
     for setting in settings:
         key, equals, value = setting.partition("=")
         if not equals:
             raise BadParameter(f"{option}: got {setting!r}, expected NAME=VALUE")
-        found[key.strip()] = value.strip()
-    return found
+        values[key.strip()] = value.strip()
+    return values
 
 
 def request_from_header(
     header: Header, player_names: Sequence[str], record_path: Path, key_preferences: KeyPreferences
 ) -> GameRequest:
-    """The game of a transcript, with those who sit there now."""
-    sitting = [f"{name}={who}" for name, who in zip(header.seats, player_names, strict=True)]
-    told = vars(header) | {"seats": sitting}
+    """Return a request for the game of a transcript's header, with these players."""
+    seat_settings = [
+        f"{name}={player}" for name, player in zip(header.seats, player_names, strict=True)
+    ]
+    options = vars(header) | {"seats": seat_settings}
     return GameRequest(
-        **told,
+        **options,
         agent=player_names[0],
         record_path=record_path,
         key_preferences=key_preferences,

@@ -1,6 +1,6 @@
-"""Where games without a file of their own are kept: the last twenty, in the state folder.
+"""Saved games in the state folder: the last 20 of people and the last 20 of language models.
 
-And the last twenty of language models.
+A game is saved here if no other file is given for it.
 """
 
 import contextlib
@@ -20,19 +20,22 @@ from dmplay.transcript.reading import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 
 MAX_SAVES = 20
-NEW_FILE_SECONDS = 60  # seconds in which the file of a game that begins may be empty
+NEW_FILE_SECONDS = 60  # seconds for which the file of a new game may be empty
 STDIN_PATH, STDOUT_PATH = Path("/dev/stdin"), Path("/dev/stdout")
 
 
 def resolve_dash(path: Path, stream: Path) -> Path:
-    """The path, or for `-` the standard input or output."""
+    """Return the path, or the given standard stream if the path is `-`."""
     return stream if str(path) == "-" else path
 
 
 def load_transcript(
     path: Path, reader: Callable[[Path], Transcript] = read_transcript
 ) -> Transcript:
-    """The transcript in a file, `-` for the standard input; or BadParameter where none is read."""
+    """Return the transcript in a file; `-` is the standard input.
+
+    Raise BadParameter if the file cannot be read.
+    """
     try:
         return reader(resolve_dash(path, STDIN_PATH))
     except OSError as error:
@@ -40,28 +43,32 @@ def load_transcript(
 
 
 def saves_folder(env: Mapping[str, str]) -> Path:
-    """`$XDG_STATE_HOME/dmplay/games`, by the base directory specification."""
+    """Return `$XDG_STATE_HOME/dmplay/games`, by the XDG base directory specification."""
     return disk.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
 
 
 def create_save(problem: str) -> Path | None:
-    """An empty file for a new game that others cannot read; None, with one warning, where none
-    can be had.
+    """Create an empty, private save file for a new game and return its path.
+
+    Return None, after a single warning, if the folder cannot be written.
     """
-    place = saves_folder(os.environ)
-    if not prepare_folder(place):
+    save_folder = saves_folder(os.environ)
+    if not prepare_folder(save_folder):
         return None
     try:
-        return create_game_file(place, problem)
+        return create_game_file(save_folder, problem)
     except OSError as error:
-        _warn_not_saved(f"{place}: {error.strerror}")
+        _warn_not_saved(f"{save_folder}: {error.strerror}")
         return None
 
 
 def create_game_file(game_folder: Path, problem: str) -> Path:
-    """A new empty file for a game in a folder, which others cannot read."""
-    plain = problem.lstrip("./").replace(":", "-").replace("/", "-")
-    stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{plain}"
+    """Create an empty, private transcript file with a unique name in a folder; return its path.
+
+    The name is made of the date, the time and the problem.
+    """
+    safe_name = problem.lstrip("./").replace(":", "-").replace("/", "-")
+    stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{safe_name}"
     for number in count():
         path = game_folder / f"{stem}{f'-{number}' if number else ''}.dmt"
         with contextlib.suppress(FileExistsError):
@@ -71,40 +78,42 @@ def create_game_file(game_folder: Path, problem: str) -> Path:
 
 
 def remove_old_saves() -> int:
-    """Removes games of no turns, and of the others all but the last, but none that is played; how
-    many of the others.
+    """Delete saves without turns and all but the newest 19 of people and of models, each.
+
+    Files of running games, and empty files of the last 60 seconds, are not deleted. Return the
+    number of deleted saves that had turns.
     """
-    place, removed = saves_folder(os.environ), 0
-    if not prepare_folder(place):
+    save_folder, removed_count = saves_folder(os.environ), 0
+    if not prepare_folder(save_folder):
         return 0
-    old = sorted(place.glob("*.dmt"), key=_age_key)
-    empty = [path for path in old if not _has_turns(path)]
-    real = [path for path in old if path not in empty]
-    models = [path for path in real if _has_model_seat(path)]
-    people = [path for path in real if path not in models]
-    for path in [*empty, *people[: -(MAX_SAVES - 1)], *models[: -(MAX_SAVES - 1)]]:
+    paths = sorted(save_folder.glob("*.dmt"), key=_age_key)
+    empty_saves = [path for path in paths if not _has_turns(path)]
+    nonempty_saves = [path for path in paths if path not in empty_saves]
+    model_saves = [path for path in nonempty_saves if _has_model_seat(path)]
+    person_saves = [path for path in nonempty_saves if path not in model_saves]
+    for path in [*empty_saves, *person_saves[: -(MAX_SAVES - 1)], *model_saves[: -(MAX_SAVES - 1)]]:
         with contextlib.suppress(OSError):
-            told = path.stat()
-            begins = not told.st_size and time.time() - told.st_mtime < NEW_FILE_SECONDS
-            if begins or disk.is_game_running(path) or (path in empty and _has_turns(path)):
-                continue  # it may have been played, and left, since it was listed
+            status = path.stat()
+            is_new = not status.st_size and time.time() - status.st_mtime < NEW_FILE_SECONDS
+            if is_new or disk.is_game_running(path) or (path in empty_saves and _has_turns(path)):
+                continue  # A turn may have been played since the folder was listed.
             path.unlink()
-            removed += path not in empty
-    return removed
+            removed_count += path not in empty_saves
+    return removed_count
 
 
 def _has_turns(path: Path) -> bool:
-    """Whether a turn was played in a kept game, though it may have been taken back."""
+    """Return whether a save contains a turn, even if it was undone later."""
     return bool(_find_line(path, b"turn: 1\n"))
 
 
 def _has_model_seat(path: Path) -> bool:
-    """Whether a language model sits in a kept game."""
+    """Return whether a language model plays in a saved game."""
     return f'"{MODEL_PLAYER}"'.encode() in _find_line(path, b"seats: ")
 
 
 def _find_line(path: Path, prefix: bytes) -> bytes:
-    """The first line of a kept game that begins so; none where there is none."""
+    """Return the first line of a file that starts with the prefix; b"" if there is none."""
     try:
         with path.open("rb") as file:
             return next((line for line in file if line.startswith(prefix)), b"")
@@ -112,54 +121,64 @@ def _find_line(path: Path, prefix: bytes) -> bytes:
         return b""
 
 
-@cache  # one warning
+@cache  # so that the warning is printed once
 def prepare_folder(games_folder: Path) -> bool:
-    """Whether games can be kept in a folder; a warning where not."""
+    """Create a folder for games, private to its owner; return whether it is writable.
+
+    If it is not, a warning is printed.
+    """
     try:
         games_folder.mkdir(parents=True, exist_ok=True)
         with contextlib.suppress(OSError):
-            for own in (games_folder.parent, games_folder):
-                own.chmod(own.stat().st_mode & 0o700)
+            for directory in (games_folder.parent, games_folder):
+                directory.chmod(directory.stat().st_mode & 0o700)
         if not os.access(games_folder, os.W_OK):
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
-        homeless = games_folder.is_relative_to(os.devnull)
-        why = "no home; set HOME" if homeless else f"{games_folder}: {error.strerror}"
-        _warn_not_saved(why)
+        has_no_home = games_folder.is_relative_to(os.devnull)
+        reason = "no home; set HOME" if has_no_home else f"{games_folder}: {error.strerror}"
+        _warn_not_saved(reason)
         return False
     return True
 
 
 def _warn_not_saved(reason: str) -> None:
+    """Print a warning that the game is not saved."""
     print(f"warning: this game is not kept: {reason}", file=sys.stderr)
 
 
 def shell_history_path() -> Path | None:
-    """The file of lines typed in the shell; None where it cannot be written."""
-    place = saves_folder(os.environ)
-    file = place.parent / "history"
-    able = prepare_folder(place) and (not file.exists() or os.access(file, os.W_OK))
-    return file if able else None
+    """Return the file with the lines typed in the shell; None if it cannot be written."""
+    save_folder = saves_folder(os.environ)
+    file = save_folder.parent / "history"
+    is_writable = prepare_folder(save_folder) and (not file.exists() or os.access(file, os.W_OK))
+    return file if is_writable else None
 
 
 def copy_transcript(recorder: Recorder, path: Path) -> None:
-    """Copies a transcript as it is so far; with its end line where the game is over."""
+    """Copy a transcript as written so far, with an end block if the game is over.
+
+    The copy is private if the game is unfinished and partially observable.
+    """
     content = recorder.path.read_text(encoding="utf-8")
     if recorder.session.over and recorder.is_open:
         content += "\n".join([*format_end_block(recorder.session, compute_checksum(content)), ""])
-    unfinished = recorder.is_open and not recorder.session.over
+    is_unfinished = recorder.is_open and not recorder.session.over
     disk.write_file(
-        path, [content], private=unfinished and recorder.session.problem.partially_observable
+        path, [content], private=is_unfinished and recorder.session.problem.partially_observable
     )
 
 
 def is_save(path: Path) -> bool:
-    """Whether a file is that of a game kept in the state folder."""
+    """Return whether a file is in the folder of saved games."""
     return path.parent == saves_folder(os.environ)
 
 
 def remove_unplayed_save(recorder: Recorder) -> bool:
-    """Removes a kept game in which nothing was done; whether it was one."""
+    """Delete a saved game without turns; return whether it was deleted.
+
+    A save whose transcript could not be written is not deleted.
+    """
     if not is_save(recorder.path) or recorder.write_error or _has_turns(recorder.path):
         return False
     recorder.path.unlink(missing_ok=True)
@@ -167,33 +186,37 @@ def remove_unplayed_save(recorder: Recorder) -> bool:
 
 
 def iter_saves() -> Iterator[Transcript]:
-    """The games in the state folder that can be read, the last first."""
+    """Yield the transcripts of readable saved games, newest first."""
     for path in sorted(saves_folder(os.environ).glob("*.dmt"), key=_age_key, reverse=True):
         with contextlib.suppress(DmplayError, OSError):
             yield read_transcript(path)
 
 
 def iter_unfinished_saves() -> Iterator[Transcript]:
-    """The games that have no end, or that the person in it left, the last first."""
+    """Yield the saved games of people that can be resumed, newest first.
+
+    These have at least one turn, no end or one chosen by the player, and are not running now.
+    """
     for transcript in iter_saves():
-        path, left = (
+        path, is_unfinished = (
             Path(transcript.path),
             transcript.end_block is None or transcript.player_end_reason,
         )
-        ours = MODEL_PLAYER not in transcript.header.seats.values()
-        if ours and left and _has_turns(path) and not disk.is_game_running(path):
+        is_of_people = MODEL_PLAYER not in transcript.header.seats.values()
+        if is_of_people and is_unfinished and _has_turns(path) and not disk.is_game_running(path):
             yield transcript
 
 
 def find_latest_unfinished() -> Path:
-    """The last of them; raises BadParameter where there is none."""
+    """Return the path of the newest unfinished save; raise BadParameter if there is none."""
     for transcript in iter_unfinished_saves():
         return Path(transcript.path)
-    place = saves_folder(os.environ)
-    raise BadParameter(f"no unfinished game in {place}; name a file: dmplay resume FILE")
+    save_folder = saves_folder(os.environ)
+    raise BadParameter(f"no unfinished game in {save_folder}; name a file: dmplay resume FILE")
 
 
 def _age_key(path: Path) -> tuple[float, str]:
-    with contextlib.suppress(OSError):  # another program may have removed it
+    """Return the sort key of a save: its modification time (0 if it no longer exists) and name."""
+    with contextlib.suppress(OSError):  # another process may have deleted it
         return path.stat().st_mtime, path.name
     return 0.0, path.name

@@ -1,4 +1,4 @@
-"""Who sits where: people, agents, scripts and recordings."""
+"""Functions that assign players to seats: people, agents, scripts and replays."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -24,33 +24,42 @@ UNVERIFIABLE_PLAYERS = (
     *EXTERNAL_PLAYERS,
     "script",
     "replay",
-)  # seats whose actions only the file can tell
+)  # their actions cannot be recomputed
 
 
 def list_human_seats(player_names: Sequence[str]) -> list[int]:
-    """The seats that people play, or a language model."""
-    return [seat for seat, who in enumerate(player_names) if who in EXTERNAL_PLAYERS]
+    """Return the seats that a person or a language model plays."""
+    return [seat for seat, player in enumerate(player_names) if player in EXTERNAL_PLAYERS]
 
 
 def make_seat_policy(
     problem: Problem, seat: int, player: str, turn_limit: int | None = None
 ) -> Policy | None:
-    """The policy that plays a seat of a game of so many turns; None for a person."""
-    kind, _, rest = player.partition(":")
+    """Return the policy of a player name for a seat; None for a person.
+
+    `script:` and `replay:` players repeat listed or recorded actions. A bot is started as a
+    process.
+    """
+    kind, _, argument = player.partition(":")
     if player == HUMAN:
         return None
     if kind == "script":
-        return Script(problem, seat, _parse_script(problem, seat, rest))
+        return Script(problem, seat, _parse_script(problem, seat, argument))
     if kind == "replay":
-        played = replay(disclose_transcript(load_transcript(Path(rest)), problem), problem).turns
-        return Script(problem, seat, tuple(turn.actions[seat].item() for turn in played))
+        replayed_turns = replay(
+            disclose_transcript(load_transcript(Path(argument)), problem), problem
+        ).turns
+        return Script(problem, seat, tuple(turn.actions[seat].item() for turn in replayed_turns))
     if names_bot(player):
         return agents.make_bot(problem, seat, player, turn_limit)
     return agents.load_agent(problem, seat, player)
 
 
 def _parse_script(problem: Problem, seat: int, script: str) -> tuple[float, ...]:
-    """Actions from `a,b,c`, or from a file with one action or several to a line."""
+    """Return the actions of `a,b,c`, or of a file with one or more actions per line.
+
+    In a file, `#` begins a comment. Raise BadParameter with the position of an invalid action.
+    """
     if _is_file(script):
         try:
             rows = read_bytes(Path(script)).decode().splitlines()
@@ -70,18 +79,19 @@ def _parse_script(problem: Problem, seat: int, script: str) -> tuple[float, ...]
             (f"script action {n}", word) for n, word in enumerate(script.split(","), 1) if word
         ]
     actions = []
-    for where, word in words:
+    for position, word in words:
         try:
             actions.append(parse_action_text(problem, seat, word))
         except DmplayError as error:
-            raise BadParameter(f"{where}: {error}") from None
+            raise BadParameter(f"{position}: {error}") from None
     return tuple(actions)
 
 
 def _is_file(path: str) -> bool:
+    """Return whether a text is the path of an existing file."""
     try:
         return Path(path).is_file()
-    except (OSError, ValueError):  # too long to be a name, or no name
+    except (OSError, ValueError):  # too long or not a valid path
         return False
 
 
@@ -92,27 +102,28 @@ def load_verifiable_policies(
     trusted: bool,
     folder: Path = CURRENT_FOLDER,
 ) -> list[Policy | None]:
-    """The agents of a transcript that can be asked what they would do; None for the others.
+    """Return, for each seat of a transcript, the policy that can be run again, or None.
 
-    A path is told from `folder`.
+    Relative paths in player names are resolved against `folder`.
     """
-    names = [rebase_name(who, folder, CURRENT_FOLDER) for who in player_names.values()]
-    return [_verifiable_policy(problem, seat, who, trusted) for seat, who in enumerate(names)]
+    names = [rebase_name(player, folder, CURRENT_FOLDER) for player in player_names.values()]
+    return [_verifiable_policy(problem, seat, player, trusted) for seat, player in enumerate(names)]
 
 
 def load_resumed_players(
     problem: Problem, header: Header, *, trusted: bool, folder: Path = CURRENT_FOLDER
 ) -> tuple[list[str], list[Policy | None]]:
-    """Who plays on where a transcript leaves off: its agents, people for all other seats.
+    """Return the players and policies that continue a transcript: its agents, else people.
 
-    What a file names, a path told from `folder`, is imported only where it is trusted; raises
-    BadParameter otherwise.
+    Relative paths in player names are resolved against `folder`. User-defined code is imported only
+    if
+    `trusted` is true; else raise BadParameter.
     """
-    known = [
-        HUMAN if who.partition(":")[0] in UNVERIFIABLE_PLAYERS else who
-        for who in header.seats.values()
+    players = [
+        HUMAN if player.partition(":")[0] in UNVERIFIABLE_PLAYERS else player
+        for player in header.seats.values()
     ]
-    names = [rebase_name(who, folder, CURRENT_FOLDER) for who in known]
+    names = [rebase_name(player, folder, CURRENT_FOLDER) for player in players]
     for name in names:
         base = name.partition(":")[0]
         if name != HUMAN and base not in agents.load_roster(problem).agents and not trusted:
@@ -122,18 +133,25 @@ def load_resumed_players(
 
 
 def _verifiable_policy(problem: Problem, seat: int, player: str, trusted: bool) -> Policy | None:
-    brought = agents.names_user_code(problem, seat, player)
-    if player in UNVERIFIABLE_PLAYERS or names_bot(player) or (brought and not trusted):
+    """Return the policy of a player if it chooses the same actions again; else None.
+
+    None for people, scripts, replays, bots, agents with a time limit and untrusted code.
+    """
+    is_user_code = agents.names_user_code(problem, seat, player)
+    if player in UNVERIFIABLE_PLAYERS or names_bot(player) or (is_user_code and not trusted):
         return None
     policy = agents.load_agent(problem, seat, player)
-    timed = (
+    has_time_limit = (
         isinstance(policy, SeatPolicy) and policy.depends_on_clock
-    )  # it may do otherwise next time
-    return None if timed else policy
+    )  # may choose differently next time
+    return None if has_time_limit else policy
 
 
 def name_in_transcript(name: str, path: Path | None) -> str:
-    """The name of a problem or an agent as a transcript there has it."""
+    """Return the name of a problem or agent as a transcript at this path records it.
+
+    A relative file path in the name is rebased to the folder of the transcript.
+    """
     return rebase_name(name, CURRENT_FOLDER, transcript_folder(path)) if path else name
 
 
@@ -143,20 +161,25 @@ def make_header(
     request: GameRequest,
     path: Path | None,
 ) -> Header:
-    """The header of a game's transcript there; scripts are named without their place."""
-    names = [
-        who.partition(":")[0]
-        if who.startswith(("script:", "replay:"))
-        else name_in_transcript(who, path)
-        for who in (request.person_label if who == HUMAN else who for who in player_names)
+    """Return the header of a game's transcript at this path.
+
+    `script:` and `replay:` players are recorded without the actions or the file.
+    """
+    players = [
+        player.partition(":")[0]
+        if player.startswith(("script:", "replay:"))
+        else name_in_transcript(player, path)
+        for player in (
+            request.person_label if player == HUMAN else player for player in player_names
+        )
     ]
-    told = {line.field: getattr(request, line.field) for line in HEADER_LINES}
-    told |= {
+    values = {line.field: getattr(request, line.field) for line in HEADER_LINES}
+    values |= {
         "problem": name_in_transcript(loaded_problem.name, path),
         "origin": loaded_problem.origin,
     }
-    told["parameters"] = loaded_problem.parameters
-    told["seats"] = dict(
-        zip(loaded_problem.problem.agents, map(escape_unprintable, names), strict=True)
+    values["parameters"] = loaded_problem.parameters
+    values["seats"] = dict(
+        zip(loaded_problem.problem.agents, map(escape_unprintable, players), strict=True)
     )
-    return Header(**told)
+    return Header(**values)

@@ -1,4 +1,4 @@
-"""Setting up games: new ones, resumed ones, and new ones that begin as another did."""
+"""Functions that set up games: new, resumed, and branched from a transcript."""
 
 from collections.abc import Collection, Sequence
 from dataclasses import replace
@@ -57,11 +57,14 @@ UNRESUMABLE_PLAYERS = {
     "script": "a script",
     "replay": "a replay",
     MODEL_PLAYER: "a language model",
-}  # when it ends
+}  # players that cannot be resumed, and their descriptions
 
 
 def start_game(request: AnyGameRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
-    """The game that is wanted, by people who saw all of games of this luck."""
+    """Return the game that a request describes: new, resumed, branched or replayed.
+
+    `disclosed_games` are the keys of games whose hidden information the players have already seen.
+    """
     match request:
         case GameRequest():
             return start_new_game(request, disclosed_games)
@@ -74,45 +77,48 @@ def start_game(request: AnyGameRequest, disclosed_games: Collection[GameKey] = (
 
 
 def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
-    """A new game: its problem, who sits where, its dice and its transcript."""
-    found = problems.resolve_problem(request.problem_name, request.changed_parameters())
-    problem = found.problem
+    """Return a new game: its problem, players, uniforms and transcript.
+
+    If the players have already seen this game's hidden information, it is marked as peeked.
+    """
+    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    problem = loaded_problem.problem
     resolve_key_maps(
         problem, request.key_preferences
-    )  # refuses what cannot be, before anything is written
-    seats = assign_players(request, found)
+    )  # Raises for invalid keys before a file is written.
+    seats = assign_players(request, loaded_problem)
     _check_people_can_play(problem, seats, can_ask=request.can_ask)
     if HUMAN not in seats:
         _check_agents_only_options(request)
     policies = [
-        make_seat_policy(problem, seat, who, request.turns) for seat, who in enumerate(seats)
+        make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
     ]
-    request, dice = _with_seed(replace(request, peeked=False, branched=None))
+    request, uniforms = _with_seed(replace(request, peeked=False, branched=None))
     session = Session(
-        problem, dice, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
+        problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
     )
     ghost = _make_ghost(session, seats, request.ghost_agent)
-    if make_game_key(found.name, dice) in disclosed_games:
-        told = mark_header_peeked(make_header(found, seats, request, None), problem)
-        request = replace(request, peeked=told.peeked)
-    path, removed = _choose_transcript_path(request, seats, found.name)
+    if make_game_key(loaded_problem.name, uniforms) in disclosed_games:
+        game_header = mark_header_peeked(make_header(loaded_problem, seats, request, None), problem)
+        request = replace(request, peeked=game_header.peeked)
+    path, removed_count = _choose_transcript_path(request, seats, loaded_problem.name)
     recorder = None
     if path:
-        told = make_header(found, seats, request, path)
-        framing = render_transcript_frame if request.record_frames else None
-        recorder = Recorder.create(path, told, session, frame=framing, force=request.force)
+        game_header = make_header(loaded_problem, seats, request, path)
+        renderer = render_transcript_frame if request.record_frames else None
+        recorder = Recorder.create(path, game_header, session, frame=renderer, force=request.force)
         recorder.is_private = saves.is_save(path)
         if ghost:
             recorder.write_note(ghost.transcript_note)
     keyboard = Keyboard(problem, list_human_seats(seats), request.key_preferences)
-    game = Game(found.name, session, seats, keyboard, recorder, request)
-    game.removed_save_count = removed
+    game = Game(loaded_problem.name, session, seats, keyboard, recorder, request)
+    game.removed_save_count = removed_count
     game.set_ghost(ghost)
     return game
 
 
 def _check_agents_only_options(request: GameRequest) -> None:
-    """Refuses what is of use to a person alone, or to a transcript, in a game that has neither."""
+    """Raise BadParameter for options that a game of agents alone does not support."""
     if request.player:
         raise BadParameter("--player: no person plays this game")
     if request.has_rate_option:
@@ -124,22 +130,25 @@ def _check_agents_only_options(request: GameRequest) -> None:
 def _choose_transcript_path(
     request: GameRequest, player_names: Sequence[str], problem_name: str
 ) -> tuple[Path | None, int]:
-    """Where a new game is written, if it is; how many older ones that are kept made room for it."""
+    """Return the path of a new game's transcript, or None, and the number of deleted saves."""
     if request.record_path:
         return resolve_dash(request.record_path, STDOUT_PATH), 0
     if not request.keep_save and HUMAN not in player_names:
         return None, 0
-    removed = saves.remove_old_saves()
-    return saves.create_save(problem_name), removed
+    removed_count = saves.remove_old_saves()
+    return saves.create_save(problem_name), removed_count
 
 
 def _make_ghost(session: Session, player_names: Sequence[str], agent_name: str) -> Ghost | None:
-    """The agent of this name beside the person, if one is wanted."""
+    """Return the ghost with this agent; None if the name is empty."""
     return create_ghost(session, list_human_seats(player_names), agent_name) if agent_name else None
 
 
 def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
-    """The request with a seed, a fresh one if it has none, and its dice."""
+    """Return the request with a seed, newly drawn if it has none, and the seed's uniforms.
+
+    Raise BadParameter if the seed is out of range.
+    """
     if request.seed is None:
         request = replace(request, seed=new_seed(), is_seed_visible=False, has_fresh_seed=True)
     assert request.seed is not None
@@ -149,115 +158,143 @@ def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
 
 
 def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem) -> list[str]:
-    """Who sits where: the first seat, the others, and any named one, as suits so many turns."""
+    """Return the player of each seat, from `--agent`, `--vs` and `--seat`.
+
+    Seats without a player get the default partner. With a turn limit, agents that plan for a
+    horizon plan for that number of turns.
+    """
     problem = loaded_problem.problem
     if request.other_agent and len(problem.agents) == 1:
         raise BadParameter(f"--vs: {loaded_problem.name} has one seat only; use --agent")
-    rest = range(1, len(problem.agents))
-    seats = [request.agent]
-    seats += [
-        request.other_agent or agents.load_roster(problem, seat).default_partner for seat in rest
+    other_seats = range(1, len(problem.agents))
+    players = [request.agent]
+    players += [
+        request.other_agent or agents.load_roster(problem, seat).default_partner
+        for seat in other_seats
     ]
-    for name, who in parse_settings(request.seats, "--seat").items():
-        seats[problem.seat_index(name)] = str(who)
+    for name, player in parse_settings(request.seats, "--seat").items():
+        players[problem.seat_index(name)] = str(player)
     turns = request.turns
     check_turn_limit(turns)
     if turns is None:
-        return seats
-    return [agents.plan_for_turn_limit(problem, seat, who, turns) for seat, who in enumerate(seats)]
+        return players
+    return [
+        agents.plan_for_turn_limit(problem, seat, player, turns)
+        for seat, player in enumerate(players)
+    ]
 
 
 def check_turn_limit(turn_limit: int | None) -> None:
-    """Refuses a game of no turns."""
+    """Raise BadParameter if the turn limit is less than 1."""
     if turn_limit is not None and turn_limit < 1:
         raise BadParameter(f"--turns: got {turn_limit}, expected at least 1")
 
 
 def _check_people_can_play(problem: Problem, player_names: Sequence[str], *, can_ask: bool) -> None:
-    """Refuses a game that waits for a person where nobody may be asked."""
-    people = [
-        agent for agent, who in zip(problem.agents, player_names, strict=True) if who == HUMAN
+    """Raise BadParameter if a person plays but cannot be asked for actions."""
+    human_agents = [
+        agent for agent, player in zip(problem.agents, player_names, strict=True) if player == HUMAN
     ]
-    if people and not can_ask:
-        names = " and ".join(people)
+    if human_agents and not can_ask:
+        names = " and ".join(human_agents)
         raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
 
 
 def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
-    """The game of a transcript, to go on with: cut to its last whole turn, replayed from inputs."""
+    """Return the game of a transcript, replayed up to its last complete turn, to be resumed.
+
+    Raise BadParameter if the game is over, or if a script, a replay or a language model played in
+    it. If the players have seen its hidden information, the transcript is marked as peeked.
+    """
     path, transcript = request.path, load_transcript(request.path, read_incomplete_transcript)
-    found = load_transcript_problem(transcript, trusted=request.trusted)
-    resolve_key_maps(found.problem, request.key_preferences)
-    check_seats(transcript, found.problem)
-    for who in transcript.header.seats.values():
-        kind = UNRESUMABLE_PLAYERS.get(who.partition(":")[0])
+    loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
+    resolve_key_maps(loaded_problem.problem, request.key_preferences)
+    check_seats(transcript, loaded_problem.problem)
+    for player in transcript.header.seats.values():
+        kind = UNRESUMABLE_PLAYERS.get(player.partition(":")[0])
         if kind:
             raise BadParameter(f"{path}: a seat was played by {kind}, which the file does not hold")
-    seats, policies = _load_players(transcript, found.problem, trusted=request.trusted)
-    _check_people_can_play(found.problem, seats, can_ask=request.can_ask)
-    check_unattended_turns(transcript, seats, request.turn_limit)
-    session = replay(transcript, found.problem, policies)
+    players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
+    _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
+    check_unattended_turns(transcript, players, request.turn_limit)
+    session = replay(transcript, loaded_problem.problem, policies)
     if session.over and transcript.end_block:
         raise BadParameter(
-            f"{path}: the game is over ({describe_end_reason(session.end_reason)}); nothing to resume"
+            f"{path}: the game is over "
+            f"({describe_end_reason(session.end_reason)}); nothing to resume"
         )
-    seen = make_game_key(found.name, session.uniform_source) in disclosed_games or not is_concealed(
-        transcript, found.problem
-    )
-    goes_on = seen and not session.over
-    if goes_on and mark_header_peeked(transcript.header, found.problem, str(path)).peeked:
+    is_disclosed = make_game_key(
+        loaded_problem.name, session.uniform_source
+    ) in disclosed_games or not is_concealed(transcript, loaded_problem.problem)
+    is_continued = is_disclosed and not session.over
+    if (
+        is_continued
+        and mark_header_peeked(transcript.header, loaded_problem.problem, str(path)).peeked
+    ):
         transcript = mark_peeked(transcript)
-    before = find_ghost_name(transcript.notes, found.problem)
-    ghost = _make_ghost(session, seats, request.ghost_agent or before)
+    recorded_ghost = find_ghost_name(transcript.notes, loaded_problem.problem)
+    ghost = _make_ghost(session, players, request.ghost_agent or recorded_ghost)
     recorder = Recorder.resume(path, transcript.content, session, _frame_renderer(transcript))
     if not transcript.blocks:
         recorder.write_turn()
-    game = _make_continued_game(found, transcript.header, seats, request, recorder)
-    game.warning = describe_problem_change(transcript, found)
+    game = _make_continued_game(loaded_problem, transcript.header, players, request, recorder)
+    game.warning = describe_problem_change(transcript, loaded_problem)
     game.repeats_uniforms = REPEATED_UNIFORMS_NOTE in transcript.notes
-    if ghost and ghost.name != before:
+    if ghost and ghost.name != recorded_ghost:
         recorder.write_note(ghost.transcript_note)
     game.set_ghost(ghost)
     return game
 
 
 def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
-    """A new game whose first turns are those of a transcript; the rest is played."""
+    """Return a new game that repeats a transcript's first turns and continues from there.
+
+    Raise BadParameter if the transcript has fewer turns. Its hidden information must be disclosed:
+    the game is over, was seen by the players, or `peek` is set.
+    """
     transcript = load_transcript(request.path)
     check_not_source(request.record_path, transcript.path)
-    found = load_transcript_problem(transcript, trusted=request.trusted)
-    resolve_key_maps(found.problem, request.key_preferences)
-    past = replay(transcript, found.problem)
-    if request.turn > len(past.turns):
-        turns = format_count(len(past.turns), "turn")
+    loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
+    resolve_key_maps(loaded_problem.problem, request.key_preferences)
+    past_session = replay(transcript, loaded_problem.problem)
+    if request.turn > len(past_session.turns):
+        turns = format_count(len(past_session.turns), "turn")
         raise BadParameter(f"--at: got {request.turn}, {request.path} has {turns}")
-    seats, policies = _load_players(transcript, found.problem, trusted=request.trusted)
-    _check_people_can_play(found.problem, seats, can_ask=request.can_ask)
-    told = [name_in_transcript(who, request.record_path) for who in seats]
-    names = dict(zip(found.problem.agents, told, strict=True))
-    place = name_in_transcript(found.name, request.record_path)
-    header = replace(
-        transcript.header, problem=place, origin=found.origin, seats=names, branched=request.turn
+    players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
+    _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
+    recorded_players = [name_in_transcript(player, request.record_path) for player in players]
+    players_by_agent = dict(zip(loaded_problem.problem.agents, recorded_players, strict=True))
+    problem_name = name_in_transcript(loaded_problem.name, request.record_path)
+    new_header = replace(
+        transcript.header,
+        problem=problem_name,
+        origin=loaded_problem.origin,
+        seats=players_by_agent,
+        branched=request.turn,
     )
-    header = mark_header_peeked(header, found.problem, transcript.path)
-    if make_game_key(found.name, header.uniform_source) not in disclosed_games:
-        disclose_transcript(transcript, found.problem, peek=request.peek)
-    check_unattended_turns(transcript, seats, request.turn_limit)
-    limit = resolve_turn_limit(found.problem, seats, header.turns)
+    new_header = mark_header_peeked(new_header, loaded_problem.problem, transcript.path)
+    if make_game_key(loaded_problem.name, new_header.uniform_source) not in disclosed_games:
+        disclose_transcript(transcript, loaded_problem.problem, peek=request.peek)
+    check_unattended_turns(transcript, players, request.turn_limit)
+    limit = resolve_turn_limit(loaded_problem.problem, players, new_header.turns)
     session = Session(
-        found.problem,
-        header.uniform_source,
+        loaded_problem.problem,
+        new_header.uniform_source,
         policies,
         turn_limit=limit,
-        initial_uniforms=past.initial_uniforms,
+        initial_uniforms=past_session.initial_uniforms,
     )
     recorder = Recorder.create(
-        request.record_path, header, session, frame=_frame_renderer(transcript), force=request.force
+        request.record_path,
+        new_header,
+        session,
+        frame=_frame_renderer(transcript),
+        force=request.force,
     )
-    warning = describe_problem_change(transcript, found)
-    del transcript  # what it holds of every turn is held by both sessions
-    _copy_turns(past, request.turn, session, recorder)
-    game = _make_continued_game(found, header, seats, request, recorder)
+    warning = describe_problem_change(transcript, loaded_problem)
+    del transcript  # Free its memory: both sessions hold the turns.
+    _copy_turns(past_session, request.turn, session, recorder)
+    game = _make_continued_game(loaded_problem, new_header, players, request, recorder)
     game.warning = warning
     return game
 
@@ -265,7 +302,7 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
 def _load_players(
     transcript: Transcript, problem: Problem, *, trusted: bool
 ) -> tuple[list[str], list[Policy | None]]:
-    """Who plays on where a transcript leaves off."""
+    """Return the players and policies that continue a transcript."""
     folder = ways.transcript_folder(Path(transcript.path))
     return load_resumed_players(problem, transcript.header, trusted=trusted, folder=folder)
 
@@ -277,9 +314,9 @@ def _make_continued_game(
     request: ResumeRequest,
     recorder: Recorder,
 ) -> Game:
-    """A game that goes on from a transcript."""
+    """Return a game that continues a transcript in the recorder's session."""
     recorder.is_private = saves.is_save(recorder.path)
-    asked = request_from_header(
+    new_request = request_from_header(
         replace(header, problem=loaded_problem.name),
         player_names,
         recorder.path,
@@ -288,52 +325,58 @@ def _make_continued_game(
     keyboard = Keyboard(
         loaded_problem.problem, list_human_seats(player_names), request.key_preferences
     )
-    return Game(loaded_problem.name, recorder.session, player_names, keyboard, recorder, asked)
+    return Game(
+        loaded_problem.name, recorder.session, player_names, keyboard, recorder, new_request
+    )
 
 
 def _copy_turns(
     past_session: Session, turn_count: int, session: Session, recorder: Recorder
 ) -> None:
-    """Plays and writes the first turns of a game again; one whose dice were thrown anew, so too.
+    """Replay the first turns of a session in another one and write them, including rerolls.
 
-    All help that was given in it counts.
+    All hints of the past session are counted, also those after these turns.
     """
     if past_session.hint_counts:
         session.hint_counts.update(past_session.hint_counts)
         recorder.write_event("help", dict(past_session.hint_counts))
-    for number, played in enumerate(past_session.turns[:turn_count], 1):
+    for number, turn in enumerate(past_session.turns[:turn_count], 1):
         if number in past_session.reroll_counts:
-            session.advance(list(played.actions))
+            session.advance(list(turn.actions))
             recorder.write_turn()
             session.undo()
             session.reroll_counts[number] = past_session.reroll_counts[number]
             recorder.write_event("reroll", past_session.reroll_counts[number])
-        session.append_turns([played])
+        session.append_turns([turn])
         recorder.write_turn()
 
 
 def write_game_copy(game: Game, path: Path) -> None:
-    """Writes a game of which no whole transcript is kept, as far as it came."""
-    asked, played = game.request, game.session
-    assert asked
-    found = problems.resolve_problem(asked.problem_name, asked.changed_parameters())
-    session = played.copy_at_start()
-    with TemporaryDirectory() as place:
-        draft = Path(place, path.name)
-        framing = render_transcript_frame if asked.record_frames else None
+    """Write the transcript of a game that has no complete file, up to the current turn."""
+    request, original = game.request, game.session
+    assert request
+    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    session = original.copy_at_start()
+    with TemporaryDirectory() as folder:
+        draft = Path(folder, path.name)
+        renderer = render_transcript_frame if request.record_frames else None
         recorder = Recorder.create(
-            draft, make_header(found, game.player_names, asked, path), session, frame=framing
+            draft,
+            make_header(loaded_problem, game.player_names, request, path),
+            session,
+            frame=renderer,
         )
-        _copy_turns(played, len(played.turns), session, recorder)
-        if played.over:
-            session.end(played.end_reason or "")
+        _copy_turns(original, len(original.turns), session, recorder)
+        if original.over:
+            session.end(original.end_reason or "")
             recorder.write_end()
         recorder.close()
         if recorder.write_error:
             raise BadParameter(f"cannot write {draft}: {recorder.write_error.strerror}")
-        private = game.problem.partially_observable and not played.over
-        write_file(path, [draft.read_text(encoding="utf-8")], private=private)
+        is_private = game.problem.partially_observable and not original.over
+        write_file(path, [draft.read_text(encoding="utf-8")], private=is_private)
 
 
 def _frame_renderer(transcript: Transcript) -> FrameRenderer | None:
+    """Return the frame renderer if the first block of a transcript has a frame; else None."""
     return render_transcript_frame if any(block.frame for block in transcript.blocks[:1]) else None

@@ -1,4 +1,4 @@
-"""What is asked of another library by name: the library, and `NAME(KEY=VALUE,...)` in it."""
+"""Helpers for optional libraries: import, version, errors, and calls `NAME(KEY=VALUE,...)`."""
 
 import json
 import re
@@ -9,51 +9,58 @@ from typing import NamedTuple
 from dmplay.errors import BadParameter
 
 CALL_PATTERN = re.compile(r"(?P<name>[^()]+)(\((?P<given>.*)\))?")
-ARGUMENT_SEPARATOR = re.compile(r",(?![^\[]*\])")  # no comma of a list
+ARGUMENT_SEPARATOR = re.compile(r",(?![^\[]*\])")  # a comma that is not inside a list
 LIBRARY_ERRORS = (
     ArithmeticError, AssertionError, AttributeError, ImportError, LookupError, OSError,
     RuntimeError, TypeError, ValueError,
-)  # fmt: skip # what other libraries raise
+)  # fmt: skip # exceptions that other libraries raise
 
 
 class LibraryCall(NamedTuple):
-    """A name in a library, and what it is given."""
+    """A name in a library, and its arguments."""
 
     name: str
     arguments: dict[str, object]
 
 
 def import_library(module: str, extra: str, problem_name: str) -> ModuleType:
-    """The library that a name needs; raises BadParameter with the extra that installs it."""
+    """Return the imported library; raise BadParameter with the extra that installs it.
+
+    `problem_name` is the problem that needs the library, for the message.
+    """
     try:
         return import_module(module)
     except ModuleNotFoundError:
-        cure = f"install the extra {extra}: pip install 'dmplay[{extra}]'"
-        raise BadParameter(f"{problem_name}: {cure}") from None
+        remedy = f"install the extra {extra}: pip install 'dmplay[{extra}]'"
+        raise BadParameter(f"{problem_name}: {remedy}") from None
 
 
 def format_library_version(package: str) -> str:
-    """A library and its version."""
-    from importlib.metadata import version  # it takes as long to load as the rest of the start
+    """Return a package's name and installed version in one string."""
+    from importlib.metadata import version  # Importing it takes as long as the rest of the start.
 
     return f"{package} {version(package)}"
 
 
 def parse_library_call(text: str) -> LibraryCall:
-    """What a text `NAME(KEY=VALUE,...)` asks for."""
-    found = CALL_PATTERN.fullmatch(text)
-    if not found:
+    """Return the name and arguments in a text `NAME(KEY=VALUE,...)`.
+
+    Raises BadParameter if the text has another form.
+    """
+    match = CALL_PATTERN.fullmatch(text)
+    if not match:
         raise BadParameter(f"got {text!r}, expected a name, or NAME(KEY=VALUE,...)")
-    given = {}
-    for pair in filter(None, ARGUMENT_SEPARATOR.split(found["given"] or "")):
+    arguments = {}
+    for pair in filter(None, ARGUMENT_SEPARATOR.split(match["given"] or "")):
         key, equals, value = pair.partition("=")
         if not equals:
-            raise BadParameter(f"{found['name']}: got {pair!r}, expected KEY=VALUE")
-        given[key.strip()] = _parse_value(value.strip())
-    return LibraryCall(found["name"], given)
+            raise BadParameter(f"{match['name']}: got {pair!r}, expected KEY=VALUE")
+        arguments[key.strip()] = _parse_value(value.strip())
+    return LibraryCall(match["name"], arguments)
 
 
 def _parse_value(text: str) -> object:
+    """Return the JSON value of a text, or the text itself if it is not JSON."""
     try:
         return json.loads(text.lower() if text in ("True", "False") else text)
     except ValueError:
@@ -61,6 +68,6 @@ def _parse_value(text: str) -> object:
 
 
 def summarize_error(error: BaseException) -> str:
-    """What an error says, in a line."""
-    told = " ".join(str(error).split("\n")[0].split())
-    return told or type(error).__name__
+    """Return the first line of an error's message, or its type if there is none."""
+    message = " ".join(str(error).split("\n")[0].split())
+    return message or type(error).__name__

@@ -1,7 +1,8 @@
-"""Problems whose state is all that happened: a world of another library is led there again.
+"""Problems of other libraries, whose state is the history of the game so far.
 
-Such a world can neither be looked into nor, often, copied. What it draws it draws by numbers that
-nature drew; so the start, and for each turn the joint action and the draw, say where it stands.
+An environment of another library can neither be inspected nor, often, copied. Its random numbers
+follow from uniforms that nature draws. The start, and for each turn the joint action and the
+uniform, therefore determine its state, and replaying them leads a new environment there.
 """
 
 import math
@@ -19,19 +20,20 @@ from dmplay.chance import Array, Bools, Chance, Uniform
 from dmplay.core import Labels, Outcome, Problem, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction
 
-MAX_SEED = 10**9  # of the generators that a draw of nine decimals can tell apart
-TURN_SEPARATOR, PART_SEPARATOR = "|", " "  # what stands between turns, and between the parts of one
+MAX_SEED = 10**9  # number of generator seeds that a uniform of nine decimals distinguishes
+# separators between turns, and between the parts of a turn
+TURN_SEPARATOR, PART_SEPARATOR = "|", " "
 
 
 JointAction = tuple[float, ...]
-_REPLAY_LOCK = RLock()  # an agent may think while the screen is drawn
+_REPLAY_LOCK = RLock()  # An agent may compute while the screen is drawn.
 
 
 class GameHistory:
-    """A start of a game, then the joint action and the draw of each turn: never changed.
+    """An immutable history: the start of a game, then each turn's joint action and uniform.
 
-    Each holds the one before it, so that a turn costs the same in a game of any length; and there
-    is one for all that happened alike, so that two are equal where they are the same.
+    Each history refers to the previous one, so a turn costs the same in a game of any length. Equal
+    histories are one object, so they can be compared by identity.
     """
 
     __slots__ = ("__weakref__", "actions", "game", "previous", "uniform")
@@ -51,208 +53,247 @@ class GameHistory:
         actions: JointAction = (),
         previous: "GameHistory | None" = None,
     ) -> "GameHistory":
-        """The one of which this is told."""
+        """Return the only history with these values."""
         with _REPLAY_LOCK:
-            one = cls._instances.get((game, uniform, actions, id(previous)))
-            if one is None:
-                one = super().__new__(cls)
-                one.game, one.uniform, one.actions, one.previous = game, uniform, actions, previous
-                cls._instances[game, uniform, actions, id(previous)] = one
-            return one
+            history = cls._instances.get((game, uniform, actions, id(previous)))
+            if history is None:
+                history = super().__new__(cls)
+                history.game, history.uniform, history.actions, history.previous = (
+                    game,
+                    uniform,
+                    actions,
+                    previous,
+                )
+                cls._instances[game, uniform, actions, id(previous)] = history
+            return history
 
     def __reduce__(self) -> tuple[object, ...]:
         return parse_history, (self.game, str(self))
 
     def __str__(self) -> str:
         return TURN_SEPARATOR.join(
-            PART_SEPARATOR.join(map(repr, (one.uniform, *one.actions)))
-            for one in self.path_from_start()
+            PART_SEPARATOR.join(map(repr, (history.uniform, *history.actions)))
+            for history in self.path_from_start()
         )
 
     def path_from_start(self) -> "list[GameHistory]":
-        """The histories that led here, the start first and this last."""
-        led, one = [self], self.previous
-        while one:
-            led.append(one)
-            one = one.previous
-        return led[::-1]
+        """Return the histories from the start to this one."""
+        histories, history = [self], self.previous
+        while history:
+            histories.append(history)
+            history = history.previous
+        return histories[::-1]
 
 
 def parse_history(game: str, text: str) -> GameHistory:
-    """The history that a text tells of."""
-    found: GameHistory | None = None
+    """Return the history that a text describes, as `str` writes it."""
+    history: GameHistory | None = None
     for turn in text.split(TURN_SEPARATOR):
         draw, *actions = turn.split(PART_SEPARATOR)
-        done = tuple(float(word) if "." in word or "e" in word else int(word) for word in actions)
-        found = GameHistory(game, float(draw), done, found)
-    assert found
-    return found
+        joint_action = tuple(
+            float(word) if "." in word or "e" in word else int(word) for word in actions
+        )
+        history = GameHistory(game, float(draw), joint_action, history)
+    assert history
+    return history
 
 
 class TimeStep(NamedTuple):
-    """What a world says where it stands."""
+    """The result of a reset or a turn: rewards, end, legal actions, observations and state text."""
 
-    rewards: tuple[float, ...]  # of the turn that led there
+    rewards: tuple[float, ...]  # of the turn that led to this state
     over: bool
-    legal_actions: tuple[Sequence[int], ...] | None  # for each agent; None for all
-    observations: tuple[object, ...]  # what each agent observes
-    state_text: str = ""  # the state in its own words
+    legal_actions: tuple[Sequence[int], ...] | None  # for each agent; None if all are legal
+    observations: tuple[object, ...]  # of each agent
+    state_text: str = ""  # the state as the library writes it
     action_labels: tuple[
         Mapping[int, str], ...
-    ] = ()  # actions of each agent by their names here alone
+    ] = ()  # for each agent, names that actions have only in this state
 
 
 class ExternalEnvironment(Protocol):
-    """A game of another library as it stands; it changes as it is played."""
+    """A game of another library in its current state, which every turn changes."""
 
     def reset(self, uniform: float) -> TimeStep:
-        """Begins it anew, with what this number draws."""
+        """Start a new game whose random numbers follow from the uniform."""
 
     def step(self, actions: tuple[float, ...], uniform: float) -> TimeStep:
-        """Plays a turn, with what this number draws."""
+        """Play a turn whose random numbers follow from the uniform."""
 
     def clone(self) -> "ExternalEnvironment | None":
-        """Another that stands where this one does; None where there cannot be one."""
+        """Return another environment in the same state; None if it cannot be copied."""
 
 
 class _Checkpoint:
-    """What is known at the end of a history; and the world that stands there, if one does."""
+    """The time step at the end of a history, and an environment in that state, if there is one."""
 
     def __init__(self, time_step: TimeStep, environment: ExternalEnvironment | None) -> None:
         self.time_step, self.environment = time_step, environment
 
 
-# Nothing leads from a problem, which agents hold, to these; each goes with its history.
+# Agents hold problems, so problems must not refer to these. Each lives as long as its history.
 _CHECKPOINTS: "WeakKeyDictionary[GameHistory, _Checkpoint]" = WeakKeyDictionary()
 
 
 @dataclass(frozen=True)
 class ExternalProblem(Problem, ABC):
-    """A problem of another library."""
+    """A problem that is played in an environment of another library."""
 
-    name: str = field(default="", repr=False)  # it is this problem's, not a parameter
+    name: str = field(default="", repr=False)  # identifies the problem; not a parameter
 
     state_count = math.inf
 
     @abstractmethod
     def make_environment(self) -> ExternalEnvironment:
-        """A world of this problem that was not begun."""
+        """Return an environment of this problem that has not been reset."""
 
     @property
     @abstractmethod
     def is_stochastic(self) -> bool:
-        """Whether nature draws anything."""
+        """True if nature draws random numbers in it."""
 
     def time_step_after(self, history: GameHistory) -> TimeStep:
-        """What its world says after this happened."""
+        """Return the environment's time step after a history, replayed if it is not stored."""
         with _REPLAY_LOCK:
-            stage = _CHECKPOINTS.get(history)
-            return (stage or self._replay_history(history)).time_step
+            checkpoint = _CHECKPOINTS.get(history)
+            return (checkpoint or self._replay_history(history)).time_step
 
     def _replay_history(self, history: GameHistory) -> _Checkpoint:
-        """Leads a world to the end of a history, from the last place where one stands."""
+        """Replay a history from its nearest checkpoint, and return a new checkpoint at its end."""
         path = history.path_from_start()
-        at, world = self._nearest_checkpoint(path)
-        for one in path[at:]:
-            known = (
-                world.step(one.actions, one.uniform) if one.previous else world.reset(one.uniform)
+        replayed_count, environment = self._nearest_checkpoint(path)
+        for history_step in path[replayed_count:]:
+            time_step = (
+                environment.step(history_step.actions, history_step.uniform)
+                if history_step.previous
+                else environment.reset(history_step.uniform)
             )
-        stage = _CHECKPOINTS[history] = _Checkpoint(known, world)
-        return stage
+        checkpoint = _CHECKPOINTS[history] = _Checkpoint(time_step, environment)
+        return checkpoint
 
     def _nearest_checkpoint(self, path: list[GameHistory]) -> tuple[int, ExternalEnvironment]:
-        """A world, and how much of a path lies behind it."""
-        for behind in range(len(path) - 1, 0, -1):
-            stage = _CHECKPOINTS.get(path[behind - 1])
-            if stage and stage.environment:
-                copy = stage.environment.clone()
-                world = copy or stage.environment
-                stage.environment = stage.environment if copy else None
-                return behind, world
+        """Return the length of a path that an environment has already played, and the environment.
+
+        The environment is a clone of the last checkpoint's. If it cannot be cloned, it is taken
+        from the checkpoint. Without any, it is a new environment, and nothing is played.
+        """
+        for played_count in range(len(path) - 1, 0, -1):
+            checkpoint = _CHECKPOINTS.get(path[played_count - 1])
+            if checkpoint and checkpoint.environment:
+                clone = checkpoint.environment.clone()
+                environment = clone or checkpoint.environment
+                checkpoint.environment = checkpoint.environment if clone else None
+                return played_count, environment
         return 0, self.make_environment()
 
     def _time_steps(self, s: Array) -> list[TimeStep]:
+        """Return the time step of each state."""
         return [self.time_step_after(history) for history in s[:, 0]]
 
     def _seed_chance(self, rows: int) -> tuple[Chance, ...]:
+        """Return a uniform for each row, which seeds its random numbers; () if it has none."""
         return (Uniform(np.zeros(rows), np.ones(rows)),) if self.is_stochastic else ()
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """A number from which all that the world draws first follows."""
+        """Return a uniform for each row that determines all random numbers of the start."""
         return self._seed_chance(rows)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """A history of nothing yet."""
-        draws = events[0].tolist() if events else [0.0] * rows
-        return _to_state_column([GameHistory(self.name, draw) for draw in draws])
+        """Return histories without turns, as states."""
+        uniforms = events[0].tolist() if events else [0.0] * rows
+        return _to_state_column([GameHistory(self.name, uniform) for uniform in uniforms])
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """A number from which all that the world draws in this turn follows."""
+        """Return a uniform for each row that determines all random numbers of the turn."""
         return self._seed_chance(len(s))
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """A world is led on, for each row."""
-        draws = events[0].tolist() if events else [0.0] * len(s)
-        moved = _to_state_column(
-            list(map(self._extend_history, s[:, 0], a.tolist(), draws))
+        """Play a turn in the environment of each row; games that are over stay as they are."""
+        uniforms = events[0].tolist() if events else [0.0] * len(s)
+        next_states = _to_state_column(
+            list(map(self._extend_history, s[:, 0], a.tolist(), uniforms))
         )
-        paid = np.zeros((len(s), len(self.agents)))
-        for row, (before, after) in enumerate(zip(s[:, 0], moved[:, 0], strict=True)):
-            paid[row] = 0.0 if after is before else self.time_step_after(after).rewards
+        rewards = np.zeros((len(s), len(self.agents)))
+        for row, (history, next_history) in enumerate(zip(s[:, 0], next_states[:, 0], strict=True)):
+            rewards[row] = (
+                0.0 if next_history is history else self.time_step_after(next_history).rewards
+            )
         return Outcome(
-            moved, paid, self.initial_observations(moved) if self.partially_observable else moved
+            next_states,
+            rewards,
+            self.initial_observations(next_states) if self.partially_observable else next_states,
         )
 
     def _extend_history(
         self, history: GameHistory, actions: list[float], uniform: float
     ) -> GameHistory:
-        known = self.time_step_after(history)
-        for able, action in zip(
-            known.legal_actions or (), actions, strict=bool(known.legal_actions)
+        """Return the history after a turn, or the same one if the game is over.
+
+        Raises IllegalAction if an action is not legal.
+        """
+        time_step = self.time_step_after(history)
+        for legal_actions, action in zip(
+            time_step.legal_actions or (), actions, strict=bool(time_step.legal_actions)
         ):
-            if action not in able and not known.over:
+            if action not in legal_actions and not time_step.over:
                 raise IllegalAction(f"{self.name}: got action {action:g}, which is not legal here")
-        return history if known.over else GameHistory(self.name, uniform, tuple(actions), history)
+        return (
+            history if time_step.over else GameHistory(self.name, uniform, tuple(actions), history)
+        )
 
     def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
-        """The names that the world gives to what can be done here; the rest keeps its own."""
-        every = self.time_step_after(s[0]).action_labels
-        pairs = zip(self.actions, every, strict=bool(every))
-        return tuple(_rename_labels(one.labels, called) for one, called in pairs) if every else None
+        """Return the agents' action labels in this state; None if they are the usual ones.
+
+        Labels that the environment does not rename stay the same.
+        """
+        names_by_agent = self.time_step_after(s[0]).action_labels
+        pairs = zip(self.actions, names_by_agent, strict=bool(names_by_agent))
+        return (
+            tuple(_rename_labels(space.labels, names) for space, names in pairs)
+            if names_by_agent
+            else None
+        )
 
     def terminal(self, s: Array) -> Bools:
-        """Where the world says so."""
-        return np.array([known.over for known in self._time_steps(s)], bool)
+        """Return the mask of terminal states."""
+        return np.array([time_step.over for time_step in self._time_steps(s)], bool)
 
     def legal_actions_mask(self, s: Array) -> Bools | None:
-        """What the world says, where it says anything."""
-        every = self._time_steps(s)
-        if all(known.legal_actions is None for known in every):
+        """Return the mask `[B, n, A]` of legal actions; None if all are legal."""
+        time_steps = self._time_steps(s)
+        if all(time_step.legal_actions is None for time_step in time_steps):
             return None
-        able = np.zeros((len(s), len(self.agents), max(self.action_counts)), bool)
-        for row, known in enumerate(every):
-            for seat, many in enumerate(self.action_counts):
-                able[
+        mask = np.zeros((len(s), len(self.agents), max(self.action_counts)), bool)
+        for row, time_step in enumerate(time_steps):
+            for seat, action_count in enumerate(self.action_counts):
+                mask[
                     row,
                     seat,
-                    list(known.legal_actions[seat] if known.legal_actions else range(many)),
+                    list(
+                        time_step.legal_actions[seat]
+                        if time_step.legal_actions
+                        else range(action_count)
+                    ),
                 ] = True
-        return able
+        return mask
 
     def initial_observations(self, s: Array) -> Array:
-        """What each agent observes where the world stands."""
-        return np.array([known.observations for known in self._time_steps(s)])
+        """Return each agent's observation of the states `[B, n, ...]`."""
+        return np.array([time_step.observations for time_step in self._time_steps(s)])
 
     def format_transcript_state(self, s: Array) -> str:
-        """The state in the world's own words; how it came about stands in the turns."""
+        """Return the state as the library writes it, in one line.
+
+        The history is not repeated: the turns of the transcript contain it.
+        """
         return join_lines(self.time_step_after(s[0]).state_text)
 
     def draw_state(self, s: Array) -> str:
-        """The state in the world's own words, where these are several lines."""
+        """Return the state as the library writes it; '' if that is a single line."""
         return _keep_if_multiline(self.time_step_after(s[0]).state_text)
 
     def draw_observation(self, observation: Array) -> str:
-        """What is observed, where it is several lines of text."""
+        """Return a text observation; '' if it is a single line, or not text."""
         return (
             _keep_if_multiline(str(observation))
             if isinstance(self.observations[0], TextLine)
@@ -260,29 +301,29 @@ class ExternalProblem(Problem, ABC):
         )
 
     def format_state(self, s: Array) -> str:
-        """All that happened."""
+        """Return the history as text."""
         return str(s[0])
 
     def parse_state(self, text: str) -> Array:
-        """The history that the text tells of."""
+        """Return the history that a text describes."""
         state: Array = _to_state_column([parse_history(self.name, text)])[0]
         return state
 
 
 @dataclass(frozen=True)
 class EnvironmentProblem(ExternalProblem):
-    """A world that draws, and tells agents what they observe and are paid in every turn."""
+    """A stochastic environment that reports observations and rewards to its agents every turn."""
 
     is_stochastic = True
 
     @property
     def rewards_observable(self) -> bool:
-        """They are told."""
+        """True: agents receive their rewards."""
         return True
 
 
 def _rename_labels(labels: Labels, new_names: Mapping[int, str]) -> Labels:
-    """The labels, some under other names; a name that is another's has its number added."""
+    """Return the labels with some replaced; a name used twice gets the action's number appended."""
     names = [new_names.get(n, label) for n, label in enumerate(labels)]
     count = Counter(map(str.lower, names))
     for n, name in new_names.items():
@@ -291,36 +332,41 @@ def _rename_labels(labels: Labels, new_names: Mapping[int, str]) -> Labels:
 
 
 def _to_state_column(histories: list[GameHistory]) -> Array:
+    """Return histories as an array of states `[B, 1]`."""
     column = np.empty((len(histories), 1), object)
     column[:, 0] = histories
     return column
 
 
 def _keep_if_multiline(text: str) -> str:
+    """Return a text of several lines; '' for a text of one line."""
     return text if "\n" in text else ""
 
 
 def join_lines(text: str) -> str:
-    """Several lines as one."""
+    """Return the non-empty lines of a text in one line."""
     return " / ".join(filter(None, (row.strip() for row in text.split("\n"))))
 
 
 def seed_from_uniform(uniform: float) -> int:
-    """The seed that a draw of nine decimals is."""
+    """Return the seed that a uniform of nine decimals determines."""
     return round(uniform * MAX_SEED)
 
 
 def make_numbered_labels(first: int, count: int) -> Labels:
-    """Actions that have no names but numbers."""
+    """Return labels for `count` actions that are only numbered, from `first` on."""
     return Labels(map(str, range(first, first + count)))
 
 
 def make_numbers_space(count: int, problem_name: str) -> RealVector:
-    """An observation of so many numbers; raises BadParameter where nobody would read them."""
+    """Return an observation space of `count` numbers.
+
+    Raises BadParameter for 0, or for more than people would read (MAX_OBSERVATION_NUMBERS).
+    """
     if not 0 < count <= MAX_OBSERVATION_NUMBERS:
-        what = f"what is observed are {count} numbers, perhaps a picture"
+        explanation = f"what is observed are {count} numbers, perhaps a picture"
         raise BadParameter(
-            f"{problem_name}: {what}; dmplay plays what has 1 to {MAX_OBSERVATION_NUMBERS}"
+            f"{problem_name}: {explanation}; dmplay plays what has 1 to {MAX_OBSERVATION_NUMBERS}"
         )
     return RealVector(count)
 

@@ -1,4 +1,4 @@
-"""The spaces of Gymnasium and PettingZoo as dmplay's action and observation sets."""
+"""Conversions between the spaces of Gymnasium or PettingZoo and those of dmplay."""
 
 from collections.abc import Sequence
 from math import isfinite, prod
@@ -14,13 +14,17 @@ MAX_ACTIONS = 10_000
 
 
 class ActionSpaceAdapter:
-    """The actions of a space: dmplay's names or numbers for them, and each as the space has it."""
+    """The labels or interval for a space's actions, and their conversion to values of the space."""
 
     def __init__(self, space: Any, problem_name: str, names: Sequence[str] = ()) -> None:
         self._space = space
         self.action_set = self._make_action_set(problem_name, names)
 
     def _make_action_set(self, problem_name: str, names: Sequence[str]) -> Labels | Interval:
+        """Return labels for a discrete space, or the interval of a box with one finite number.
+
+        Raises BadParameter for all other spaces.
+        """
         space, kind = self._space, type(self._space).__name__
         if kind == "Discrete":
             return Labels(names) if names else make_numbered_labels(int(space.start), int(space.n))
@@ -28,55 +32,62 @@ class ActionSpaceAdapter:
             kind in ("MultiDiscrete", "MultiBinary")
             and prod(_component_sizes(space)) <= MAX_ACTIONS
         ):
-            return Labels("-".join(map(str, one)) for one in np.ndindex(*_component_sizes(space)))
+            return Labels(
+                "-".join(map(str, index)) for index in np.ndindex(*_component_sizes(space))
+            )
         if kind == "Box" and prod(space.shape) == 1:
             low, high = float(space.low.item()), float(space.high.item())
             if isfinite(low) and isfinite(high):
                 return Interval(low, high)
-        what = f"acts with a {kind} of shape {getattr(space, 'shape', None)}"
+        explanation = f"acts with a {kind} of shape {getattr(space, 'shape', None)}"
         raise BadParameter(
-            f"{problem_name}: {what}; dmplay plays names, or one number between bounds"
+            f"{problem_name}: {explanation}; dmplay plays names, or one number between bounds"
         )
 
     def to_space_value(self, action: float) -> Any:
-        """An action as the space has it."""
+        """Return an action as a value of the space."""
         space, kind = self._space, type(self._space).__name__
         if kind == "Discrete":
             return int(space.start) + int(action)
         if kind == "Box":
             return np.full(space.shape, action, space.dtype)
-        each = np.unravel_index(int(action), _component_sizes(space))
-        return np.array(each, space.dtype).reshape(space.shape)
+        components = np.unravel_index(int(action), _component_sizes(space))
+        return np.array(components, space.dtype).reshape(space.shape)
 
 
 def _component_sizes(space: Any) -> tuple[int, ...]:
-    """How many values each part of an action has."""
+    """Return the number of values of each component of a discrete space."""
     if type(space).__name__ == "MultiBinary":
         return (2,) * int(prod(space.shape))
     return tuple(int(n) for n in np.ravel(space.nvec))
 
 
 def flat_dimension(space: Any, problem_name: str) -> int:
-    """How many numbers an observation of a space is."""
+    """Return the number of numbers in an observation; raise BadParameter if it is not numeric."""
     kind = type(space).__name__
     if kind == "Discrete":
         return 1
     if kind in ("Box", "MultiDiscrete", "MultiBinary"):
         return prod(space.shape)
     if kind in ("Tuple", "Dict"):
-        return sum(flat_dimension(part, problem_name) for part in _list_subspaces(space))
+        return sum(flat_dimension(subspace, problem_name) for subspace in _list_subspaces(space))
     raise BadParameter(f"{problem_name}: observes a {kind}; dmplay shows numbers")
 
 
 def flatten_observation(space: Any, observation: Any) -> list[float]:
-    """An observation of a space as numbers."""
+    """Return an observation as a flat list of numbers."""
     kind = type(space).__name__
     if kind in ("Tuple", "Dict"):
-        each = observation if kind == "Tuple" else [observation[key] for key in space.spaces]
-        pairs = zip(_list_subspaces(space), each, strict=True)
-        return [number for part, one in pairs for number in flatten_observation(part, one)]
+        components = observation if kind == "Tuple" else [observation[key] for key in space.spaces]
+        pairs = zip(_list_subspaces(space), components, strict=True)
+        return [
+            number
+            for subspace, component in pairs
+            for number in flatten_observation(subspace, component)
+        ]
     return [float(number) for number in np.ravel(observation)]
 
 
 def _list_subspaces(space: Any) -> list[Any]:
+    """Return the parts of a Tuple or Dict space, in order."""
     return [*(space.spaces.values() if hasattr(space.spaces, "values") else space.spaces)]

@@ -1,1 +1,1 @@
-"""Which keys and words play which actions."""
+"""The keys and words that play actions."""

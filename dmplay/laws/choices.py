@@ -1,4 +1,4 @@
-"""What every agent keeps: it chooses what is legal, alone as in a batch."""
+"""Invariants of every agent: its choices are legal, and the same alone as in a batch."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -16,11 +16,11 @@ from dmplay.laws.samples import (
     turn_uniforms,
 )
 
-TRIED_TURNS = 3  # in which an agent is asked
+TRIED_TURNS = 3  # turns in which an agent chooses
 
 
 class PolicyCall(NamedTuple):
-    """One choice of a policy over a batch, and what it rested on."""
+    """One choice of a policy over a batch, with its inputs."""
 
     memory: Memory
     legal_actions_mask: Bools | None
@@ -32,62 +32,81 @@ class PolicyCall(NamedTuple):
 def check_policy_choices(
     problem: Problem, seat: int, policies: Sequence[Policy], rows: int
 ) -> CheckResults:
-    """An agent chooses what is legal, alone as in a batch; `said` is the method to blame."""
+    """Yield checks that an agent chooses legal actions, the same for a row alone as in a batch.
+
+    The `attribute` of each result is the policy's method that is at fault.
+    """
     policy = policies[seat]
-    for ask in _iter_policy_calls(problem, seat, policies, rows):
-        yield from _check_policy_call(problem.actions[seat], ask)
-        many = len(ask.uniforms)
-        for some in (slice(0, 1), slice(many - 1, many), slice(many // 3, many // 2 + 1)):
-            legal = None if ask.legal_actions_mask is None else ask.legal_actions_mask[some]
-            single = _call_policy(policy, slice_rows(ask.memory, some), legal, ask.uniforms[some])
-            told = "choose: got another action for a row alone, expected the same as in a batch"
-            yield CheckResult(is_bitwise_equal(single.actions, ask.actions[some]), "choose", told)
-            told = "action_values: got others for a row alone, expected the same as in a batch"
-            if single.action_values is not None and ask.action_values is not None:
+    for call in _iter_policy_calls(problem, seat, policies, rows):
+        yield from _check_policy_call(problem.actions[seat], call)
+        row_count = len(call.uniforms)
+        for row_slice in (
+            slice(0, 1),
+            slice(row_count - 1, row_count),
+            slice(row_count // 3, row_count // 2 + 1),
+        ):
+            legal = None if call.legal_actions_mask is None else call.legal_actions_mask[row_slice]
+            single = _call_policy(
+                policy, slice_rows(call.memory, row_slice), legal, call.uniforms[row_slice]
+            )
+            message = "choose: got another action for a row alone, expected the same as in a batch"
+            yield CheckResult(
+                is_bitwise_equal(single.actions, call.actions[row_slice]), "choose", message
+            )
+            message = "action_values: got others for a row alone, expected the same as in a batch"
+            if single.action_values is not None and call.action_values is not None:
                 yield CheckResult(
-                    is_bitwise_equal(single.action_values, ask.action_values[some]),
+                    is_bitwise_equal(single.action_values, call.action_values[row_slice]),
                     "action_values",
-                    told,
+                    message,
                 )
 
 
 def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> CheckResults:
-    """What a policy answers is of the right shape and can be done."""
-    rows, chosen = len(call.uniforms), call.actions
-    holds = isinstance(call.memory, tuple) and all(len(part) == rows for part in call.memory)
-    told = f"update_memory: got a memory that is no tuple of arrays with {rows} rows each"
-    yield CheckResult(holds, "update_memory", told)
+    """Yield checks that a policy's memory, actions and values have valid shapes and ranges."""
+    row_count, actions = len(call.uniforms), call.actions
+    is_valid = isinstance(call.memory, tuple) and all(
+        len(part) == row_count for part in call.memory
+    )
+    message = f"update_memory: got a memory that is no tuple of arrays with {row_count} rows each"
+    yield CheckResult(is_valid, "update_memory", message)
     yield CheckResult(
-        isinstance(chosen, np.ndarray) and chosen.shape == (rows,),
+        isinstance(actions, np.ndarray) and actions.shape == (row_count,),
         "choose",
-        lambda: f"choose: got {chosen!r}, expected an action for each of {rows} rows",
+        lambda: f"choose: got {actions!r}, expected an action for each of {row_count} rows",
     )
     if isinstance(action_space, Interval):
-        told = f"choose: got {chosen.min():g} to {chosen.max():g}, expected {action_space.describe_actions()}"
-        holds = bool(((chosen >= action_space.low) & (chosen <= action_space.high)).all())
-        yield CheckResult(holds, "choose", told)
+        message = (
+            f"choose: got {actions.min():g} to {actions.max():g}, "
+            f"expected {action_space.describe_actions()}"
+        )
+        is_valid = bool(((actions >= action_space.low) & (actions <= action_space.high)).all())
+        yield CheckResult(is_valid, "choose", message)
         return
     yield CheckResult(
-        chosen.dtype.kind in "iu" and bool(((chosen >= 0) & (chosen < len(action_space))).all()),
+        actions.dtype.kind in "iu" and bool(((actions >= 0) & (actions < len(action_space))).all()),
         "choose",
-        lambda: f"choose: got {chosen!r}, expected 0 to {len(action_space) - 1}, an index",
+        lambda: f"choose: got {actions!r}, expected 0 to {len(action_space) - 1}, an index",
     )
     shape = (
-        (rows, len(action_space)) if call.action_values is None else np.shape(call.action_values)
+        (row_count, len(action_space))
+        if call.action_values is None
+        else np.shape(call.action_values)
     )
-    told = f"action_values: got shape {shape}, expected {(rows, len(action_space))} or None"
-    yield CheckResult(shape == (rows, len(action_space)), "action_values", told)
+    message = f"action_values: got shape {shape}, expected {(row_count, len(action_space))} or None"
+    yield CheckResult(shape == (row_count, len(action_space)), "action_values", message)
     if call.legal_actions_mask is not None:
-        able = call.legal_actions_mask[np.arange(rows), chosen]
-        told = (
+        is_legal = call.legal_actions_mask[np.arange(row_count), actions]
+        message = (
             "choose: got an action that is not legal, expected one that `legal_actions_mask` marks"
         )
-        yield CheckResult(bool(able.all()), "choose", told)
+        yield CheckResult(bool(is_legal.all()), "choose", message)
 
 
 def _call_policy(
     policy: Policy, memory: Memory, legal_actions_mask: Bools | None, u: Reals
 ) -> PolicyCall:
+    """Call a policy's `choose` and `action_values`, and return the inputs and results."""
     return PolicyCall(
         memory,
         legal_actions_mask,
@@ -100,33 +119,35 @@ def _call_policy(
 def _iter_policy_calls(
     problem: Problem, seat: int, policies: Sequence[Policy], rows: int
 ) -> Iterator[PolicyCall]:
-    """What a seat's policy is asked in the first turns of a batch of games."""
+    """Yield the calls of a seat's policy in the first turns of a batch of games."""
     s = problem.sample_initial_states(turn_uniforms(problem.uniform_counts.start, 0, rows))
     memories = [
-        policy.initial_memory(problem.initial_observation(s, at))
-        for at, policy in enumerate(policies)
+        policy.initial_memory(problem.initial_observation(s, index))
+        for index, policy in enumerate(policies)
     ]
     for turn in range(1, TRIED_TURNS + 1):
-        going = ~problem.terminal(s)
-        s = make_arrays_readonly(s[going])[0]
-        memories = [make_arrays_readonly(*(part[going] for part in memory)) for memory in memories]
+        active = ~problem.terminal(s)
+        s = make_arrays_readonly(s[active])[0]
+        memories = [make_arrays_readonly(*(part[active] for part in memory)) for memory in memories]
         if not len(s):
             return
         legal = problem.legal_actions_mask(s)
-        asks = [
+        calls = [
             _call_policy(
                 policy,
                 memory,
-                None if legal is None else legal[:, at],
-                make_arrays_readonly(turn_uniforms(policy.uniform_count, turn, len(s), 1 + at))[0],
+                None if legal is None else legal[:, index],
+                make_arrays_readonly(turn_uniforms(policy.uniform_count, turn, len(s), 1 + index))[
+                    0
+                ],
             )
-            for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
+            for index, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
-        yield asks[seat]
-        a = np.stack([ask.actions for ask in asks], axis=1)
+        yield calls[seat]
+        a = np.stack([call.actions for call in calls], axis=1)
         outcome = step_turn(problem, s, a, turn)
         memories = [
-            policy.update_memory(memory, problem.build_percept(at, a, outcome))
-            for at, (policy, memory) in enumerate(zip(policies, memories, strict=True))
+            policy.update_memory(memory, problem.build_percept(index, a, outcome))
+            for index, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         s = outcome.state

@@ -1,6 +1,7 @@
-"""What every problem keeps: laws over turns that random play comes to, which tests ask of ours.
+"""Invariants of every problem, checked on turns that random play leads to.
 
-A law tells, fact by fact, what holds; `held` turns what does not into breaches.
+An invariant yields check results; `find_violations` turns those that fail into violations. The
+tests check the built-in problems for them.
 """
 
 from collections.abc import Callable, Iterator
@@ -27,9 +28,9 @@ from dmplay.laws.sound import check_outcome, check_typable_labels
 from dmplay.places import describe_error_location
 from dmplay.tabular import tabulate
 
-MAX_LISTED_TURNS = 24  # turns whose outcomes are listed
-ROUNDING_TOLERANCE = 1e-12  # how near numbers are that differ by rounding alone
-MIN_PROBABILITY = -1e-15  # a probability that rounding took below 0
+MAX_LISTED_TURNS = 24  # maximum number of turns whose outcomes are listed
+ROUNDING_TOLERANCE = 1e-12  # difference of numbers that is due to rounding alone
+MIN_PROBABILITY = -1e-15  # lowest probability that rounding can cause
 RESPONSIBLE_METHODS = (
     "initial_states",
     "resolve_events",
@@ -38,82 +39,97 @@ RESPONSIBLE_METHODS = (
     "terminal",
     "legal_actions_mask",
     "state_indices",
-)  # what says each part
+)  # the method behind each array of `evaluate_batch`
 
 
 def _is_close(first: Array | float, second: Array | float) -> bool:
-    """Equal but for rounding."""
+    """Return whether two arrays or numbers are equal up to rounding."""
     return np.allclose(first, second, rtol=1e-7, atol=ROUNDING_TOLERANCE)
 
 
 def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Iterator[Violation]:
-    """What does not hold of a law, up to the first on which the rest depends; what fails too."""
+    """Yield the violations of an invariant, up to the first on which later checks depend.
+
+    An error that the problem's own code raises is a violation too; an error of dmplay is raised
+    again.
+    """
     try:
-        for fact in invariant():
-            if not fact.ok:
-                yield make_violation(owner, fact.attribute, fact.message)
-                if not fact.independent:
+        for result in invariant():
+            if not result.ok:
+                yield make_violation(owner, result.attribute, result.message)
+                if not result.independent:
                     return
-    except BudgetExceeded:  # which is no fault
+    except BudgetExceeded:  # too large to check, which is not a violation
         return
     except BadParameter as error:
-        placed = str(error)[:1] in "./"  # else of what nature or the game made of a move
+        has_location = str(error)[:1] in "./"  # without a location it is about an event or a move
         yield (
             Violation("", str(error))
-            if placed
+            if has_location
             else make_violation(owner, "resolve_events", f"resolve_events: {error}")
         )
-    except Exception as error:  # of code that is not ours
-        told = describe_error_location(error)
-        if not told:
+    except Exception as error:  # raised by user code
+        error_text = describe_error_location(error)
+        if not error_text:
             raise
-        where, _, what = told.partition(": ")
-        cure = "; copy it first" if "read-only" in what else ""
-        yield Violation(where, what + cure)
+        location, _, description = error_text.partition(": ")
+        remedy = "; copy it first" if "read-only" in description else ""
+        yield Violation(location, description + remedy)
 
 
 def evaluate_batch(problem: Problem, turns: SampledTurns) -> tuple[Array, ...]:
-    """All that a problem computes from a batch, each with the row as its first axis."""
+    """Return all that a problem computes from a batch; the first axis of each array is the row."""
     rows = len(turns.s)
     legal = problem.legal_actions_mask(turns.s)
-    counted = isinstance(problem.state_count, int)
+    is_finite = isinstance(problem.state_count, int)
     return (
         problem.sample_initial_states(turns.start_uniforms),
         *problem.step(turns.s, turns.a, turns.u),
         problem.terminal(turns.s),
         np.ones(rows, bool) if legal is None else legal,
-        problem.state_indices(turns.s) if counted else np.zeros(rows, int),
+        problem.state_indices(turns.s) if is_finite else np.zeros(rows, int),
     )
 
 
 def check_row_independence(
     problem: Problem, subset: SampledTurns, expected: tuple[Array, ...]
 ) -> CheckResults:
-    """A row comes out the same, to the last bit, as beside other rows."""
-    for said, one, other in zip(
+    """Yield checks that rows give the same bits in a smaller batch as in the whole batch.
+
+    `expected` has the whole batch's results for the rows of `subset`.
+    """
+    for attribute, first, second in zip(
         RESPONSIBLE_METHODS, expected, evaluate_batch(problem, subset), strict=True
     ):
-        told = partial(
-            _describe_difference, said, one, other, "; expected a row to depend on itself alone"
+        message = partial(
+            _describe_difference,
+            attribute,
+            first,
+            second,
+            "; expected a row to depend on itself alone",
         )
-        yield CheckResult(is_bitwise_equal(one, other), said, told)
+        yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
 
 def check_determinism(
     problem: Problem, turns: SampledTurns, expected: tuple[Array, ...]
 ) -> CheckResults:
-    """The same draws give the same outcome, and nothing is written into."""
-    for said, one, other in zip(
+    """Yield checks that the same uniforms give the same results again, and no input is modified."""
+    for attribute, first, second in zip(
         RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True
     ):
-        told = partial(
-            _describe_difference, said, one, other, " from the same draws; expected the same again"
+        message = partial(
+            _describe_difference,
+            attribute,
+            first,
+            second,
+            " from the same draws; expected the same again",
         )
-        yield CheckResult(is_bitwise_equal(one, other), said, told)
+        yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
 
 def _describe_difference(attribute: str, first: Array, second: Array, expectation: str) -> str:
-    """What is said of the first row in which two arrays differ."""
+    """Return a message about the first row in which two arrays differ."""
     if first.shape != second.shape:
         return f"{attribute}: got shape {second.shape} beside {first.shape}{expectation}"
     rows = np.flatnonzero((first != second).reshape(len(first), -1).any(axis=1))
@@ -124,152 +140,179 @@ def _describe_difference(attribute: str, first: Array, second: Array, expectatio
 
 
 def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """A start is where the sampled events place it, a step the move of the sampled events."""
+    """Yield checks that start states and steps are those that the sampled events give."""
     rows = len(turns.s)
-    placed = problem.initial_states(
+    states = problem.initial_states(
         rows, sample_all(problem.initial_chance(rows), turns.start_uniforms)
     )
-    told = "sample_initial_states: got another state than initial_states gives for the same draws"
+    message = (
+        "sample_initial_states: got another state than initial_states gives for the same draws"
+    )
     yield CheckResult(
-        is_bitwise_equal(placed, problem.sample_initial_states(turns.start_uniforms)),
+        is_bitwise_equal(states, problem.sample_initial_states(turns.start_uniforms)),
         "sample_initial_states",
-        told,
+        message,
     )
     events = sample_all(problem.chance(turns.s, turns.a), turns.u)
-    both = zip(
+    field_pairs = zip(
         problem.resolve_events(turns.s, turns.a, events),
         problem.step(turns.s, turns.a, turns.u),
         strict=True,
     )
-    told = "step: got another outcome than resolve_events gives for the same draws"
-    yield CheckResult(all(is_bitwise_equal(*pair) for pair in both), "step", told)
+    message = "step: got another outcome than resolve_events gives for the same draws"
+    yield CheckResult(all(is_bitwise_equal(*pair) for pair in field_pairs), "step", message)
 
 
 def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """Outcomes have the shapes and ranges that the problem states, and take as many draws."""
-    many = count_uniforms(problem, turns.s, turns.a)
-    told = f"chance: got {many} draws, expected {problem.uniform_counts.step} as in the first turn"
-    yield CheckResult(many == problem.uniform_counts.step, "chance", told)
+    """Yield checks that outcomes have the declared shapes, ranges and number of uniforms."""
+    uniforms_per_row = count_uniforms(problem, turns.s, turns.a)
+    message = (
+        f"chance: got {uniforms_per_row} draws, expected "
+        f"{problem.uniform_counts.step} as in the first turn"
+    )
+    yield CheckResult(uniforms_per_row == problem.uniform_counts.step, "chance", message)
     yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
 
 
 def check_state_text(problem: Problem, states: Array) -> CheckResults:
-    """A state is written in one line and read again without loss."""
+    """Yield checks that a state is written in one line and parsed again without loss."""
     for s in states:
         text = problem.format_state(s)
-        told = f"format_state: got {text!r}, expected one line without blanks around it"
+        message = f"format_state: got {text!r}, expected one line without blanks around it"
         yield CheckResult(
-            text == text.strip() and len(text.splitlines()) == 1, "format_state", told
+            text == text.strip() and len(text.splitlines()) == 1, "format_state", message
         )
-        again = np.asarray(problem.parse_state(text))
-        told = f"parse_state: got {again.tolist()} from {text!r}, expected {s.tolist()}"
-        yield CheckResult(again.shape == s.shape and np.array_equal(again, s), "parse_state", told)
-        twice = problem.format_state(again)
-        told = f"format_state: got {twice!r} after parse_state, expected {text!r}"
-        yield CheckResult(twice == text, "format_state", told)
+        parsed = np.asarray(problem.parse_state(text))
+        message = f"parse_state: got {parsed.tolist()} from {text!r}, expected {s.tolist()}"
+        yield CheckResult(
+            parsed.shape == s.shape and np.array_equal(parsed, s), "parse_state", message
+        )
+        rewritten = problem.format_state(parsed)
+        message = f"format_state: got {rewritten!r} after parse_state, expected {text!r}"
+        yield CheckResult(rewritten == text, "format_state", message)
 
 
 def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """The place of a state in the list of all is its index."""
+    """Yield checks that the index of a state is its position in the list of all states."""
     if not isinstance(problem.state_count, int):
         return
     states = problem.enumerate_states()
-    told = f"enumerate_states: got {len(states)} states, expected {problem.state_count}, as state_count says"
-    yield CheckResult(len(states) == problem.state_count, "enumerate_states", told)
-    places = problem.state_indices(states)
-    told = f"state_indices: got {places.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
-    yield CheckResult(np.array_equal(places, np.arange(len(states))), "state_indices", told)
-    told = "enumerate_states: got other states than those of this index in play"
+    message = (
+        f"enumerate_states: got {len(states)} states, "
+        f"expected {problem.state_count}, as state_count says"
+    )
+    yield CheckResult(len(states) == problem.state_count, "enumerate_states", message)
+    indices = problem.state_indices(states)
+    message = f"state_indices: got {indices.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
+    yield CheckResult(np.array_equal(indices, np.arange(len(states))), "state_indices", message)
+    message = "enumerate_states: got other states than those of this index in play"
     yield CheckResult(
-        np.array_equal(states[problem.state_indices(turns.s)], turns.s), "enumerate_states", told
+        np.array_equal(states[problem.state_indices(turns.s)], turns.s), "enumerate_states", message
     )
 
 
 def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
-    """A terminal state stays, and pays nothing."""
-    ends = make_arrays_readonly(states[problem.terminal(states)])[0]
-    for turn in range(4 if len(ends) else 0):
-        a = random_joint_actions(problem, None, turn, len(ends))
-        moved, rewards, _ = step_turn(problem, ends, a, turn)
-        left = (moved != ends).reshape(len(ends), -1).any(axis=1)
-        which = problem.format_state(ends[np.flatnonzero(left)[0]]) if left.any() else ""
-        told = (
-            f"resolve_events: got another state after the terminal {which!r}, expected it to stay"
+    """Yield checks that a terminal state stays as it is and pays nothing."""
+    terminal_states = make_arrays_readonly(states[problem.terminal(states)])[0]
+    for turn in range(4 if len(terminal_states) else 0):
+        a = random_joint_actions(problem, None, turn, len(terminal_states))
+        next_states, rewards, _ = step_turn(problem, terminal_states, a, turn)
+        has_changed = (next_states != terminal_states).reshape(len(terminal_states), -1).any(axis=1)
+        example = (
+            problem.format_state(terminal_states[np.flatnonzero(has_changed)[0]])
+            if has_changed.any()
+            else ""
         )
-        yield CheckResult(not left.any(), "resolve_events", told)
-        told = (
+        message = (
+            f"resolve_events: got another state after the terminal {example!r}, expected it to stay"
+        )
+        yield CheckResult(not has_changed.any(), "resolve_events", message)
+        message = (
             f"resolve_events: got {rewards.min():g} to {rewards.max():g} after the end, expected 0"
         )
-        yield CheckResult(bool((rewards == 0).all()), "resolve_events", told)
-        still = problem.terminal(moved)
+        yield CheckResult(bool((rewards == 0).all()), "resolve_events", message)
+        is_terminal = problem.terminal(next_states)
         yield CheckResult(
-            bool(still.all()), "terminal", "terminal: got false for a state that was over"
+            bool(is_terminal.all()), "terminal", "terminal: got false for a state that was over"
         )
 
 
 def check_legal_actions(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """Wherever the game goes on, each agent can do something."""
+    """Yield a check that each agent has a legal action unless the game is over."""
     legal = problem.legal_actions_mask(turns.s)
     if legal is not None:
-        free = np.all(np.any(legal, axis=2), axis=1)
-        stuck = ~free & ~problem.terminal(turns.s)
-        which = problem.format_state(turns.s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
-        told = f"legal_actions_mask: got no action in {which!r}, expected one at least, or a terminal state"
-        yield CheckResult(not stuck.any(), "legal_actions_mask", told)
+        has_action = np.all(np.any(legal, axis=2), axis=1)
+        stuck = ~has_action & ~problem.terminal(turns.s)
+        example = problem.format_state(turns.s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
+        message = (
+            f"legal_actions_mask: got no action in {example!r}, "
+            "expected one at least, or a terminal state"
+        )
+        yield CheckResult(not stuck.any(), "legal_actions_mask", message)
 
 
 def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """What actions are called in a state are names, each another, that can be typed."""
+    """Yield checks that the action labels of a state are distinct names that can be typed."""
     for s in turns.s[:MAX_LISTED_TURNS]:
-        for called, known in zip(problem.action_labels(s) or (), problem.actions, strict=False):
-            told = f"action_labels: got {called!r}, expected Labels, a name for each of {known!r}"
-            holds = isinstance(called, Labels) and len(called) == len(known.labels)
-            yield CheckResult(holds, "action_labels", told)
-            yield from check_typable_labels("action_labels", called)
+        for labels, action_space in zip(
+            problem.action_labels(s) or (), problem.actions, strict=False
+        ):
+            message = (
+                f"action_labels: got {labels!r}, expected "
+                f"Labels, a name for each of {action_space!r}"
+            )
+            is_valid = isinstance(labels, Labels) and len(labels) == len(action_space.labels)
+            yield CheckResult(is_valid, "action_labels", message)
+            yield from check_typable_labels("action_labels", labels)
 
 
 def check_probabilities(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """Probabilities are none below 0, and sum to 1."""
+    """Yield checks that probabilities are not negative and sum to 1."""
     s, a = turns.s[:MAX_LISTED_TURNS], turns.a[:MAX_LISTED_TURNS]
     if has_finite_outcomes(problem.chance(s, a)):
         p = enumerate_outcomes(problem, s, a).probabilities
-        told = f"chance: got a probability of {p.min():g}, expected none below 0"
-        yield CheckResult(bool((p >= MIN_PROBABILITY).all()), "chance", told)
-        told = f"chance: got probabilities that sum to {p.sum(axis=1).max():g}, expected 1"
-        yield CheckResult(_is_close(p.sum(axis=1), 1), "chance", told)
+        message = f"chance: got a probability of {p.min():g}, expected none below 0"
+        yield CheckResult(bool((p >= MIN_PROBABILITY).all()), "chance", message)
+        message = f"chance: got probabilities that sum to {p.sum(axis=1).max():g}, expected 1"
+        yield CheckResult(_is_close(p.sum(axis=1), 1), "chance", message)
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES:
         transition, _, observation = tabulate(problem)
         for table in (transition, *([] if observation is None else [observation])):
-            holds = (table >= MIN_PROBABILITY).all() and _is_close(table.sum(axis=2), 1)
-            told = "chance: got tables whose rows are no probabilities, expected them to sum to 1"
-            yield CheckResult(bool(holds), "chance", told)
+            is_valid = (table >= MIN_PROBABILITY).all() and _is_close(table.sum(axis=2), 1)
+            message = (
+                "chance: got tables whose rows are no probabilities, expected them to sum to 1"
+            )
+            yield CheckResult(bool(is_valid), "chance", message)
 
 
 def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
-    """The rows of the tables for these turns are sums over the listed outcomes.
+    """Yield checks that the tables' rows for these turns are sums over the listed outcomes.
 
-    Of what is over another law asks: in tables it stays, whatever its moves say.
+    Terminal states are left out if states are visible: in tables they stay, whatever their moves
+    give, and another invariant checks them.
     """
-    going = ~problem.terminal(s) | problem.partially_observable
-    s, a = s[going], a[going]
+    included = ~problem.terminal(s) | problem.partially_observable
+    s, a = s[included], a[included]
     tables = tabulate(problem)
-    p, outcome = enumerate_outcomes(problem, s, a)
+    p, outcomes = enumerate_outcomes(problem, s, a)
     joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
-    rewards = (p[:, :, None] * outcome.rewards).sum(axis=1)
-    here = problem.state_indices(s)
-    told = "resolve_events: got other rewards than the tables have, expected the same"
-    holds = _is_close(tables.rewards[here, joint], rewards)
-    yield CheckResult(holds, "resolve_events", told)
-    for row, transition in enumerate(tables.transition[here, joint]):
-        reached = np.bincount(problem.state_indices(outcome.state[row]), p[row], len(transition))
-        told = "resolve_events: got other next states than the tables have, expected the same"
-        yield CheckResult(_is_close(transition, reached), "resolve_events", told)
+    rewards = (p[:, :, None] * outcomes.rewards).sum(axis=1)
+    state_indices = problem.state_indices(s)
+    message = "resolve_events: got other rewards than the tables have, expected the same"
+    is_close = _is_close(tables.rewards[state_indices, joint], rewards)
+    yield CheckResult(is_close, "resolve_events", message)
+    for row, transition in enumerate(tables.transition[state_indices, joint]):
+        expected = np.bincount(problem.state_indices(outcomes.state[row]), p[row], len(transition))
+        message = "resolve_events: got other next states than the tables have, expected the same"
+        yield CheckResult(_is_close(transition, expected), "resolve_events", message)
 
 
 def check_tabulation(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """Tables are what the listed outcomes amount to."""
-    counted = isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
-    if counted and all(problem.action_counts):
+    """Yield checks of the tables of a problem with few states, on the first sampled turns."""
+    has_few_states = (
+        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
+    )
+    if has_few_states and all(problem.action_counts):
         s = turns.s[:MAX_LISTED_TURNS]
         yield from check_table_rows(
             problem, s, random_joint_actions(problem, s, WALK_LENGTH, len(s))
@@ -277,52 +320,67 @@ def check_tabulation(problem: Problem, turns: SampledTurns) -> CheckResults:
 
 
 def check_belief_update(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """A belief is carried as the listed outcomes say."""
+    """Yield checks that an overridden `joint_belief_update` agrees with the listed outcomes."""
     if type(problem).joint_belief_update is Problem.joint_belief_update or not isinstance(
         problem.state_count, int
     ):
         return
-    some = problem.state_indices(turns.s[:: max(len(turns.s) // 29, 1)])
-    belief = np.bincount(some, minlength=problem.state_count) / len(some)
-    for actions_, seen in _iter_partial_knowledge(problem, turns.a[0]):
-        told = problem.joint_belief_update(belief, actions_, seen)
-        right = Problem.joint_belief_update(problem, belief, actions_, seen)
-        what = "joint_belief_update: got another belief than the listed outcomes give, expected the same"
-        yield CheckResult(_is_close(told, right), "joint_belief_update", what)
+    state_indices = problem.state_indices(turns.s[:: max(len(turns.s) // 29, 1)])
+    belief = np.bincount(state_indices, minlength=problem.state_count) / len(state_indices)
+    for joint_action, observations in _iter_partial_knowledge(problem, turns.a[0]):
+        updated = problem.joint_belief_update(belief, joint_action, observations)
+        expected = Problem.joint_belief_update(problem, belief, joint_action, observations)
+        message = (
+            "joint_belief_update: got another belief than "
+            "the listed outcomes give, expected the same"
+        )
+        yield CheckResult(_is_close(updated, expected), "joint_belief_update", message)
 
 
 def _iter_partial_knowledge(
     problem: Problem, a: Array
 ) -> Iterator[tuple[list[int | None], list[int | None]]]:
-    """What one agent may know of a turn, and what all know who tell each other what they did."""
-    nothing: list[int | None] = [None] * len(problem.agents)
-    for seat, many in enumerate(problem.observation_counts):
-        did = nothing.copy()
-        did[seat] = int(a[seat])
-        for kind in (0, many - 1):
-            seen = nothing.copy()
-            seen[seat] = kind
-            yield did, seen
-        yield did, nothing
-    yield [int(one) for one in a], nothing
+    """Yield joint actions and joint observations of a turn, with None for unknown parts.
+
+    First come one agent's action with its first observation, its last, and none; then all actions.
+    """
+    unknown: list[int | None] = [None] * len(problem.agents)
+    for seat, observation_count in enumerate(problem.observation_counts):
+        joint_action = unknown.copy()
+        joint_action[seat] = int(a[seat])
+        for observation in (0, observation_count - 1):
+            joint_observation = unknown.copy()
+            joint_observation[seat] = observation
+            yield joint_action, joint_observation
+        yield joint_action, unknown
+    yield [int(action) for action in a], unknown
 
 
 def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResults:
-    """The least and the greatest draw give outcomes that can happen."""
+    """Yield checks that the least and the greatest uniform give outcomes that are possible."""
     for row in (0, 1, 100, 101):
-        one = slice(row, row + 1)
-        s, a, u = turns.s[one], turns.a[one], turns.u[one]
+        row_slice = slice(row, row + 1)
+        s, a, u = turns.s[row_slice], turns.a[row_slice], turns.u[row_slice]
         if len(s) and has_finite_outcomes(problem.chance(s, a)):
-            p, possible = enumerate_outcomes(problem, s, a)
-            got = problem.step(s, a, u).state[0]
-            among = possible.state[0][p[0] > 0]
-            held = bool((among == got).reshape(len(among), -1).all(axis=1).any())
-            told = (
-                f"chance: got {problem.format_state(got)!r} from a draw, expected what can happen"
+            p, outcomes = enumerate_outcomes(problem, s, a)
+            state = problem.step(s, a, u).state[0]
+            possible_states = outcomes.state[0][p[0] > 0]
+            is_possible = bool(
+                (possible_states == state).reshape(len(possible_states), -1).all(axis=1).any()
             )
-            yield CheckResult(held, "chance", told)
+            message = (
+                f"chance: got {problem.format_state(state)!r} from a draw, expected what can happen"
+            )
+            yield CheckResult(is_possible, "chance", message)
 
 
 INVARIANTS: tuple[Callable[[Problem, SampledTurns], CheckResults], ...] = (
-    check_sampling, check_state_index, check_legal_actions, check_action_labels, check_probabilities, check_tabulation, check_belief_update, check_extreme_uniforms,
-)  # fmt: skip
+    check_sampling,
+    check_state_index,
+    check_legal_actions,
+    check_action_labels,
+    check_probabilities,
+    check_tabulation,
+    check_belief_update,
+    check_extreme_uniforms,
+)

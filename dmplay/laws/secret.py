@@ -1,6 +1,7 @@
-"""What one agent may do tells it nothing of a hidden state: all that it may be in allow the same.
+"""The invariant that the legal actions of one agent reveal nothing about a hidden state.
 
-Else who is told what is legal knows more than its belief does, and no value of a belief holds.
+All states that the agent considers possible must have the same legal actions. Otherwise an agent
+that sees the legal actions knows more than its belief, and the values of beliefs are wrong.
 """
 
 from collections.abc import Iterator
@@ -21,11 +22,16 @@ from dmplay.laws.samples import MAX_ENUMERATED_STATES
 
 
 def check_legal_action_leak(problem: Problem) -> CheckResults:
-    """States that look alike allow the same, as far as some hundred sets of them tell."""
-    few = isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
+    """Yield checks that states which an agent cannot tell apart have the same legal actions.
+
+    At most some hundred sets of such states are checked.
+    """
+    has_few_states = (
+        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
+    )
     if not (
         problem.partially_observable
-        and few
+        and has_few_states
         and len(problem.agents) == 1
         and problem.actions[0].labels
     ):
@@ -34,61 +40,91 @@ def check_legal_action_leak(problem: Problem) -> CheckResults:
     legal = problem.legal_actions_mask(states)
     if legal is None or not (legal != legal[:1]).any():
         return
-    able = legal[:, 0]
+    legal_actions = legal[:, 0]
     try:
-        alike = [*_iter_indistinguishable_states(problem, states, able)]
+        state_sets = [*_iter_indistinguishable_states(problem, states, legal_actions)]
     except (
         BadParameter,
         BudgetExceeded,
-    ):  # what can happen is not listed, or a law before is broken
+    ):  # outcomes cannot be listed, or another invariant is violated
         return
-    for some in alike:
-        other = some[(able[some] != able[some[0]]).any(axis=1)][:1]
-        one, two = (problem.format_state(states[s]) for s in (some[0], *other, some[0])[:2])
-        apart = f"other actions in {two!r} than in {one!r}, which nothing seen tells apart"
-        yield CheckResult(not len(other), "legal_actions_mask", f"legal_actions_mask: got {apart}")
+    for state_set in state_sets:
+        different = state_set[
+            (legal_actions[state_set] != legal_actions[state_set[0]]).any(axis=1)
+        ][:1]
+        first_text, second_text = (
+            problem.format_state(states[s]) for s in (state_set[0], *different, state_set[0])[:2]
+        )
+        difference = (
+            f"other actions in {second_text!r} than in "
+            f"{first_text!r}, which nothing seen tells apart"
+        )
+        yield CheckResult(
+            not len(different), "legal_actions_mask", f"legal_actions_mask: got {difference}"
+        )
 
 
 def has_legal_action_leak(problem: Problem) -> bool:
-    """Whether what is legal tells of a hidden state, so that no value of a belief holds."""
-    return not all(fact.ok for fact in check_legal_action_leak(problem))
+    """Return whether legal actions reveal something about a hidden state.
+
+    The values of beliefs are then wrong.
+    """
+    return not all(result.ok for result in check_legal_action_leak(problem))
 
 
 def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools) -> Iterator[Ints]:
-    """Sets of states that an agent which sees what they allow cannot tell apart, some hundred."""
-    ways = [_possible_transitions(problem, states, legal[:, a], a) for a in range(legal.shape[1])]
-    goes_on, sight = ~problem.terminal(states), problem.initial_observations(states)[:, 0]
-    p, begun = initial_state_distribution(problem)
-    start = np.isin(
-        np.arange(len(states)), checked_state_indices(problem, begun)[p > PROBABILITY_TOLERANCE]
+    """Yield sets of states that an agent which sees its legal actions cannot tell apart.
+
+    It stops extending the list after some hundred sets.
+    """
+    transitions = [
+        _possible_transitions(problem, states, legal[:, a], a) for a in range(legal.shape[1])
+    ]
+    is_active, initial_observations = (
+        ~problem.terminal(states),
+        problem.initial_observations(states)[:, 0],
     )
-    found = [start & (sight == seen) for seen in np.unique(sight[start])]
-    known = {one.tobytes() for one in found}
-    for here in found:  # which grows
-        some = np.flatnonzero(here & goes_on)
-        if not len(some):
+    p, start_states = initial_state_distribution(problem)
+    is_start = np.isin(
+        np.arange(len(states)),
+        checked_state_indices(problem, start_states)[p > PROBABILITY_TOLERANCE],
+    )
+    masks = [
+        is_start & (initial_observations == observation)
+        for observation in np.unique(initial_observations[is_start])
+    ]
+    visited = {value.tobytes() for value in masks}
+    for mask in masks:  # the list grows during the loop
+        state_set = np.flatnonzero(mask & is_active)
+        if not len(state_set):
             continue
-        yield some
-        if len(found) > MAX_ENUMERATED_STATES:
+        yield state_set
+        if len(masks) > MAX_ENUMERATED_STATES:
             continue
-        for a in np.flatnonzero(legal[some].all(axis=0)):
-            led = np.isin(ways[a][0], some)
-            _, after, seen = (part[led] for part in ways[a])
-            for one in np.unique(seen):
-                then = np.isin(np.arange(len(states)), after[seen == one])
-                if then.tobytes() not in known:
-                    known.add(then.tobytes())
-                    found.append(then)
+        for a in np.flatnonzero(legal[state_set].all(axis=0)):
+            is_source = np.isin(transitions[a][0], state_set)
+            _, next_states, observation = (part[is_source] for part in transitions[a])
+            for value in np.unique(observation):
+                next_mask = np.isin(np.arange(len(states)), next_states[observation == value])
+                if next_mask.tobytes() not in visited:
+                    visited.add(next_mask.tobytes())
+                    masks.append(next_mask)
 
 
 def _possible_transitions(
     problem: Problem, states: Array, legal: Bools, a: int
 ) -> tuple[Ints, Ints, Ints]:
-    """From which state an action can lead to which, and what is seen then, each `[N]`."""
-    some = np.flatnonzero(legal)
-    row, p, outcome = enumerate_possible_outcomes(problem, states[some], np.full((len(some), 1), a))
-    found = some[row], checked_state_indices(problem, outcome.state), outcome.observations[:, 0]
-    source, after, seen = (
-        part[p > PROBABILITY_TOLERANCE] for part in found
-    )  # the rest is rounding
-    return source, after, seen
+    """Return the possible transitions of an action: state, next state, observation, each `[N]`."""
+    legal_states = np.flatnonzero(legal)
+    row, p, outcome = enumerate_possible_outcomes(
+        problem, states[legal_states], np.full((len(legal_states), 1), a)
+    )
+    transitions = (
+        legal_states[row],
+        checked_state_indices(problem, outcome.state),
+        outcome.observations[:, 0],
+    )
+    source, next_states, observations = (
+        part[p > PROBABILITY_TOLERANCE] for part in transitions
+    )  # smaller probabilities are rounding errors
+    return source, next_states, observations

@@ -1,4 +1,4 @@
-"""What must hold of a problem that somebody brings before it is played: facts, arrays, a turn."""
+"""Checks that a user-defined problem can be played: its attributes, its arrays and one turn."""
 
 import math
 from collections import Counter
@@ -30,12 +30,13 @@ from dmplay.laws.breach import (
 )
 from dmplay.tabular import Tabular
 
-TRIED_ROWS = 2  # of the turn that is tried
-MAX_LINE_CHARACTERS = 1000  # characters of a name, or of a state in a line
-MAX_TEXT_CHARACTERS = 20_000  # characters of an observation
-MAX_COUNT = 2**63 - 1  # states, turns
-FORBIDDEN_LABEL_CHARACTERS = ",;#"  # characters that a typed action cannot have
-RESERVED_WORDS = frozenset({  # what a typed word does in a game, unless an action has its name
+TRIED_ROWS = 2  # rows of the turn that is tried
+MAX_LINE_CHARACTERS = 1000  # maximum characters of a name, or of a state in one line
+MAX_TEXT_CHARACTERS = 20_000  # maximum characters of an observation that is text
+MAX_COUNT = 2**63 - 1  # maximum number of states, and of turns
+FORBIDDEN_LABEL_CHARACTERS = ",;#"  # characters that a typed action cannot contain
+# commands of a game, which a typed word means unless an action has its name
+RESERVED_WORDS = frozenset({
     "act", "agent", "agents", "auto", "belief", "branch", "exit", "export", "figure", "guide",
     "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play", "policy",
     "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save", "screen",
@@ -44,93 +45,110 @@ RESERVED_WORDS = frozenset({  # what a typed word does in a game, unless an acti
 
 
 def check_playable(name: str, problem: Problem) -> None:
-    """Raises BadParameter where a fact, an array or the first turn of a problem cannot be."""
-    every = (fact for stage in CHECK_STAGES for facts in stage for fact in facts(problem))
-    for fact in every:
-        if not fact.ok:
+    """Raise BadParameter if an attribute, an array or the first turn of a problem is invalid."""
+    results = (result for stage in CHECK_STAGES for check in stage for result in check(problem))
+    for result in results:
+        if not result.ok:
             raise BadParameter(
-                make_violation(type(problem), fact.attribute, fact.message).format_with_name(name)
+                make_violation(type(problem), result.attribute, result.message).format_with_name(
+                    name
+                )
             )
 
 
 def _check_agents(problem: Problem) -> CheckResults:
+    """Yield a check that the agents have distinct names."""
     agents = problem.agents
-    told = f"agents: got {agents!r}, expected names, each another"
-    yield CheckResult(_are_distinct_names(agents), "agents", told)
+    message = f"agents: got {agents!r}, expected names, each another"
+    yield CheckResult(_are_distinct_names(agents), "agents", message)
 
 
 def _check_actions(problem: Problem) -> CheckResults:
+    """Yield checks that there is a valid action set for each agent."""
     agents, actions = problem.agents, problem.actions
-    holds = isinstance(actions, tuple)
-    yield CheckResult(holds, "actions", f"actions: got {actions!r}, expected (Labels(...),)")
-    told = (
+    is_tuple = isinstance(actions, tuple)
+    yield CheckResult(is_tuple, "actions", f"actions: got {actions!r}, expected (Labels(...),)")
+    message = (
         f"got {format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
     )
-    yield CheckResult(len(actions) == len(agents), "actions", f"actions: {told}, expected one each")
-    for known in actions:
-        told = f"actions: got {known!r}, expected Labels of names, each another, or an Interval"
+    yield CheckResult(
+        len(actions) == len(agents), "actions", f"actions: {message}, expected one each"
+    )
+    for space in actions:
+        message = f"actions: got {space!r}, expected Labels of names, each another, or an Interval"
         yield CheckResult(
-            isinstance(known, Interval) or _are_distinct_labels(known), "actions", told
+            isinstance(space, Interval) or _are_distinct_labels(space), "actions", message
         )
         yield from (
-            _check_interval(known)
-            if isinstance(known, Interval)
-            else check_typable_labels("actions", known)
+            _check_interval(space)
+            if isinstance(space, Interval)
+            else check_typable_labels("actions", space)
         )
 
 
 def _check_interval(interval: Interval) -> CheckResults:
+    """Yield a check that an interval has two finite bounds, the lower first."""
     low, high = interval.low, interval.high
-    holds = math.isfinite(low) and math.isfinite(high) and low < high
+    is_valid = math.isfinite(low) and math.isfinite(high) and low < high
     yield CheckResult(
-        holds, "actions", f"actions: got {interval!r}, expected two numbers, the lower first"
+        is_valid, "actions", f"actions: got {interval!r}, expected two numbers, the lower first"
     )
 
 
 def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
-    """Labels of actions can be typed, and mean nothing else."""
+    """Yield checks that action labels can be typed and cannot be mistaken for something else."""
     for label in labels:
         if label.lower() in RESERVED_WORDS:
-            told = (
+            message = (
                 f"{attribute}: got {label!r}, which is a command in a game; expected another name"
             )
-            yield CheckResult(False, attribute, told, independent=True)
-        if label != label.strip() or any(sign in label for sign in FORBIDDEN_LABEL_CHARACTERS):
-            told = f"{attribute}: got {label!r}, expected no '{FORBIDDEN_LABEL_CHARACTERS}' in it and no blanks around it"
-            yield CheckResult(False, attribute, told, independent=True)
-    typed = Counter(map(normalize_label, labels))
-    alike = [label for label in labels if typed[normalize_label(label)] > 1]
-    told = f"{attribute}: got {', '.join(alike)}, which are typed alike; expected each another"
-    yield CheckResult(not alike, attribute, told)
+            yield CheckResult(False, attribute, message, independent=True)
+        if label != label.strip() or any(
+            character in label for character in FORBIDDEN_LABEL_CHARACTERS
+        ):
+            message = (
+                f"{attribute}: got {label!r}, expected no "
+                f"'{FORBIDDEN_LABEL_CHARACTERS}' in it and no blanks around it"
+            )
+            yield CheckResult(False, attribute, message, independent=True)
+    counts = Counter(map(normalize_label, labels))
+    duplicates = [label for label in labels if counts[normalize_label(label)] > 1]
+    message = (
+        f"{attribute}: got {', '.join(duplicates)}, which are typed alike; expected each another"
+    )
+    yield CheckResult(not duplicates, attribute, message)
 
 
 def _check_observations(problem: Problem) -> CheckResults:
-    agents, seen = problem.agents, problem.observations
-    known = isinstance(seen, tuple) and all(
-        _are_distinct_labels(one) or _is_observation_space(one) for one in seen
+    """Yield checks that the observation spaces are valid and all of one kind."""
+    agents, spaces = problem.agents, problem.observations
+    is_valid = isinstance(spaces, tuple) and all(
+        _are_distinct_labels(space) or _is_observation_space(space) for space in spaces
     )
-    told = (
-        f"observations: got {seen!r}, expected Labels, RealVector or TextLine for each agent, or ()"
+    message = (
+        f"observations: got {spaces!r}, expected Labels, "
+        "RealVector or TextLine for each agent, or ()"
     )
-    yield CheckResult(known and len(seen) in (0, len(agents)), "observations", told)
-    kinds = {(type(one), one.shape) for one in seen}
-    told = f"observations: got {seen!r}, expected the same kind for all agents"
-    yield CheckResult(len(kinds) <= 1, "observations", told)
+    yield CheckResult(is_valid and len(spaces) in (0, len(agents)), "observations", message)
+    kinds = {(type(space), space.shape) for space in spaces}
+    message = f"observations: got {spaces!r}, expected the same kind for all agents"
+    yield CheckResult(len(kinds) <= 1, "observations", message)
 
 
 def _check_spaces(problem: Problem) -> CheckResults:
+    """Yield checks of the state names, the horizon, the states, the discount and the bounds."""
     if isinstance(problem, Tabular):
-        told = f"state_names: got {problem.state_names!r}, expected names, each another"
-        yield CheckResult(_are_distinct_names(problem.state_names), "state_names", told)
-    turns, states, discount = problem.horizon, problem.state_count, problem.discount
-    told = f"horizon: got {turns!r}, expected a number of turns, or None"
-    yield CheckResult(turns is None or _is_count(turns), "horizon", told)
-    holds = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
-    told = f"state_count: got {states!r}, expected how many, math.inf or ContinuousStates(...)"
-    yield CheckResult(holds, "state_count", told)
-    holds = type(discount) in (int, float) and 0 <= discount <= 1
+        message = f"state_names: got {problem.state_names!r}, expected names, each another"
+        yield CheckResult(_are_distinct_names(problem.state_names), "state_names", message)
+    horizon, states, discount = problem.horizon, problem.state_count, problem.discount
+    message = f"horizon: got {horizon!r}, expected a number of turns, or None"
+    yield CheckResult(horizon is None or _is_count(horizon), "horizon", message)
+    is_valid = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
+    message = f"state_count: got {states!r}, expected how many, math.inf or ContinuousStates(...)"
+    yield CheckResult(is_valid, "state_count", message)
+    is_valid = type(discount) in (int, float) and 0 <= discount <= 1
     yield CheckResult(
-        holds,
+        is_valid,
         "discount",
         f"discount: got {discount!r}, expected a number from 0 to 1",
         independent=True,
@@ -139,94 +157,115 @@ def _check_spaces(problem: Problem) -> CheckResults:
 
 
 def _check_bounds(problem: Problem) -> CheckResults:
-    """Bounds are a lower and an upper one."""
+    """Yield checks that declared bounds are pairs of a lower and an upper one."""
     for name in ("reward_bounds", "state_bounds"):
-        told = getattr(problem, name)
-        holds = told is None or (
-            isinstance(told, tuple) and len(told) == 2 and bool(np.less_equal(*told).all())
+        bounds = getattr(problem, name)
+        is_valid = bounds is None or (
+            isinstance(bounds, tuple) and len(bounds) == 2 and bool(np.less_equal(*bounds).all())
         )
-        said = f"{name}: got {told!r}, expected the lower and the upper, or None"
-        yield CheckResult(holds, name, said, independent=True)
+        message = f"{name}: got {bounds!r}, expected the lower and the upper, or None"
+        yield CheckResult(is_valid, name, message, independent=True)
 
 
 def _check_parameters(problem: Problem) -> CheckResults:
-    """Parameters can be written into a transcript and read again."""
-    for one in (one for one in fields(problem) if one.repr):
-        value = getattr(problem, one.name)
-        holds = isinstance(value, bool | int | float | str | tuple | list)
-        told = f"{one.name}: got {type(value).__name__}, expected a number, text, flag or list"
-        yield CheckResult(holds, one.name, told, independent=True)
+    """Yield checks that parameters can be written into a transcript and read again."""
+    for parameter in (parameter for parameter in fields(problem) if parameter.repr):
+        value = getattr(problem, parameter.name)
+        is_valid = isinstance(value, bool | int | float | str | tuple | list)
+        message = (
+            f"{parameter.name}: got {type(value).__name__}, expected a number, text, flag or list"
+        )
+        yield CheckResult(is_valid, parameter.name, message, independent=True)
 
 
 def _check_start(problem: Problem) -> CheckResults:
-    """A start, tried."""
-    opening = problem.initial_chance(TRIED_ROWS)
-    yield from _check_chances("initial_chance", opening)
-    s = problem.initial_states(TRIED_ROWS, _sample_median_events(opening))
-    row = f"expected an array, a state for each of {TRIED_ROWS} rows"
+    """Yield checks of sampled start states."""
+    chances = problem.initial_chance(TRIED_ROWS)
+    yield from _check_chances("initial_chance", chances)
+    s = problem.initial_states(TRIED_ROWS, _sample_median_events(chances))
+    expectation = f"expected an array, a state for each of {TRIED_ROWS} rows"
     yield CheckResult(
-        _has_tried_rows(s), "initial_states", lambda: f"initial_states: got {s!r}, {row}"
+        _has_tried_rows(s), "initial_states", lambda: f"initial_states: got {s!r}, {expectation}"
     )
-    holds = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
-    told = f"state_count: got 1, expected how many, as initial_states gives {_describe_array(s)}; ContinuousStates(n) for reals"
-    yield CheckResult(holds, "state_count", told)
+    is_valid = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
+    message = (
+        "state_count: got 1, expected how many, as initial_states "
+        f"gives {_describe_array(s)}; ContinuousStates(n) for reals"
+    )
+    yield CheckResult(is_valid, "state_count", message)
     if isinstance(problem.state_count, ContinuousStates):
         shape = (TRIED_ROWS, problem.state_count.dimensions)
-        told = f"initial_states: got {_describe_array(s)}, expected reals of shape {shape}, as state_count says"
-        yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", told)
+        message = (
+            f"initial_states: got {_describe_array(s)}, expected "
+            f"reals of shape {shape}, as state_count says"
+        )
+        yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", message)
     yield from _check_state_indices(problem, "initial_states", s)
     yield from _check_state_text(problem, s)
 
 
 def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckResults:
-    """States that are counted are of those that there are."""
+    """Yield checks that state indices are whole numbers below the number of states."""
     if isinstance(problem.state_count, int) and len(s):
-        places, last = problem.state_indices(s), problem.state_count - 1
-        whole = "expected whole numbers, where states are counted"
+        indices, last = problem.state_indices(s), problem.state_count - 1
+        expectation = "expected whole numbers, where states are counted"
         yield CheckResult(
-            places.dtype.kind in "iu", attribute, lambda: f"{attribute}: got {s!r}, {whole}"
+            indices.dtype.kind in "iu", attribute, lambda: f"{attribute}: got {s!r}, {expectation}"
         )
-        far = [one for one in (places.min(), places.max()) if not 0 <= one <= last]
-        told = f"{attribute}: got state {[*far, 0][0]}, expected 0 to {last}, as state_count says"
-        alone = f"state_count: got 1, expected how many, as {attribute} gives state {[*far, 0][0]}"
-        yield CheckResult(not far, attribute if last else "state_count", told if last else alone)
+        out_of_range = [index for index in (indices.min(), indices.max()) if not 0 <= index <= last]
+        message = (
+            f"{attribute}: got state {[*out_of_range, 0][0]}, "
+            f"expected 0 to {last}, as state_count says"
+        )
+        message_for_one_state = (
+            "state_count: got 1, expected how many, as "
+            f"{attribute} gives state {[*out_of_range, 0][0]}"
+        )
+        yield CheckResult(
+            not out_of_range,
+            attribute if last else "state_count",
+            message if last else message_for_one_state,
+        )
 
 
 def _check_state_text(problem: Problem, s: Array) -> CheckResults:
-    """A state is written and read without loss."""
-    told = problem.format_state(s[0])
-    what = (
-        f"format_state: got {told!r}, expected a line of at most {MAX_LINE_CHARACTERS} characters"
+    """Yield checks that a state is written as one line and parsed again without loss."""
+    text = problem.format_state(s[0])
+    message = (
+        f"format_state: got {text!r}, expected a line of at most {MAX_LINE_CHARACTERS} characters"
     )
-    yield CheckResult(_is_one_line(told), "format_state", what)
-    again = np.asarray(problem.parse_state(told))
+    yield CheckResult(_is_one_line(text), "format_state", message)
+    parsed = np.asarray(problem.parse_state(text))
     yield CheckResult(
-        again.shape == s[0].shape and bool(np.all(again == s[0])),
+        parsed.shape == s[0].shape and bool(np.all(parsed == s[0])),
         "parse_state",
         lambda: (
-            f"parse_state: got {again!r} from {told!r}, expected {s[0]!r}, which format_state wrote"
+            f"parse_state: got {parsed!r} from {text!r}, "
+            f"expected {s[0]!r}, which format_state wrote"
         ),
     )
 
 
 def _check_first_turn(problem: Problem) -> CheckResults:
-    """A turn, tried."""
+    """Yield checks of a first turn: terminal states, legal actions, chances and the outcome."""
     s = problem.initial_states(
         TRIED_ROWS, _sample_median_events(problem.initial_chance(TRIED_ROWS))
     )
-    over, legal = problem.terminal(s), problem.legal_actions_mask(s)
-    holds = _has_tried_rows(over) and over.dtype == bool and over.ndim == 1
-    each = f"expected true or false for each of {TRIED_ROWS} rows"
-    yield CheckResult(holds, "terminal", lambda: f"terminal: got {over!r}, {each}")
+    is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
+    is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
+    expectation = f"expected true or false for each of {TRIED_ROWS} rows"
+    yield CheckResult(is_valid, "terminal", lambda: f"terminal: got {is_over!r}, {expectation}")
     shape = (TRIED_ROWS, len(problem.agents), max(problem.action_counts))
-    holds = legal is None or (
-        has_shape(legal, shape) and legal.dtype == bool and _has_legal_actions(legal, over)
+    is_valid = legal is None or (
+        has_shape(legal, shape) and legal.dtype == bool and _has_legal_actions(legal, is_over)
     )
-    able = f"expected None, or one action at least, of shape {shape}"
+    legal_expectation = f"expected None, or one action at least, of shape {shape}"
     yield CheckResult(
-        holds, "legal_actions_mask", lambda: f"legal_actions_mask: got {legal!r}, {able}"
+        is_valid,
+        "legal_actions_mask",
+        lambda: f"legal_actions_mask: got {legal!r}, {legal_expectation}",
     )
-    a = np.tile([known.candidate_actions()[0] for known in problem.actions], (TRIED_ROWS, 1))
+    a = np.tile([space.candidate_actions()[0] for space in problem.actions], (TRIED_ROWS, 1))
     if legal is not None:
         a = legal.argmax(axis=2)
     chances = problem.chance(s, a)
@@ -241,67 +280,86 @@ def _check_first_turn(problem: Problem) -> CheckResults:
 
 
 def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
-    """What a turn brought about has the shapes and ranges that the problem states."""
-    moved, rewards, seen = outcome
-    holds = has_shape(moved, s.shape) and moved.dtype.kind == s.dtype.kind
-    as_placed = f"expected them of shape {s.shape}, as from initial_states"
+    """Yield checks that an outcome has the shapes and ranges that the problem declares."""
+    next_states, rewards, observations = outcome
+    is_valid = has_shape(next_states, s.shape) and next_states.dtype.kind == s.dtype.kind
+    states_expectation = f"expected them of shape {s.shape}, as from initial_states"
     yield CheckResult(
-        holds, "resolve_events", lambda: f"resolve_events: got the states {moved!r}, {as_placed}"
+        is_valid,
+        "resolve_events",
+        lambda: f"resolve_events: got the states {next_states!r}, {states_expectation}",
     )
-    yield from _check_state_indices(problem, "resolve_events", moved)
-    rows = len(s), len(problem.agents)
-    yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, rows)
+    yield from _check_state_indices(problem, "resolve_events", next_states)
+    reward_shape = len(s), len(problem.agents)
+    yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
     if problem.shared_reward:
-        told = "resolve_events: got rewards that differ, expected the same for all, as shared_reward says"
-        yield CheckResult(bool((rewards == rewards[:, :1]).all()), "resolve_events", told)
+        message = (
+            "resolve_events: got rewards that differ, "
+            "expected the same for all, as shared_reward says"
+        )
+        yield CheckResult(bool((rewards == rewards[:, :1]).all()), "resolve_events", message)
     yield from _check_within_bounds("reward_bounds", problem.reward_bounds, rewards)
-    yield from _check_within_bounds("state_bounds", problem.state_bounds, moved)
+    yield from _check_within_bounds("state_bounds", problem.state_bounds, next_states)
     if not problem.partially_observable:
-        holds = has_shape(seen, s.shape) and seen.dtype == moved.dtype and (seen == moved).all()
-        new = "expected the new states"
+        is_valid = (
+            has_shape(observations, s.shape)
+            and observations.dtype == next_states.dtype
+            and (observations == next_states).all()
+        )
+        observations_expectation = "expected the new states"
         yield CheckResult(
-            bool(holds), "resolve_events", lambda: f"resolve_events: got {seen!r} to be seen, {new}"
+            bool(is_valid),
+            "resolve_events",
+            lambda: f"resolve_events: got {observations!r} to be seen, {observations_expectation}",
         )
         return
-    yield from _check_observation_array(problem, rows, seen)
+    yield from _check_observation_array(problem, reward_shape, observations)
 
 
 def _check_within_bounds(
     name: str, bounds: tuple[Array, Array] | tuple[float, float] | None, values: Array
 ) -> CheckResults:
-    """Numbers stay within the bounds that the problem declares."""
+    """Yield a check that numbers are within the bounds that the problem declares."""
     if bounds is not None:
         low, high = bounds
-        told = f"resolve_events: got {values.min():g} to {values.max():g}, expected {name}, {low} to {high}"
-        yield CheckResult(bool(((values >= low) & (values <= high)).all()), "resolve_events", told)
+        message = (
+            f"resolve_events: got {values.min():g} to "
+            f"{values.max():g}, expected {name}, {low} to {high}"
+        )
+        yield CheckResult(
+            bool(((values >= low) & (values <= high)).all()), "resolve_events", message
+        )
 
 
 def _check_observation_array(
     problem: Problem, leading_shape: tuple[int, int], observations: Array
 ) -> CheckResults:
-    """Observations are of the kind that is named."""
+    """Yield checks that observations have the declared kind, shape and range."""
     kind = problem.observations[0]
     shape = (*leading_shape, *kind.shape)
-    letters, what = {Labels: ("iu", "whole numbers"), RealVector: ("f", "reals")}.get(
+    dtype_kinds, description = {Labels: ("iu", "whole numbers"), RealVector: ("f", "reals")}.get(
         type(kind), ("U", "an array of text")
     )
-    holds = has_shape(observations, shape) and observations.dtype.kind in letters
-    yield _observation_result(holds, observations, f"expected {what} of shape {shape}")
+    is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
+    yield _observation_result(is_valid, observations, f"expected {description} of shape {shape}")
     if isinstance(kind, RealVector):
         yield _observation_result(
             bool(np.isfinite(observations).all()), observations, "expected none infinite or NaN"
         )
     elif isinstance(kind, Labels):
-        holds = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
-        yield _observation_result(holds, observations, "expected the numbers of their labels")
+        is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
+        yield _observation_result(is_valid, observations, "expected the numbers of their labels")
     else:
-        wrong = [str(one) for one in observations.flat if not _is_printable_text(one)]
-        told = f"expected printable text, not empty, of at most {MAX_TEXT_CHARACTERS:,} characters"
-        got = f"resolve_events: got the observation {wrong[0]!r:.99}" if wrong else ""
-        yield CheckResult(not wrong, "resolve_events", f"{got}, {told}")
+        invalid = [str(text) for text in observations.flat if not _is_printable_text(text)]
+        expectation = (
+            f"expected printable text, not empty, of at most {MAX_TEXT_CHARACTERS:,} characters"
+        )
+        message = f"resolve_events: got the observation {invalid[0]!r:.99}" if invalid else ""
+        yield CheckResult(not invalid, "resolve_events", f"{message}, {expectation}")
 
 
 def _observation_result(holds: bool, observations: Array, expected: str) -> CheckResult:
+    """Return the result of a check of observations."""
     return CheckResult(
         holds,
         "resolve_events",
@@ -311,7 +369,7 @@ def _observation_result(holds: bool, observations: Array, expected: str) -> Chec
 
 CHECK_STAGES: tuple[
     tuple[Callable[[Problem], CheckResults], ...], ...
-] = (  # each rests on those before
+] = (  # each stage relies on those before it
     (_check_agents,),
     (_check_actions, _check_observations, _check_spaces, _check_parameters),
     (arrays.check_tables,),
@@ -327,17 +385,17 @@ CHECK_STAGES: tuple[
 
 
 def _are_distinct_names(value: object) -> bool:
-    """Whether these are names that can be written in a line, each another."""
+    """Return whether a value is a non-empty sequence of distinct names, each of one line."""
     return (
         isinstance(value, tuple | list)
         and bool(value)
-        and all(_is_one_line(one) for one in value)
+        and all(_is_one_line(name) for name in value)
         and len(set(value)) == len(value)
     )
 
 
 def _is_one_line(value: object) -> bool:
-    """Whether this is a text that can be written in a line."""
+    """Return whether a value is printable text of one line."""
     return (
         isinstance(value, str)
         and value.isprintable()
@@ -346,84 +404,93 @@ def _is_one_line(value: object) -> bool:
 
 
 def _is_printable_text(value: object) -> bool:
-    """Whether this can be shown, in one line or several."""
-    rows = value.split("\n") if isinstance(value, str) else []
-    printable = all(row.isprintable() for row in rows)
+    """Return whether a value is printable text, of one line or several."""
+    lines = value.split("\n") if isinstance(value, str) else []
+    printable = all(row.isprintable() for row in lines)
     return printable and isinstance(value, str) and 0 < len(value.strip()) <= MAX_TEXT_CHARACTERS
 
 
 def _are_distinct_labels(value: object) -> bool:
+    """Return whether a value is Labels with distinct names."""
     return isinstance(value, Labels) and _are_distinct_names(value)
 
 
 def _is_observation_space(value: object) -> bool:
+    """Return whether a value is an observation space of text or of real numbers."""
     return isinstance(value, TextLine) or (isinstance(value, RealVector) and _is_count(value.size))
 
 
 def _is_count(value: object) -> bool:
+    """Return whether a value is a whole number from 1 to MAX_COUNT."""
     return type(value) is int and 0 < value <= MAX_COUNT
 
 
 def _has_tried_rows(value: object) -> bool:
+    """Return whether a value is an array with TRIED_ROWS rows."""
     return isinstance(value, np.ndarray) and value.shape[:1] == (TRIED_ROWS,)
 
 
 def _describe_array(value: object) -> str:
-    """What an array is, in a few words."""
+    """Return the dtype and shape of an array as text, or the repr of another value."""
     if not isinstance(value, np.ndarray):
         return repr(value)
     return f"{value.dtype} of shape {value.shape}"
 
 
 def _has_legal_actions(legal: Array, over: Array) -> bool:
-    """Whether each agent can do something wherever the game goes on."""
-    able = np.all(np.any(legal, axis=2), axis=1)
-    return bool(np.all(able | over))
+    """Return whether each agent has a legal action in every row that is not over."""
+    has_action = np.all(np.any(legal, axis=2), axis=1)
+    return bool(np.all(has_action | over))
 
 
 def _check_chances(attribute: str, value: object) -> CheckResults:
-    """What nature draws."""
-    kinds = Categorical | DiscreteUniform | Uniform | Normal
-    holds = isinstance(value, tuple) and all(isinstance(chance, kinds) for chance in value)
+    """Yield checks that a value is a tuple of distributions from which can be sampled."""
+    types = Categorical | DiscreteUniform | Uniform | Normal
+    is_tuple = isinstance(value, tuple) and all(isinstance(chance, types) for chance in value)
     yield CheckResult(
-        holds, attribute, f"{attribute}: got {value!r}, expected (DiscreteUniform(...),), a tuple, or ()"
+        is_tuple,
+        attribute,
+        f"{attribute}: got {value!r}, expected (DiscreteUniform(...),), a tuple, or ()",
     )
     assert isinstance(value, tuple)
     for chance in value:
         if isinstance(chance, Categorical):
             yield from _check_categorical(attribute, np.asarray(chance.cumulative))
-        got = f"{attribute}: got {chance!r}, expected what can be drawn"
-        yield CheckResult(_can_be_sampled(chance), attribute, got)
+        message = f"{attribute}: got {chance!r}, expected what can be drawn"
+        yield CheckResult(_can_be_sampled(chance), attribute, message)
 
 
 def _check_categorical(attribute: str, cumulative: Array) -> CheckResults:
-    """Cumulative probabilities, a row for each, or one for all."""
-    holds = (
+    """Yield checks of an array of cumulative probabilities, with a row each or one for all."""
+    is_valid = (
         cumulative.ndim == 2
         and len(cumulative) in (1, TRIED_ROWS)
         and cumulative.dtype.kind in "fiu"
     )
-    got = f"{attribute}: got a Categorical of {_describe_array(cumulative)}, expected rows of cumulative probabilities"
-    yield CheckResult(holds, attribute, got)
+    message = (
+        f"{attribute}: got a Categorical of {_describe_array(cumulative)}, "
+        "expected rows of cumulative probabilities"
+    )
+    yield CheckResult(is_valid, attribute, message)
     p = np.diff(cumulative, prepend=0, append=1)
-    got = f"{attribute}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"
-    yield CheckResult(bool((p >= -arrays.PROBABILITY_TOLERANCE).all()), attribute, got)
+    message = f"{attribute}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"
+    yield CheckResult(bool((p >= -arrays.PROBABILITY_TOLERANCE).all()), attribute, message)
 
 
 def _can_be_sampled(chance: object) -> bool:
-    """Whether the numbers of this are such that nature can draw it."""
+    """Return whether the numbers of a distribution are valid, so that it can be sampled."""
     match chance:
-        case DiscreteUniform(n, most):
-            return bool(((np.asarray(n) >= 1) & (np.asarray(n) <= most)).all())
+        case DiscreteUniform(n, max_n):
+            return bool(((np.asarray(n) >= 1) & (np.asarray(n) <= max_n)).all())
         case Uniform(low, high):
             return bool(np.isfinite(low).all() and np.isfinite(high).all())
         case Normal():
-            return all(np.isfinite(one).all() for one in vars(chance).values())
+            return all(np.isfinite(array).all() for array in vars(chance).values())
     return True
 
 
 def _sample_median_events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:
-    """What comes of them in the middle of the dice."""
+    """Return the events that uniforms of 0.5 give, in the middle of their range."""
     return sample_all(
         chances, np.full((TRIED_ROWS, sum(chance.uniform_count for chance in chances)), 0.5)
     )

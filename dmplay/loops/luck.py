@@ -1,4 +1,4 @@
-"""The uniforms of many rows, each at a turn of its own: those of a seed, or quick ones."""
+"""Sources of uniforms for vectorized games: by seed, or from a fast generator."""
 
 from functools import lru_cache
 from typing import Protocol
@@ -11,23 +11,23 @@ from dmplay.dice import generate_uniforms, make_generator
 EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = (
     1024,
     512,
-)  # episodes that are drawn together, and how many such draws are kept
-BLOCK_NUMBER_BITS = 40  # bits for the block of an episode
+)  # episodes generated together, and the number of cached blocks
+BLOCK_NUMBER_BITS = 40  # bits of a block's number in a key
 
 
 class UniformSource(Protocol):
-    """Where the draws of rows come from."""
+    """A source of uniforms for rows of games, each at its own turn."""
 
     def start_next_episode(self, rows: Ints) -> None:
-        """Has these rows go on to a new game each."""
+        """Advance each of these rows to its next episode."""
 
     def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
-        """Uniforms `[R, count]` of these rows, each at its turn of `turns` `[B]`."""
+        """Return uniforms `[R, count]` for these rows, each at its turn in `turns` `[B]`."""
 
 
 @lru_cache(maxsize=MAX_CACHED_BLOCKS)
 def _draw_block(seed: int, stream: int, turn: int, block: int, count: int) -> Reals:
-    """The uniforms `[BLOCK, count]` of some episodes, which are drawn together."""
+    """Return the uniforms `[EPISODES_PER_BLOCK, count]` of a block of consecutive episodes."""
     return generate_uniforms(
         seed,
         stream,
@@ -39,39 +39,44 @@ def _draw_block(seed: int, stream: int, turn: int, block: int, count: int) -> Re
 
 
 class ReplayableUniforms:
-    """The dice of a seed: game k of row r is episode r + k * rows."""
+    """Reproducible uniforms of a seed: game k of row r is episode r + k * rows."""
 
     def __init__(self, seed: int, rows: int) -> None:
         self._seed = seed
-        self._episodes = np.arange(rows) - rows  # before the first
+        self._episodes = np.arange(rows) - rows  # before the first episode of each row
 
     def start_next_episode(self, rows: Ints) -> None:
-        """The dice of each row's next episode."""
+        """Advance each of these rows to its next episode of the seed."""
         self._episodes[rows] += len(self._episodes)
 
     def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
-        """Those that a session draws in this turn."""
-        drawn = np.empty((len(rows), count))
+        """Return the uniforms that a session of the same seed generates in these turns."""
+        result = np.empty((len(rows), count))
         if not count:
-            return drawn
-        block, place = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
-        where = turns[rows] << BLOCK_NUMBER_BITS | block
-        for one in np.unique(where).tolist():
-            turn, its = one >> BLOCK_NUMBER_BITS, one & (1 << BLOCK_NUMBER_BITS) - 1
-            mine = where == one
-            drawn[mine] = _draw_block(self._seed, stream, turn, its, count)[place[mine]]
-        return drawn
+            return result
+        block, offsets = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
+        block_keys = turns[rows] << BLOCK_NUMBER_BITS | block
+        for key in np.unique(block_keys).tolist():
+            turn, block_number = key >> BLOCK_NUMBER_BITS, key & (1 << BLOCK_NUMBER_BITS) - 1
+            in_block = block_keys == key
+            result[in_block] = _draw_block(self._seed, stream, turn, block_number, count)[
+                offsets[in_block]
+            ]
+        return result
 
 
 class FastUniforms:
-    """A generator that goes on, whatever row and turn it is."""
+    """Uniforms from one generator in sequence, whatever the row and turn.
+
+    They are not reproducible from a seed.
+    """
 
     def __init__(self, seed: int) -> None:
         self._generator = make_generator(seed)
 
     def start_next_episode(self, rows: Ints) -> None:
-        """Nothing is to be done."""
+        """Do nothing, because the generator has no episodes."""
 
     def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
-        """The next ones."""
+        """Return the generator's next uniforms `[R, count]`."""
         return self._generator.random((len(rows), count))

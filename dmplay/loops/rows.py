@@ -1,4 +1,4 @@
-"""Many games at once for one learner, who has the same seat in each; agents have the others."""
+"""Many simultaneous games for one learner in a fixed seat; policies play the other seats."""
 
 from collections.abc import Sequence
 
@@ -12,7 +12,7 @@ from dmplay.loops.seat import SeatSpaces
 
 
 class VectorGames:
-    """The games; one that is over begins anew with the next turn."""
+    """A batch of games; a game that is over restarts with the next turn."""
 
     def __init__(
         self,
@@ -33,14 +33,18 @@ class VectorGames:
         self.reset()
 
     def reset(self) -> None:
-        """Begins a new game in every row."""
+        """Begin a new game in every row."""
         self._turns = np.zeros(len(self._all_rows), np.int64)
         self.done_mask = self._no_rows
         self._state, self._memories, self.observations = self._start_games(self._all_rows)
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
 
     def _start_games(self, rows: Ints) -> tuple[Array, list[Memory], Array]:
-        """New games in these rows: states, what the others remember, what the learner sees."""
+        """Begin new games in these rows.
+
+        Returns the states, the memories of the other seats' policies and the learner's
+        observations.
+        """
         problem = self.problem
         self.uniform_source.start_next_episode(rows)
         self._turns[rows] = 0
@@ -52,14 +56,14 @@ class VectorGames:
         memories: list[Memory] = [
             ()
             if policy is None
-            else policy.initial_memory(problem.initial_observation(state, place))
-            for place, policy in enumerate(self._policies)
+            else policy.initial_memory(problem.initial_observation(state, seat))
+            for seat, policy in enumerate(self._policies)
         ]
-        first = problem.initial_observation(state, self.seat_spaces.seat)
-        return state, memories, self.seat_spaces.encode_observations(first, None)
+        first_observation = problem.initial_observation(state, self.seat_spaces.seat)
+        return state, memories, self.seat_spaces.encode_observations(first_observation, None)
 
     def step(self, actions: Array) -> tuple[Reals, Bools, Bools]:
-        """Plays a turn by the learner's actions; rewards, and which games are over or cut short."""
+        """Play a turn; return the learner's rewards, terminated and truncated masks `[B]`."""
         problem, seat = self.problem, self.seat_spaces.seat
         self._turns += 1
         joint = self._joint_actions(actions)
@@ -79,15 +83,16 @@ class VectorGames:
         return rewards, terminated, truncated
 
     def _joint_actions(self, actions: Array) -> Array:
-        """The joint actions `[B, n]`: the learner's, and those of the other seats."""
-        chosen = [
-            actions if policy is None else self._choose_actions(place, policy)
-            for place, policy in enumerate(self._policies)
+        """Return the joint actions `[B, n]` of the learner and the other seats' policies."""
+        action_columns = [
+            actions if policy is None else self._choose_actions(seat, policy)
+            for seat, policy in enumerate(self._policies)
         ]
-        joint = np.stack(chosen, axis=1) if len(chosen) > 1 else actions[:, None]
+        joint = np.stack(action_columns, axis=1) if len(action_columns) > 1 else actions[:, None]
         return np.round(joint, ACTION_DECIMALS) + 0.0 if joint.dtype.kind == "f" else joint
 
     def _choose_actions(self, seat: int, policy: Policy) -> Array:
+        """Return the actions `[B]` that a seat's policy chooses."""
         u = self.uniform_source.generate_uniforms(
             1 + seat, self._turns, policy.uniform_count, self._all_rows
         )
@@ -95,65 +100,75 @@ class VectorGames:
         return policy.choose(self._memories[seat], legal, u)
 
     def _apply_outcome(self, joint: Array, outcome: Outcome, rewards: Reals) -> None:
-        """Goes on to what came of the turn; where a move was not legal there was none."""
-        state, seen = outcome.state, self._observe(joint, outcome)
-        each = enumerate(zip(self._policies, self._memories, strict=True))
-        memories = [self._update_memory(place, *who, joint, outcome) for place, who in each]
+        """Store the outcome of a turn; illegal joint actions change nothing and pay 0.
+
+        A row with an illegal action keeps its state, turn and memories.
+        """
+        state, observations = outcome.state, self._observe(joint, outcome)
+        numbered_policies = enumerate(zip(self._policies, self._memories, strict=True))
+        memories = [
+            self._update_memory(seat, *policy_and_memory, joint, outcome)
+            for seat, policy_and_memory in numbered_policies
+        ]
         if self.legal_actions_mask is not None:
-            able = self.legal_actions_mask[
+            is_legal = self.legal_actions_mask[
                 self._all_rows[:, None], np.arange(joint.shape[1]), joint.astype(int)
             ]
-            stuck = np.flatnonzero(~able.all(axis=1))
-            self._turns[stuck], rewards[stuck] = self._turns[stuck] - 1, 0.0
-            state, seen = (
-                _replace_rows(state, stuck, self._state[stuck]),
-                _replace_rows(seen, stuck, self.observations[stuck]),
+            illegal_rows = np.flatnonzero(~is_legal.all(axis=1))
+            self._turns[illegal_rows], rewards[illegal_rows] = self._turns[illegal_rows] - 1, 0.0
+            state, observations = (
+                _replace_rows(state, illegal_rows, self._state[illegal_rows]),
+                _replace_rows(observations, illegal_rows, self.observations[illegal_rows]),
             )
             memories = _replace_memory_rows(
-                memories, stuck, [_select_rows(one, stuck) for one in self._memories]
+                memories,
+                illegal_rows,
+                [_select_rows(memory, illegal_rows) for memory in self._memories],
             )
-        self._state, self.observations, self._memories = state, seen, memories
+        self._state, self.observations, self._memories = state, observations, memories
 
     def _update_memory(
         self, seat: int, policy: Policy | None, memory: Memory, joint: Array, outcome: Outcome
     ) -> Memory:
-        """What somebody in another seat remembers after a turn."""
+        """Return the memory `[B]` of a seat's policy after a turn; empty for the learner."""
         if policy is None:
             return ()
         percept = self.problem.build_percept(seat, joint, outcome, required_fields(policy))
         return policy.update_memory(memory, percept)
 
     def _observe(self, joint: Array, outcome: Outcome) -> Array:
-        hidden, seen = self.problem.partially_observable, outcome.observations
+        """Return the learner's encoded observations after a turn."""
+        is_hidden, observations = self.problem.partially_observable, outcome.observations
         return self.seat_spaces.encode_observations(
-            seen[:, self.seat_spaces.seat] if hidden else seen, joint
+            observations[:, self.seat_spaces.seat] if is_hidden else observations, joint
         )
 
     def _restart_games(self, rows: Ints, rewards: Reals) -> None:
-        """New games where they were over, which pay nothing yet."""
-        state, memories, seen = self._start_games(rows)
+        """Restart the games in these rows and set their rewards to 0."""
+        state, memories, observations = self._start_games(rows)
         self._state, self.observations = (
             _replace_rows(self._state, rows, state),
-            _replace_rows(self.observations, rows, seen),
+            _replace_rows(self.observations, rows, observations),
         )
         self._memories = _replace_memory_rows(self._memories, rows, memories)
         rewards[rows] = 0.0
 
 
 def _replace_rows(array: Array, rows: Ints, new_values: Array) -> Array:
-    """The array with these rows instead."""
+    """Return a copy of the array with these rows replaced."""
     array = array.copy()
     array[rows] = new_values
     return array
 
 
 def _select_rows(memory: Memory, rows: Ints) -> Memory:
+    """Return these rows of a memory."""
     return tuple(part[rows] for part in memory)
 
 
 def _replace_memory_rows(
     memories: list[Memory], rows: Ints, new_memories: list[Memory]
 ) -> list[Memory]:
-    """What the others remember, with these rows instead."""
+    """Return the memories of all seats with these rows replaced."""
     pairs = zip(memories, new_memories, strict=True)
     return [tuple(_replace_rows(a, rows, b) for a, b in zip(*pair, strict=True)) for pair in pairs]

@@ -1,4 +1,7 @@
-"""A problem in somebody else's loop: its seats as spaces, who sits in the others, its drawing."""
+"""A seat of a problem for reinforcement-learning libraries.
+
+Contains its spaces, the policies of the other seats, and the rendering of its board.
+"""
 
 from typing import Any
 
@@ -13,11 +16,11 @@ from dmplay.session import Session
 
 Space = spaces.Space[Any]
 Info = dict[str, Any]
-RENDER_COLUMNS, RENDER_ROWS = 80, 24  # of a drawing
+RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
 
 
 class SeatSpaces:
-    """A seat as a learner has it: what it may do and see, as spaces and the values in them."""
+    """The action and observation spaces of a seat, with conversions to and from their values."""
 
     def __init__(self, problem: Problem, seat: int) -> None:
         self.problem, self.seat = problem, seat
@@ -29,27 +32,38 @@ class SeatSpaces:
         )
 
     def _make_action_space(self) -> Space:
-        known = self._action_set
-        if isinstance(known, Interval):
-            return spaces.Box(known.low, known.high, (1,), np.float64)
-        return spaces.Discrete(len(known))
+        """Return the action space: a Box for an interval, else Discrete."""
+        action_set = self._action_set
+        if isinstance(action_set, Interval):
+            return spaces.Box(action_set.low, action_set.high, (1,), np.float64)
+        return spaces.Discrete(len(action_set))
 
     def _make_observation_space(self) -> Space:
+        """Return the observation space.
+
+        It is that of the hidden observations, of the last joint action in a game of one state, or
+        else of the state.
+        """
         problem = self.problem
         if problem.partially_observable:
             return self._make_hidden_space(problem.observations[self.seat])
         if problem.state_count == 1:
-            return _make_discrete_space([many + 1 for many in problem.action_counts])
+            return _make_discrete_space(
+                [action_count + 1 for action_count in problem.action_counts]
+            )
         state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
         if state.dtype.kind == "f":
             return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
         if isinstance(problem.state_count, int):
             return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
-        least, most = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
-        return spaces.Box(least, most, state.shape, state.dtype.type)
+        low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
+        return spaces.Box(low, high, state.shape, state.dtype.type)
 
     def _make_hidden_space(self, observations: Labels | RealVector | TextLine) -> Space:
-        """The space of what is observed of a hidden state: a label more for nothing yet."""
+        """Return the space of observations of a hidden state.
+
+        Labels have one more value, for no observation yet. Raises BadParameter for text.
+        """
         if isinstance(observations, Labels):
             return spaces.Discrete(len(observations) + 1)
         if isinstance(observations, RealVector):
@@ -57,9 +71,9 @@ class SeatSpaces:
         raise BadParameter("what is observed is text, of which there is no space")
 
     def decode_actions(self, values: Array) -> Array:
-        """The actions `[B]` that values of the space are, the nearest of numbers out of bounds.
+        """Return the actions `[B]` for values of the action space; numbers are clipped.
 
-        Raises IllegalAction for what is no action, and says which.
+        Raises IllegalAction with the first value that is not an action.
         """
         if isinstance(self._action_set, Interval):
             numbers = values.reshape(len(values), -1).astype(float)
@@ -67,8 +81,8 @@ class SeatSpaces:
                 raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected one")
             return self._action_set.clip_actions(numbers[:, 0])
         if values.dtype.kind not in "iu" or values.ndim != 1:
-            for one in values.tolist():
-                self._action_set.validate_action(one, "step")
+            for value in values.tolist():
+                self._action_set.validate_action(value, "step")
         elif values.min() < 0 or values.max() >= len(self._action_set):
             self._action_set.validate_action(
                 values[(values < 0) | (values >= len(self._action_set))][0], "step"
@@ -76,11 +90,14 @@ class SeatSpaces:
         return values.astype(np.int64)
 
     def encode_observations(self, observation: Array, joint: Array | None) -> Array:
-        """The values of the space `[B, ...]` for what was observed, after these joint actions."""
+        """Return observations encoded as values `[B, ...]` of the observation space.
+
+        `joint` holds the last joint actions, or None before the first turn.
+        """
         if self.problem.partially_observable:
-            known = self.problem.observations[self.seat]
-            if isinstance(known, Labels):
-                return np.where(observation < 0, len(known), observation)
+            observation_set = self.problem.observations[self.seat]
+            if isinstance(observation_set, Labels):
+                return np.where(observation < 0, len(observation_set), observation)
             return np.nan_to_num(observation)
         if self.problem.state_count == 1:
             shape = len(observation), len(self.problem.agents)
@@ -88,7 +105,7 @@ class SeatSpaces:
         return observation.copy()
 
     def make_info(self, legal: Bools | None) -> Info:
-        """What marks legal actions `[A]`, where there are any to choose from."""
+        """Return the info with the mask `[A]` of legal actions, empty for a real action."""
         if not len(self._full_action_mask):
             return {}
         return {
@@ -97,28 +114,33 @@ class SeatSpaces:
 
 
 def _make_discrete_space(sizes: Any) -> Space:
-    """The space of an index, or of several."""
+    """Return the space of one index of the given size, or of several indices."""
     return spaces.MultiDiscrete(sizes) if np.ndim(sizes) else spaces.Discrete(int(sizes))
 
 
 def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
-    """A problem, or the one of this name with these parameters."""
+    """Return the problem of this name, or the given problem, with these parameters."""
     if isinstance(problem, str):
         return problems.load_problem(problem, **parameters)
     return problems.with_parameters(problem, parameters)
 
 
 def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:
-    """The agents of this name in all other seats; '' for those that usually sit there."""
-    who = [
+    """Load the named policy for all other seats; "" loads the default partner of each seat.
+
+    The learner's seat has None.
+    """
+    policy_names = [
         others or agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
     ]
-    every = enumerate(who)
-    return [None if i == seat else agents.load_agent(problem, i, name) for i, name in every]
+    numbered_names = enumerate(policy_names)
+    return [
+        None if i == seat else agents.load_agent(problem, i, name) for i, name in numbered_names
+    ]
 
 
 def render_board(session: Session, seat: int) -> str:
-    """The board as a seat sees it, in plain text."""
+    """Return the board as a seat sees it, in plain text."""
     from dmplay.views.style import DrawOptions, fit_board, load_view_module
 
     look = DrawOptions(width=RENDER_COLUMNS, height=RENDER_ROWS)

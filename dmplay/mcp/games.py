@@ -1,4 +1,4 @@
-"""The games of a language model: it sits in one seat of each, and knows them by ids alone."""
+"""The games of a language model, which plays one seat in each and knows them only by ids."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,43 +20,44 @@ from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.transcript.format import HUMAN_PLAYER, MODEL_PLAYER
 from dmplay.transcript.recorder import Recorder
 
-MAX_GAMES = 16  # games at once, with those of which only the end is still known
+MAX_GAMES = 16  # including finished games whose result can still be requested
 
 
 class GameStatus(TypedDict):
-    """Where a game stands for the model, and what happened since it was told last."""
+    """The status of a game for the model, and the turns since the last report."""
 
     game: str
     seat: str
-    turn: int  # how many were played
-    turns: list[JsonObject]  # those that were not told yet, by the keys of `bots.protocol.learnt`
-    seen: object  # a name, numbers or the notation of a state; null for nothing yet
+    turn: int  # number of turns played
+    turns: list[JsonObject]  # turns not reported yet, with the keys of `encode_percept`
+    seen: object  # a label, numbers or a state as text; null before the first observation
     legal: object  # names of actions, or the bounds of a number
-    words: str  # the same, as a person would read it; '' where that would tell a belief
-    ending: str  # how it ended; '' while it goes on
+    words: str  # the situation as text; '' if that would reveal a belief
+    ending: str  # result of the game; '' until it is over
 
 
 @dataclass
 class ModelSeat:
-    """A game, the model's seat in it, and how many of its turns were told."""
+    """A game, the model's seat in it, and the last turn that was reported."""
 
     game: Game
     seat: int
-    last_reported_turn: int = -1  # the last; turn 0 is what was seen first
+    last_reported_turn: int = -1  # -1 for none; turn 0 is the initial observation
 
 
 class ModelGames:
-    """What a model can ask for; DmplayError where it asks for what cannot be."""
+    """The operations that a model can request; DmplayError is raised for invalid requests."""
 
     def __init__(self, config: McpServerConfig) -> None:
         self.config = config
-        self.failed_recorders: list[Recorder] = []  # of games of which turns could not be written
+        self.failed_recorders: list[Recorder] = []  # of games with turns that could not be written
         self._problem_names: dict[str, str] = {}
         for name in config.problems or _builtin_problem_names():
-            problems.resolve_problem(name, {})  # refuses what there is not, before anybody asks
+            problems.resolve_problem(name, {})  # raises UnknownName before a client connects
             if self._problem_names.setdefault(_problem_id(name), name) != name:
                 raise BadParameter(
-                    f"{name}: {_problem_id(name)} is {self._problem_names[_problem_id(name)]} already"
+                    f"{name}: {_problem_id(name)} is "
+                    f"{self._problem_names[_problem_id(name)]} already"
                 )
         if config.transcript_folder:
             _make_folder(config.transcript_folder)
@@ -64,175 +65,195 @@ class ModelGames:
         self._started_count = 0
 
     def list_problems(self) -> list[dict[str, str]]:
-        """The ids of problems, and what each is about."""
-        each = ((name, problems.load_problem(known)) for name, known in self._problem_names.items())
+        """Return the id, the kind and a short description of each problem."""
+        loaded_problems = (
+            (name, problems.load_problem(problem_name))
+            for name, problem_name in self._problem_names.items()
+        )
         return [
             {
                 "problem": name,
-                "kind": one.kind,
-                "about": problems.full_description(one).partition("\n")[0],
+                "kind": problem.kind,
+                "about": problems.full_description(problem).partition("\n")[0],
             }
-            for name, one in each
+            for name, problem in loaded_problems
         ]
 
     def problem_info(self, problem: str) -> dict[str, object]:
-        """All about a problem that a player may know before a game."""
-        told = load_problem_info(self._problem_name(problem))._asdict()
-        del told["keys"], told["variants"]  # nobody presses keys here; variants have ids
-        return told | {"problem": problem}
+        """Return the facts of a problem that a player may know before a game."""
+        facts = load_problem_info(self._problem_name(problem))._asdict()
+        del facts["keys"], facts["variants"]  # A model presses no keys, and variants have ids.
+        return facts | {"problem": problem}
 
     def start_game(self, problem: str, seat: str = "", others: str = "") -> GameStatus:
-        """Begins a game, in the first seat if none is named, with the usual agents in the others
-        if none is.
+        """Start a game and return its status.
+
+        The model plays the first seat unless it names another. `others` is the agent in all other
+        seats; by default, each is played by the usual agent.
         """
         name = self._problem_name(problem)
-        rules = problems.load_problem(name)
-        place = rules.seat_index(seat) if seat else 0
-        who = _assign_players(rules, place, others)
+        game_problem = problems.load_problem(name)
+        model_seat = game_problem.seat_index(seat) if seat else 0
+        players = _assign_players(game_problem, model_seat, others)
         self._discard_finished_game()
-        terms, episode = self.config, self._started_count
-        endless = terms.turn_limit is None and rules.horizon is None
+        config, episode = self.config, self._started_count
+        never_ends = config.turn_limit is None and game_problem.horizon is None
         request = GameRequest(
             name,
-            seats=[f"{agent}={one}" for agent, one in zip(rules.agents, who, strict=True)],
-            seed=terms.seed,
-            episode=0 if terms.seed is None else episode,
-            turns=DEFAULT_TURN_LIMIT if endless else terms.turn_limit,
-            record_path=terms.transcript_folder
-            and saves.create_game_file(terms.transcript_folder, problem),
-            strict=terms.strict,
+            seats=[
+                f"{agent}={player}"
+                for agent, player in zip(game_problem.agents, players, strict=True)
+            ],
+            seed=config.seed,
+            episode=0 if config.seed is None else episode,
+            turns=DEFAULT_TURN_LIMIT if never_ends else config.turn_limit,
+            record_path=config.transcript_folder
+            and saves.create_game_file(config.transcript_folder, problem),
+            strict=config.strict,
             person_label=MODEL_PLAYER,
             is_seed_visible=False,
         )
         self._started_count += 1
-        found = self._seats[f"g{self._started_count}"] = ModelSeat(start_new_game(request), place)
-        found.game.play_until_choice()
+        seat_of_game = self._seats[f"g{self._started_count}"] = ModelSeat(
+            start_new_game(request), model_seat
+        )
+        seat_of_game.game.play_until_choice()
         return self._report_status(f"g{self._started_count}")
 
     def game_status(self, game: str, *, history: bool = False) -> GameStatus:
-        """Where a game stands; with all turns again if the history is asked for."""
-        found = self._seat_of_game(game)
-        found.last_reported_turn = -1 if history else found.last_reported_turn
+        """Return the status of a game, with all turns again if `history` is True."""
+        seat = self._seat_of_game(game)
+        seat.last_reported_turn = -1 if history else seat.last_reported_turn
         return self._report_status(game)
 
     def play_action(self, game: str, action: str, turn: int = 0) -> GameStatus:
-        """Plays an action; where a turn is named, only in that one."""
-        found = self._seat_of_game(game)
-        played, view = found.game, found.game.view()
-        number = len(played.session.turns) + 1
-        if turn and turn != number and not played.session.over:
-            raise BadParameter(f"turn: got {turn}, expected {number}")
-        known = (
-            view.action_labels if view.state_action_labels else played.problem.actions[found.seat]
+        """Play an action and return the status; raise BadParameter if `turn` is not the next one.
+
+        A `turn` of 0 stands for any.
+        """
+        seat = self._seat_of_game(game)
+        current_game, view = seat.game, seat.game.view()
+        next_turn = len(current_game.session.turns) + 1
+        if turn and turn != next_turn and not current_game.session.over:
+            raise BadParameter(f"turn: got {turn}, expected {next_turn}")
+        space = (
+            view.action_labels
+            if view.state_action_labels
+            else current_game.problem.actions[seat.seat]
         )
-        played.choose(known.parse_action(action))
+        current_game.choose(space.parse_action(action))
         return self._report_status(game)
 
     def get_hint(self, game: str) -> JsonObject:
-        """What a good player would do, which the transcript says was asked."""
-        played = self._seat_of_game(game).game
-        played.check_hints_allowed("hint")
-        said = played.hint_provider.create_hint()
-        advice = played.hint_provider.current_hint
-        if advice is None:
-            raise BadParameter(said)
-        played.record_hint()
-        return advice.data
+        """Return a hint as data, and record in the transcript that the model requested it."""
+        current_game = self._seat_of_game(game).game
+        current_game.check_hints_allowed("hint")
+        message = current_game.hint_provider.create_hint()
+        hint = current_game.hint_provider.current_hint
+        if hint is None:
+            raise BadParameter(message)
+        current_game.record_hint()
+        return hint.data
 
     def undo_turns(self, game: str, turns: int = 1) -> GameStatus:
-        """Takes back the model's last choices, and what came of them."""
-        found = self._seat_of_game(game)
-        if found.game.session.over:
+        """Undo the model's last choices and the turns since, and return the status."""
+        seat = self._seat_of_game(game)
+        if seat.game.session.over:
             raise BadParameter("undo: the game is over")
-        found.game.undo(turns)
-        found.last_reported_turn = len(found.game.session.turns)
+        seat.game.undo(turns)
+        seat.last_reported_turn = len(seat.game.session.turns)
         return self._report_status(game)
 
     def end_game(self, game: str) -> JsonObject:
-        """Ends a game that goes on; how it ended, and what was hidden."""
-        found = self._seat_of_game(game)
-        self._finish_game(found, "quit")
-        return found.game.narrator.result_facts()
+        """End a game, and return its result and the hidden information of every turn."""
+        seat = self._seat_of_game(game)
+        self._finish_game(seat, "quit")
+        return seat.game.narrator.result_facts()
 
     def end_all_games(self, reason: str = "interrupted") -> None:
-        """Ends all games: nobody is there any more."""
-        for found in self._seats.values():
-            self._finish_game(found, reason)
+        """End all games, when the client has disconnected."""
+        for seat in self._seats.values():
+            self._finish_game(seat, reason)
 
     def _finish_game(self, seat: ModelSeat, reason: str) -> None:
-        """Ends a game, once, and its transcript."""
+        """Finish a game and its transcript, if it is not finished yet."""
         recorder = seat.game.recorder
-        goes_on = recorder and recorder.is_open
+        was_open = recorder and recorder.is_open
         seat.game.finish(reason)
         if (
             recorder
-            and goes_on
+            and was_open
             and not saves.remove_unplayed_save(recorder)
             and recorder.write_error
         ):
             self.failed_recorders.append(recorder)
 
     def _problem_name(self, problem: str) -> str:
-        """The problem of an id."""
+        """Return the name of the problem with an id; raise UnknownName if there is none."""
         if problem not in self._problem_names:
             raise UnknownName("problem", problem, self._problem_names)
         return self._problem_names[problem]
 
     def _seat_of_game(self, game: str) -> ModelSeat:
-        """The game of an id."""
+        """Return the model's seat in the game with an id; raise UnknownName if there is none."""
         if game not in self._seats:
             raise UnknownName("game", game, self._seats)
         return self._seats[game]
 
     def _discard_finished_game(self) -> None:
-        """Forgets the first of too many games that is over; refuses one more if none is."""
+        """Discard the oldest finished game if there are MAX_GAMES.
+
+        Raises BadParameter if all of them are still being played.
+        """
         if len(self._seats) < MAX_GAMES:
             return
-        over = [name for name, one in self._seats.items() if one.game.session.over]
-        if not over:
+        finished = [name for name, seat in self._seats.items() if seat.game.session.over]
+        if not finished:
             raise BadParameter(f"new: {MAX_GAMES} games are played; end one of them by over")
-        del self._seats[over[0]]
+        del self._seats[finished[0]]
 
     def _report_status(self, game_id: str) -> GameStatus:
-        """What the model may know of a game, and was not told yet; one that is over is ended."""
-        found = self._seats[game_id]
-        game, place, session = found.game, found.seat, found.game.session
+        """Return a game's status with the turns not reported yet; finish the game if it is over."""
+        model_seat = self._seats[game_id]
+        game, seat, session = model_seat.game, model_seat.seat, model_seat.game.session
         if session.over:
-            self._finish_game(found, "")
-        news = range(found.last_reported_turn + 1, len(session.turns) + 1)
-        found.last_reported_turn = len(session.turns)
-        legal = session.legal_actions_mask(place)
-        tells = self.config.show_belief or not game.problem.partially_observable
+            self._finish_game(model_seat, "")
+        new_turns = range(model_seat.last_reported_turn + 1, len(session.turns) + 1)
+        model_seat.last_reported_turn = len(session.turns)
+        legal = session.legal_actions_mask(seat)
+        shows_text = self.config.show_belief or not game.problem.partially_observable
         return {
             "game": game_id,
-            "seat": game.problem.agents[place],
-            "turn": found.last_reported_turn,
-            "turns": [_turn_facts(found, number) for number in news],
+            "seat": game.problem.agents[seat],
+            "turn": model_seat.last_reported_turn,
+            "turns": [_turn_facts(model_seat, turn) for turn in new_turns],
             "seen": encode_observation(
-                game.problem, place, session.observation_after(place, found.last_reported_turn)
+                game.problem, seat, session.observation_after(seat, model_seat.last_reported_turn)
             ),
-            "legal": describe_choices(game.problem, place, legal, session.action_labels(place)),
-            "words": game.narrator.describe_situation(game.snapshot(place)) if tells else "",
+            "legal": describe_choices(game.problem, seat, legal, session.action_labels(seat)),
+            "words": game.narrator.describe_situation(game.snapshot(seat)) if shows_text else "",
             "ending": game.narrator.describe_result() if session.over else "",
         }
 
 
 def _turn_facts(seat: ModelSeat, turn: int) -> JsonObject:
-    """What a turn taught the seat; the first, what it saw before it did anything."""
-    session, place = seat.game.session, seat.seat
+    """Return the seat's percept of a turn as facts; of turn 0, the initial observation."""
+    session, seat_index = seat.game.session, seat.seat
     if not turn:
         facts = {
             "observation": encode_observation(
-                session.problem, place, session.observation_after(place, 0)
+                session.problem, seat_index, session.observation_after(seat_index, 0)
             )
         }
     else:
-        facts = encode_percept(session.problem, place, session.build_percept(place, turn), 0)
+        facts = encode_percept(
+            session.problem, seat_index, session.build_percept(seat_index, turn), 0
+        )
     return {"turn": turn} | facts
 
 
 def _builtin_problem_names() -> list[str]:
-    """The built-in problems and their variants."""
+    """Return the names of the built-in problems and of their variants."""
     return [
         f"{name}:{variant}" if variant else name
         for name in problem_names()
@@ -241,7 +262,7 @@ def _builtin_problem_names() -> list[str]:
 
 
 def _make_folder(folder: Path) -> None:
-    """Makes a folder where there is none."""
+    """Create a folder if it does not exist; raise BadParameter if that fails."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -249,22 +270,27 @@ def _make_folder(folder: Path) -> None:
 
 
 def _problem_id(name: str) -> str:
-    """By what a model knows a problem: its name, of a file without the place."""
+    """Return the id of a problem: its name, or for a file, its name without the folder."""
     if names_data_file(name):
         return Path(name).stem
-    place, colon, rest = name.partition(":")
-    return f"{Path(place).stem}{colon}{rest}" if names_python_file(name) else name
+    path, colon, suffix = name.partition(":")
+    return f"{Path(path).stem}{colon}{suffix}" if names_python_file(name) else name
 
 
 def _assign_players(problem: Problem, model_seat: int, other_agent: str) -> list[str]:
-    """Who sits where: agents that dmplay knows, and whoever asks in this place."""
+    """Return the player of each seat: an agent, or "human" for the model's seat.
+
+    Raises UnknownName if a seat has no agent named `others`.
+    """
     if other_agent and len(problem.agents) == 1:
         raise BadParameter(f"others: got {other_agent!r}, expected none: there is one seat only")
-    who = []
+    players = []
     for seat in range(len(problem.agents)):
-        known = agents.load_roster(problem, seat)
-        base = other_agent.partition(":")[0]
-        if other_agent and base not in known.agents:
-            raise UnknownName("agent", base, known.agents)
-        who.append(HUMAN_PLAYER if seat == model_seat else other_agent or known.default_partner)
-    return who
+        seat_roster = agents.load_roster(problem, seat)
+        base_name = other_agent.partition(":")[0]
+        if other_agent and base_name not in seat_roster.agents:
+            raise UnknownName("agent", base_name, seat_roster.agents)
+        players.append(
+            HUMAN_PLAYER if seat == model_seat else other_agent or seat_roster.default_partner
+        )
+    return players

@@ -1,4 +1,4 @@
-"""A server of the Model Context Protocol: what a language model can ask for, as tools."""
+"""A server of the Model Context Protocol, which offers games to a language model as tools."""
 
 import sys
 from collections.abc import Callable, Sequence
@@ -25,23 +25,29 @@ INSTRUCTIONS = """\
 Play decision problems. list names them, info tells the rules of one, new begins a game and gives
 its id; look tells where it stands, act plays a turn, over ends it. Act on what you are told: what
 is hidden comes out at the end."""
-MAX_ERROR_CHARACTERS = 1000  # characters of what is wrong
+MAX_ERROR_CHARACTERS = 1000
 TERMINAL_NOTICE = "dmplay mcp: a client speaks here, not a person; dmplay guide mcp tells how"
 
 
 class McpServer(MCPServer[None]):
-    """Tells what is wrong with a call in one line."""
+    """A server that reports each failed call in one line."""
 
     async def call_tool(
         self, name: str, arguments: dict[str, Any], context: Context[None, Any] | None = None
     ) -> Any:
-        """The answer to a call, or ToolError."""
+        """Return the result of a call; raise ToolError with a message of one line."""
         for tool in await self.list_tools():
-            known = tool.input_schema["properties"]
-            unknown = [one for one in arguments if tool.name == name and one not in known]
-            if unknown:
+            properties = tool.input_schema["properties"]
+            unknown_names = [
+                argument
+                for argument in arguments
+                if tool.name == name and argument not in properties
+            ]
+            if unknown_names:
                 raise ToolError(
-                    _format_error(UnknownName("argument", unknown[0], known, error_prefix=name))
+                    _format_error(
+                        UnknownName("argument", unknown_names[0], properties, error_prefix=name)
+                    )
                 )
         try:
             return await super().call_tool(name, arguments, context)
@@ -49,20 +55,24 @@ class McpServer(MCPServer[None]):
             raise ToolError(_format_error(error.__cause__ or error)) from None
 
     async def run_stdio_async(self) -> None:
-        """Serves a client at the standard streams, until it is gone or a signal comes."""
-        wire, low = StdioStreams(), self._lowlevel_server
+        """Serve a client on the standard streams until it disconnects or a signal arrives."""
+        streams, low_level = StdioStreams(), self._lowlevel_server
         try:
-            async with stdio_server(cast(Any, wire), cast(Any, wire)) as (come, go):
-                await low.run(come, go, low.create_initialization_options())
+            async with stdio_server(cast(Any, streams), cast(Any, streams)) as (incoming, outgoing):
+                await low_level.run(incoming, outgoing, low_level.create_initialization_options())
         finally:
-            wire.close()
+            streams.close()
 
 
 def _format_error(error: BaseException) -> str:
-    """What is wrong, in one line, as it may be told to whoever is not trusted with places."""
+    """Return an error's message in one line, without locations of files.
+
+    The location of an unexpected error is printed to stderr only: the client is not trusted with
+    it.
+    """
     if isinstance(error, ValidationError):
-        each = [f"{one['loc'][0]}: {one['msg']}" for one in error.errors()]
-        return escape_newlines("; ".join(each))
+        messages = [f"{detail['loc'][0]}: {detail['msg']}" for detail in error.errors()]
+        return escape_newlines("; ".join(messages))
     if isinstance(error, DmplayError | ToolError):
         return escape_newlines(escape_unprintable(str(error)))[:MAX_ERROR_CHARACTERS]
     print(
@@ -73,19 +83,21 @@ def _format_error(error: BaseException) -> str:
 
 
 def make_server(games: ModelGames) -> MCPServer[None]:
-    """The tools by which a model plays these games: hint and undo only where they are allowed."""
-    made = McpServer("dmplay", version=__version__, instructions=INSTRUCTIONS, log_level="CRITICAL")
-    terms = games.config
-    allowed = {"hint": terms.allow_hints, "undo": terms.allow_undo}
+    """Return a server with the tools of the games; hint and undo only if they are allowed."""
+    game_server = McpServer(
+        "dmplay", version=__version__, instructions=INSTRUCTIONS, log_level="CRITICAL"
+    )
+    config = games.config
+    is_allowed = {"hint": config.allow_hints, "undo": config.allow_undo}
     for tool in _make_tools(games):
         name = tool.__name__.rstrip("_")
-        if allowed.get(name, True):
-            made.add_tool(tool, name=name)
-    return made
+        if is_allowed.get(name, True):
+            game_server.add_tool(tool, name=name)
+    return game_server
 
 
 def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
-    """What each tool is called, takes and does, as a model reads it."""
+    """Return the tools; a model reads their names, parameters and docstrings."""
 
     async def list_() -> list[dict[str, str]]:
         """The problems that can be played."""
@@ -129,7 +141,7 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
 
 
 def serve(games: ModelGames) -> int:
-    """Serves a client at the standard streams until it is gone; the exit code."""
+    """Serve a client on the standard streams until it disconnects, and return the exit code."""
     if sys.stdin.isatty():
         print(TERMINAL_NOTICE, file=sys.stderr)
     try:

@@ -1,5 +1,6 @@
-"""The standard streams as lines between a client and a server, which are waited for without a
-thread: a signal ends the wait.
+"""The standard streams as asynchronous lines between a client and a server.
+
+Waiting for a line needs no thread, so a signal ends the wait.
 """
 
 import json
@@ -9,21 +10,21 @@ from contextlib import suppress
 from anyio import Lock, wait_readable, wait_writable
 from mcp.types import jsonrpc_message_adapter
 
-MAX_LINE_BYTES = 1_000_000  # bytes of a line; a longer one is taken apart, and so is no message
-READ_BYTES = 65_536  # bytes that are read at a time
-MAX_QUOTED_CHARACTERS = 60  # characters of a bad line that are quoted
-INVALID_REQUEST_CODE = -32_600  # by JSON-RPC
+MAX_LINE_BYTES = 1_000_000  # a longer line is split, and its parts are invalid messages
+READ_BYTES = 65_536  # maximum bytes of one read
+MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
+INVALID_REQUEST_CODE = -32_600  # of JSON-RPC
 
 
 class StdioStreams:
-    """Lines that come in, and texts that go out; what else is printed goes to the errors."""
+    """Incoming lines and outgoing texts; all other standard output goes to stderr."""
 
     def __init__(self) -> None:
         self._input_fd, self._output_fd = os.dup(0), os.dup(1)
         os.dup2(2, 1)
         os.set_blocking(self._output_fd, False)
         self._received = b""
-        self._write_lock = Lock()  # had by who writes, until all of it is written
+        self._write_lock = Lock()  # locked until the whole of a text is written
 
     def __aiter__(self) -> "StdioStreams":
         return self
@@ -32,49 +33,49 @@ class StdioStreams:
         while line := await self._read_line():
             if _is_message(line):
                 return line
-            told = (
+            message = (
                 f"got {line.rstrip()[:MAX_QUOTED_CHARACTERS]!r}, expected a message of JSON-RPC 2.0"
             )
-            error = {"code": INVALID_REQUEST_CODE, "message": told}
+            error = {"code": INVALID_REQUEST_CODE, "message": message}
             await self.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}) + "\n")
         raise StopAsyncIteration
 
     async def _read_line(self) -> str:
-        """The next line, '' after the last."""
+        """Return the next line; '' after the last."""
         while b"\n" not in self._received and len(self._received) < MAX_LINE_BYTES:
-            with suppress(PermissionError):  # of a file, which need not be waited for
+            with suppress(PermissionError):  # A regular file need not be waited for.
                 await wait_readable(self._input_fd)
-            said = os.read(self._input_fd, READ_BYTES)
-            self._received += said
-            if not said:
+            data = os.read(self._input_fd, READ_BYTES)
+            self._received += data
+            if not data:
                 break
         end = self._received.find(b"\n", 0, MAX_LINE_BYTES) + 1 or MAX_LINE_BYTES
         line, self._received = self._received[:end], self._received[end:]
         return line.decode(errors="replace")
 
     async def write(self, text: str) -> None:
-        """Writes a text, when whoever reads is ready for it."""
-        left = text.encode()
+        """Write a text, waiting while the reader is not ready."""
+        remaining = text.encode()
         async with self._write_lock:
-            while left:
+            while remaining:
                 with suppress(PermissionError):
                     await wait_writable(self._output_fd)
                 with suppress(BlockingIOError):
-                    left = left[os.write(self._output_fd, left) :]
+                    remaining = remaining[os.write(self._output_fd, remaining) :]
 
     async def flush(self) -> None:
-        """Nothing is held back."""
+        """Do nothing, because writes are not buffered."""
 
     def close(self) -> None:
-        """Gives the streams back."""
+        """Restore the standard streams."""
         os.set_blocking(self._output_fd, True)
         os.dup2(self._output_fd, 1)
-        for number in (self._input_fd, self._output_fd):
-            os.close(number)
+        for fd in (self._input_fd, self._output_fd):
+            os.close(fd)
 
 
 def _is_message(line: str) -> bool:
-    """Whether a line is what either side may say."""
+    """Return whether a line is a valid message of a client or server."""
     try:
         jsonrpc_message_adapter.validate_json(line, by_name=False)
     except ValueError:

@@ -1,1 +1,1 @@
-"""Who plays how well, and how sure that is: many games, summed up and compared."""
+"""Evaluation of agents over many games: summaries, standard errors and comparisons."""

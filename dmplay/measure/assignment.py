@@ -1,6 +1,6 @@
-"""An assignment: the games that many people are to play, in a file that is handed out.
+"""An assignment: the games that several people are to play, in a file that is handed out.
 
-It is the header of their transcripts, with all `seeds` in place of one:
+It is the header of their transcripts, with a list of `seeds` in place of one seed:
 
     dmplay: 1
     problem: "hexworld"
@@ -32,7 +32,7 @@ from dmplay.transcript.seal import RESUMABLE_END_REASONS
 SEEDS_KEY = "seeds"
 ASSIGNMENT_KEYS = [SEEDS_KEY if key == "seed" else key for key in HEADER_KEYS]
 EXPECTED_SEEDS = f"expected whole numbers, each another, at most {MAX_SEED}, such as 7, 8"
-FIXED_OPTIONS = {  # what is not for the player to choose
+FIXED_OPTIONS = {  # options that a player of an assignment may not set
     "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
     "other_agent": "--vs", "seats": "--seat", "turns": "--turns", "episode": "--episode",
     "strict": "--strict", "reveal": "--reveal", "ghost_agent": "--ghost",
@@ -41,38 +41,46 @@ FIXED_OPTIONS = {  # what is not for the player to choose
 
 @dataclass(frozen=True)
 class Assignment:
-    """What is to be played: the header of the first game, the seeds of all, where it stands."""
+    """The games to play: the header of the first game, the seeds of all, and the file."""
 
     header: Header
     seeds: tuple[int, ...]
     path: Path
 
     def find_differences(self, other: Header, path: Path) -> list[str]:
-        """How a game of which a transcript stands there is not one of these; empty where it is."""
-        rules = ("problem", "origin", "parameters", "turns", "episode")
-        mine, theirs = (
-            replace(one, problem=rebase_name(one.problem, transcript_folder(path), CURRENT_FOLDER))
-            for one, path in ((self.header, self.path), (other, path))
+        """Return the names of the facts in which a game differs; empty if it was assigned.
+
+        `path` is the file of the game's transcript.
+        """
+        compared = ("problem", "origin", "parameters", "turns", "episode")
+        expected, actual = (
+            replace(
+                game_header,
+                problem=rebase_name(game_header.problem, transcript_folder(path), CURRENT_FOLDER),
+            )
+            for game_header, path in ((self.header, self.path), (other, path))
         )
-        unlike = [name for name in rules if getattr(mine, name) != getattr(theirs, name)]
-        unlike += ["seed"] if other.seed not in self.seeds else []
-        unlike += ["seats"] if dict(mine.seats) != dict(theirs.seats) else []
-        lax = mine.strict and theirs.strict not in (mine.strict, "hints")
-        return unlike + (["strict"] if lax else [])
+        differences = [
+            name for name in compared if getattr(expected, name) != getattr(actual, name)
+        ]
+        differences += ["seed"] if other.seed not in self.seeds else []
+        differences += ["seats"] if dict(expected.seats) != dict(actual.seats) else []
+        is_less_strict = expected.strict and actual.strict not in (expected.strict, "hints")
+        return differences + (["strict"] if is_less_strict else [])
 
     def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest:
-        """The game of it that a player is to play next, of whom there are files of others."""
+        """Return the request for the next game that a player has not played yet."""
         _check_request(options)
         name = rebase_name(self.header.problem, transcript_folder(self.path), CURRENT_FOLDER)
-        found = problems.resolve_problem(name, self.header.parameters, trusted=trusted)
+        lookup = problems.resolve_problem(name, self.header.parameters, trusted=trusted)
         seats, _ = load_resumed_players(
-            found.problem, self.header, trusted=trusted, folder=transcript_folder(self.path)
+            lookup.problem, self.header, trusted=trusted, folder=transcript_folder(self.path)
         )
         seed, record = self._choose_next_game(options)
-        told = replace(self.header, problem=name, seed=seed, player=options.player)
-        asked = request_from_header(told, seats, record, options.key_preferences)
+        game_header = replace(self.header, problem=name, seed=seed, player=options.player)
+        game_request = request_from_header(game_header, seats, record, options.key_preferences)
         return replace(
-            asked,
+            game_request,
             record_frames=options.record_frames,
             force=options.force,
             can_ask=options.can_ask,
@@ -80,10 +88,14 @@ class Assignment:
         )
 
     def _choose_next_game(self, options: GameRequest) -> tuple[int, Path]:
-        """The seed of the next game, and its file."""
+        """Return the seed of the next game and the path of its transcript.
+
+        Raises BadParameter if the last game is unfinished, all were played, or the seed is not
+        assigned.
+        """
         if options.seed is not None and options.seed not in self.seeds:
-            known = ", ".join(map(str, self.seeds))
-            raise BadParameter(f"--seed: got {options.seed}, {self.path} has {known}")
+            seed_list = ", ".join(map(str, self.seeds))
+            raise BadParameter(f"--seed: got {options.seed}, {self.path} has {seed_list}")
         stem = "-".join(re.findall(r"\w+", options.player.lower())) or "game"
         files = {seed: Path(f"{stem}-{seed}.dmt") for seed in self.seeds}
         if options.seed is not None:
@@ -96,15 +108,15 @@ class Assignment:
                 in RESUMABLE_END_REASONS
             ):
                 raise BadParameter(f"{file} is unfinished; dmplay resume {file} goes on with it")
-        told = ", ".join(map(str, files.values()))
-        raise BadParameter(f"{self.path}: you played it all; hand in {told}")
+        file_list = ", ".join(map(str, files.values()))
+        raise BadParameter(f"{self.path}: you played it all; hand in {file_list}")
 
 
 def _check_request(options: GameRequest) -> None:
-    """Refuses what the assignment says, and nobody who plays."""
-    usual = GameRequest("")
+    """Raise BadParameter for options that the assignment fixes, or without a player's name."""
+    defaults = GameRequest("")
     for name, option in FIXED_OPTIONS.items():
-        if (getattr(options, name) or None) != (getattr(usual, name) or None):
+        if (getattr(options, name) or None) != (getattr(defaults, name) or None):
             raise BadParameter(f"--assignment says what is played; leave out {option}")
     if not options.player:
         raise BadParameter("--assignment: expected --player NAME too")
@@ -113,53 +125,58 @@ def _check_request(options: GameRequest) -> None:
 def write_assignment(
     request: GameRequest, seeds: tuple[int, ...], path: Path, *, force: bool
 ) -> str:
-    """Writes an assignment of these games; says where it is, and the command that plays it."""
+    """Write an assignment of these games; return a message with the command that plays it."""
     if not _are_distinct_seeds(seeds):
         raise BadParameter(f"--seeds: got {', '.join(map(str, seeds)) or 'none'}, {EXPECTED_SEEDS}")
-    found = problems.resolve_problem(request.problem_name, request.changed_parameters())
-    seats = assign_players(request, found)
+    lookup = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    seats = assign_players(request, lookup)
     if HUMAN not in seats:
         raise BadParameter("assign: no person plays; leave a seat to one")
-    for seat, who in enumerate(seats):
-        make_seat_policy(found.problem, seat, who, request.turns)  # refuses what cannot sit there
-    told = make_header(found, seats, replace(request, seed=seeds[0]), path)
-    made = Assignment(told, seeds, path)
-    write_file(path, [f"{row}\n" for row in _iter_lines(made)], force=force)
+    for seat, player in enumerate(seats):
+        # raises an error for a player that cannot sit there
+        make_seat_policy(lookup.problem, seat, player, request.turns)
+    game_header = make_header(lookup, seats, replace(request, seed=seeds[0]), path)
+    assignment = Assignment(game_header, seeds, path)
+    write_file(path, [f"{row}\n" for row in _iter_lines(assignment)], force=force)
     return f"wrote {path}; dmplay play --assignment {quote(str(path))} --player NAME"
 
 
 def _iter_lines(assignment: Assignment) -> Iterator[str]:
+    """Yield the lines of an assignment."""
     for key, value in collect_header_facts(assignment.header).items():
         yield from format_lines({SEEDS_KEY: [*assignment.seeds]} if key == "seed" else {key: value})
 
 
 def _are_distinct_seeds(seeds: object) -> bool:
-    """Whether these are different seeds, at least one."""
+    """Return whether these are distinct valid seeds, at least one."""
     if not isinstance(seeds, list | tuple) or not seeds:
         return False
-    whole = all(type(seed) is int and 0 <= seed <= MAX_SEED for seed in seeds)
-    return whole and len({*seeds}) == len(seeds)
+    is_valid = all(type(seed) is int and 0 <= seed <= MAX_SEED for seed in seeds)
+    return is_valid and len({*seeds}) == len(seeds)
 
 
 def read_assignment(path: Path) -> Assignment:
-    """The assignment in a file; raises BadFile with the line of a fault, or BadParameter."""
-    where = str(path)
+    """Return the assignment in a file.
+
+    Raises BadFile with the line of a fault, or BadParameter if the file cannot be read.
+    """
+    file_name = str(path)
     try:
-        rows = read_bytes(path).decode().split("\n")
+        text_lines = read_bytes(path).decode().split("\n")
     except OSError as error:
         raise BadParameter(f"{path}: {error.strerror}") from None
     except UnicodeDecodeError:
-        raise BadFile(where, 1, None, "not UTF-8") from None
-    told: dict[str, object] = {}
-    for number, row in enumerate(rows, 1):
-        if row and not row.startswith("#"):
-            key, value = parse_line(row, where, number)
+        raise BadFile(file_name, 1, None, "not UTF-8") from None
+    values: dict[str, object] = {}
+    for number, line in enumerate(text_lines, 1):
+        if line and not line.startswith("#"):
+            key, value = parse_line(line, file_name, number)
             if key not in ASSIGNMENT_KEYS:
-                raise BadFile(where, number, 1, str(UnknownName("key", key, ASSIGNMENT_KEYS)))
-            told["seed" if key == SEEDS_KEY else key] = value
-    seeds = told.get("seed")
+                raise BadFile(file_name, number, 1, str(UnknownName("key", key, ASSIGNMENT_KEYS)))
+            values["seed" if key == SEEDS_KEY else key] = value
+    seeds = values.get("seed")
     if not isinstance(seeds, list) or not _are_distinct_seeds(seeds):
-        raise BadFile(where, 1, None, f"seeds: {EXPECTED_SEEDS}")
-    told["seed"] = seeds[0]
-    block = Block(1, tuple(told), tuple(told.values()), (), ())
-    return Assignment(parse_header(block, where), tuple(seeds), path)
+        raise BadFile(file_name, 1, None, f"seeds: {EXPECTED_SEEDS}")
+    values["seed"] = seeds[0]
+    block = Block(1, tuple(values), tuple(values.values()), (), ())
+    return Assignment(parse_header(block, file_name), tuple(seeds), path)

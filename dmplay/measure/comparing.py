@@ -1,4 +1,4 @@
-"""Agents compared on the same dice: by how much one is ahead, and how sure that is."""
+"""Comparison of agents on common random numbers: how far one is ahead, and how sure that is."""
 
 from collections.abc import Sequence
 from concurrent.futures import Executor
@@ -18,31 +18,27 @@ from dmplay.measure.luck import build_control_variate
 from dmplay.measure.some import check_episode_count, run_rollouts_until_interrupted
 from dmplay.rollouts import Rollout, RolloutSpec
 
-MIN_GAMES_TO_DECIDE = 100  # games before a decision is looked for: the interval holds for many
+MIN_GAMES_TO_DECIDE = 100  # games before the first decision, because the interval is asymptotic
 
 
 class Difference(NamedTuple):
-    """How much more the first of two agents earns a game."""
+    """The difference of the returns per game of two agents, the first minus the second."""
 
-    advantage: Estimate  # the luck not counted
-    share_ahead: float  # share of the games in which the first earned more
+    advantage: Estimate  # after subtraction of the control variate
+    share_ahead: float  # share of games in which the first earned more
     share_behind: float
-    games_saved_factor: (
-        float  # how many times the games would be needed if each had dice of its own
-    )
-    control_variate_difference: (
-        float  # how much more the first had by luck, as far as that can be told
-    )
+    games_saved_factor: float  # factor of games needed with separate uniforms for each agent
+    control_variate_difference: float  # mean difference of the control variates
 
 
 class Comparison(NamedTuple):
-    """Agents on the same dice: what each earns, and each pair's difference."""
+    """Agents on common random numbers: the return of each and the difference of each pair."""
 
-    returns: Reals  # [E, agents], of the seat that is compared
+    returns: Reals  # [E, agents], of the compared seat
     return_estimates: tuple[Estimate, ...]
     differences: dict[tuple[int, int], Difference]
-    decided: bool | None  # whether it was decided; None where that was not asked
-    shortfall_reason: str = ""  # why these are fewer games than was asked; '' where they are not
+    decided: bool | None  # None without `decide`
+    shortfall_reason: str = ""  # why fewer games were played than requested, or ''
 
 
 def compare(  # noqa: PLR0913 - each is the caller's to choose
@@ -59,13 +55,14 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     progress: ProgressCallback | None = None,
     names: Sequence[str] = (),
 ) -> Comparison:
-    """What the policies of each entrant earn in a seat, game by game on the same dice.
+    """Play the games of each entrant on common random numbers and return the comparison.
 
-    What can be told to be luck does not count: it makes no difference on average.
+    Each entrant is a policy for every seat. A control variate reduces the variance of the
+    differences where one is known; its mean is 0.
 
-    With `decide`, two entrants play until it is clear which is ahead, or `episodes` are played;
-    the first is wrongly taken for better or worse in at most this share of comparisons. Errors
-    begin with the name of whose games they came up in, where `names` are given.
+    With `decide`, two entrants play until it is clear which is ahead, or `episodes` games are
+    played; the wrong one is called better in at most this share of comparisons. If `names` are
+    given, errors begin with the name of the entrant in whose games they occurred.
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
@@ -78,62 +75,71 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
         raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
     if decide is not None and not 0 < decide < 1:
         raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
-    judge = build_control_variate(problem)
-    told = np.zeros((2, 0, len(entrants)))
-    many = episodes if decide is None else min(MIN_GAMES_TO_DECIDE, episodes)
+    control_variate = build_control_variate(problem)
+    samples = np.zeros((2, 0, len(entrants)))
+    game_count = episodes if decide is None else min(MIN_GAMES_TO_DECIDE, episodes)
     while True:
-        which, keep = range(told.shape[1], many), ("returns", "control_variates")
-        games = RolloutSpec(which, turns, seed, workers, executor, progress, keep, judge)
+        new_episodes, fields = range(samples.shape[1], game_count), ("returns", "control_variates")
+        spec = RolloutSpec(
+            new_episodes, turns, seed, workers, executor, progress, fields, control_variate
+        )
         try:
-            part = run_rollouts_until_interrupted(problem, entrants, games)
+            part = run_rollouts_until_interrupted(problem, entrants, spec)
         except DmplayError as error:
             if not names or error.entrant_index is None:
                 raise
             raise BadPolicy(f"{names[error.entrant_index]}: {error}") from None
         if part.rollouts:
-            told = np.concatenate([told, _collect_seat_returns(part.rollouts, seat)], axis=1)
-        if part.interruption and not told.size:
+            samples = np.concatenate([samples, _collect_seat_returns(part.rollouts, seat)], axis=1)
+        if part.interruption and not samples.size:
             raise part.interruption
-        found = _summarize_comparison(told[0], told[1], decide)
-        if found.decided or part.interruption or many >= episodes:
-            return found._replace(shortfall_reason=str(part.interruption or ""))
-        many = min(episodes, many + max(MIN_GAMES_TO_DECIDE, many // 4))
+        comparison = _summarize_comparison(samples[0], samples[1], decide)
+        if comparison.decided or part.interruption or game_count >= episodes:
+            return comparison._replace(shortfall_reason=str(part.interruption or ""))
+        game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
 
 
 def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:
-    """What whoever sat in a seat earned, and what of it was luck: `[2, E, agents]`."""
+    """Return the returns and control variates of one seat, `[2, E, agents]`."""
     return np.stack(
-        [[one.returns[:, seat], one.control_variates[:, seat]] for one in rollouts], axis=-1
+        [[rollout.returns[:, seat], rollout.control_variates[:, seat]] for rollout in rollouts],
+        axis=-1,
     )
 
 
 def _summarize_comparison(
     returns: Reals, control_variates: Reals, decide: float | None
 ) -> Comparison:
+    """Return the comparison of agents by their returns and control variates `[E, agents]`."""
     pairs = combinations(range(returns.shape[1]), 2)
     differences = {
         pair: estimate_difference(returns[:, pair], control_variates[:, pair], decide)
         for pair in pairs
     }
-    more = differences[0, 1].advantage
-    decided = None if decide is None else not more.low <= 0.0 <= more.high
+    advantage = differences[0, 1].advantage
+    decided = None if decide is None else not advantage.low <= 0.0 <= advantage.high
     return Comparison(returns, tuple(map(estimate_mean, returns.T)), differences, decided)
 
 
 def estimate_difference(
     returns: Reals, control_variates: Reals, decide: float | None = None
 ) -> Difference:
-    """How much more the first of two earned than the other, in the games `[E, 2]` of the same dice.
+    """Return the difference of two agents by their returns `[E, 2]` on the same uniforms.
 
-    `lucky` is what of it was luck.
+    `control_variates` `[E, 2]` is the part of each return that is luck.
     """
-    earned, by_luck = (np.subtract(*each.T) for each in (returns, control_variates))
-    more = np.round(earned - by_luck, ACTION_DECIMALS)  # of moves of equal worth, none is better
-    alone, paired = returns.var(axis=0).sum(), more.var()
+    return_difference, luck_difference = (
+        np.subtract(*sample.T) for sample in (returns, control_variates)
+    )
+    # Rounded, so that actions of equal value count as equal.
+    adjusted = np.round(return_difference - luck_difference, ACTION_DECIMALS)
+    separate_variance, paired_variance = returns.var(axis=0).sum(), adjusted.var()
     return Difference(
-        estimate_mean(more) if decide is None else compute_confidence_sequence(more, decide),
-        float((earned > 0).mean()),
-        float((earned < 0).mean()),
-        float(alone / paired) if paired else np.inf,
-        float(by_luck.mean()),
+        estimate_mean(adjusted)
+        if decide is None
+        else compute_confidence_sequence(adjusted, decide),
+        float((return_difference > 0).mean()),
+        float((return_difference < 0).mean()),
+        float(separate_variance / paired_variance) if paired_variance else np.inf,
+        float(luck_difference.mean()),
     )

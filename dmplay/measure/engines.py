@@ -1,4 +1,4 @@
-"""Engines that play many games: processes of this machine, a dask cluster, any Executor."""
+"""Execution backends that play many games: local processes, a Dask cluster, or any Executor."""
 
 from collections.abc import Iterator
 from concurrent.futures import Executor
@@ -13,7 +13,7 @@ DASK = "dask"
 
 
 class ExecutionBackend(NamedTuple):
-    """Who plays: so many workers of an executor, or of this machine where there is none."""
+    """A number of workers of an executor, or of this machine if the executor is None."""
 
     workers: WorkerCount = 1
     executor: Executor | None = None
@@ -21,9 +21,10 @@ class ExecutionBackend(NamedTuple):
 
 @contextmanager
 def open_execution_backend(spec: str, workers: WorkerCount = "auto") -> Iterator[ExecutionBackend]:
-    """The engine `dask` (a cluster of this machine), `dask:tcp://HOST:PORT`, or `MODULE:FACTORY`.
+    """Run the block with the execution backend that `spec` names, and shut it down afterwards.
 
-    It is shut down after. Without a name it is this machine's processes.
+    The backend is `dask` (a new cluster on this machine), `dask:tcp://HOST:PORT`, `MODULE:FACTORY`,
+    or empty for processes of this machine.
     """
     name, _, address = spec.partition(":")
     if not spec:
@@ -31,38 +32,38 @@ def open_execution_backend(spec: str, workers: WorkerCount = "auto") -> Iterator
             yield ExecutionBackend(workers)
     elif name == DASK:
         with _connect_dask_client(address, workers) as client:
-            many = sum(client.nthreads().values()) if workers == "auto" else workers
-            yield ExecutionBackend(max(many, 1), client.get_executor(pure=False))
+            worker_count = sum(client.nthreads().values()) if workers == "auto" else workers
+            yield ExecutionBackend(max(worker_count, 1), client.get_executor(pure=False))
     else:
         with _load_executor(spec) as executor:
             yield ExecutionBackend(workers, executor)
 
 
 def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
-    """A client of the cluster there; without an address, of a new one on this machine."""
+    """Return a client of the Dask cluster at `address` or, if empty, of a new local one."""
     try:
-        make = import_module("distributed").Client
+        client_class = import_module("distributed").Client
     except ImportError:
-        told = "--executor dask: not installed; try: pip install 'dmplay[dask]'"
-        raise BadParameter(told) from None
+        message = "--executor dask: not installed; try: pip install 'dmplay[dask]'"
+        raise BadParameter(message) from None
     try:
         if address:
-            return make(address, timeout="10s", set_as_default=False)
-        many = count_cores() if workers == "auto" else workers
-        return make(n_workers=many, threads_per_worker=1, dashboard_address=None)
+            return client_class(address, timeout="10s", set_as_default=False)
+        worker_count = count_cores() if workers == "auto" else workers
+        return client_class(n_workers=worker_count, threads_per_worker=1, dashboard_address=None)
     except (OSError, ValueError) as error:
         raise BadParameter(f"--executor: no cluster at {address}; {error}") from None
 
 
 def _load_executor(spec: str) -> Executor:
-    """The executor that a factory makes."""
+    """Return the executor that a `MODULE:FACTORY` creates."""
     module, _, name = spec.partition(":")
     try:
-        make = getattr(import_module(module), name)
+        factory = getattr(import_module(module), name)
     except (ImportError, AttributeError, ValueError) as error:
-        told = f"expected MODULE:FACTORY, dask or dask:tcp://HOST:PORT; {error}"
-        raise BadParameter(f"--executor: got {spec!r}, {told}") from None
-    made = make()
-    if not isinstance(made, Executor):
-        raise BadParameter(f"--executor: {spec} made a {type(made).__name__}, not an Executor")
-    return made
+        message = f"expected MODULE:FACTORY, dask or dask:tcp://HOST:PORT; {error}"
+        raise BadParameter(f"--executor: got {spec!r}, {message}") from None
+    executor = factory()
+    if not isinstance(executor, Executor):
+        raise BadParameter(f"--executor: {spec} made a {type(executor).__name__}, not an Executor")
+    return executor

@@ -1,7 +1,7 @@
-"""How lucky a game was: how much better than expected nature's draws turned out, turn by turn.
+"""Control variates for returns: how much better than expected nature's draws turned out.
 
-By whatever values that is judged, it is 0 on average, so that it can be taken from a return; the
-nearer they are to what play is worth, the less is left that differs from game to game.
+Its mean is 0 for any values that it is computed from, so it can be subtracted from a return. The
+closer these values are to those of play, the less variance between games remains.
 """
 
 from dataclasses import dataclass
@@ -14,29 +14,31 @@ from dmplay.errors import DmplayError
 from dmplay.solvers import value_iteration
 from dmplay.tabular import tabulate
 
-MAX_VALUED_STATES = 1000  # states that are soon valued
+MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly
 
 
 @dataclass(frozen=True)
 class ControlVariate:
-    """The luck of an agent that is alone, by what a state and its actions are worth if seen."""
+    """The control variate of a single agent, from the optimal values of observed states."""
 
     problem: Problem
     q_values: Reals  # [S, A]
 
     def __call__(self, s: Array, a: Array, outcome: Outcome) -> Reals:
-        """What came of a turn less what was to be expected, `[B, 1]`."""
+        """Return the value of what a turn brought minus its expectation, `[B, 1]`."""
         expected = self.q_values[self.problem.state_indices(s), a[:, 0]]
-        came = self.q_values[self.problem.state_indices(outcome.state)].max(axis=1)
-        lucky: Reals = outcome.rewards[:, 0] + self.problem.discount * came - expected
-        return lucky[:, None]
+        next_values = self.q_values[self.problem.state_indices(outcome.state)].max(axis=1)
+        surplus: Reals = outcome.rewards[:, 0] + self.problem.discount * next_values - expected
+        return surplus[:, None]
 
 
 def build_control_variate(problem: Problem) -> ControlVariate | None:
-    """How luck is told in a problem of one agent and few states; None in any other."""
-    alone = len(problem.agents) == 1 and isinstance(problem.actions[0], Labels)
+    """Return the control variate of a problem of one agent and few states, None for others."""
+    has_one_agent = len(problem.agents) == 1 and isinstance(problem.actions[0], Labels)
     if not (
-        alone and isinstance(problem.state_count, int) and problem.state_count <= MAX_VALUED_STATES
+        has_one_agent
+        and isinstance(problem.state_count, int)
+        and problem.state_count <= MAX_VALUED_STATES
     ):
         return None
     try:
@@ -46,5 +48,5 @@ def build_control_variate(problem: Problem) -> ControlVariate | None:
                 tabulate(problem).expected_reward_tables, problem.discount
             ),
         )
-    except (DmplayError, np.linalg.LinAlgError):  # too much, or no table of it
+    except (DmplayError, np.linalg.LinAlgError):  # too much work, or it cannot be tabulated
         return None

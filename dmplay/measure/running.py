@@ -1,4 +1,4 @@
-"""What agents earn together over many games of the same dice."""
+"""Many games of one set of agents, and the summary of their returns."""
 
 import time
 from collections.abc import Sequence
@@ -16,35 +16,35 @@ from dmplay.measure.estimate import Estimate, estimate_mean, five_number_summary
 from dmplay.measure.some import PartialRollouts, check_episode_count, run_rollouts_until_interrupted
 from dmplay.rollouts import Rollout, RolloutSpec
 
-DEFAULT_EPISODES = 10_000  # games, where nobody says how many
+DEFAULT_EPISODES = 10_000  # if the caller sets no limit
 INITIAL_EPISODES, GROWTH_FACTOR = (
     100,
     2,
-)  # games until the error is looked at; so many times more each time
+)  # games before the errors are checked first, and their growth until the next check
 MAX_EPISODES = 10_000_000
 RECORDED_FIELDS = ("returns", "total_rewards", "turn_counts", "terminated")
 
 
 class SeatSummary(NamedTuple):
-    """What a seat earned a game."""
+    """The returns and total rewards of one seat per game."""
 
     seat: str
     returns: Estimate
     totals: Estimate
-    quantiles: tuple[float, ...]  # of its returns: the least, the quartiles, the most
+    quantiles: tuple[float, ...]  # of the returns: minimum, quartiles, maximum
 
 
 class RunResult(NamedTuple):
-    """Many games, summed up; `played` holds each of them."""
+    """The summary of many games, and the arrays of each of them."""
 
     seat_summaries: tuple[SeatSummary, ...]
     episodes: int
-    mean_turns: float  # a game, on average
-    terminated_share: float  # share of the games that came to a terminal state
+    mean_turns: float  # per game
+    terminated_share: float  # share of the games that reached a terminal state
     seconds: float
     rollout: Rollout
-    episode_numbers: Ints  # which they are
-    shortfall_reason: str = ""  # why they are fewer than was asked; '' where they are not
+    episode_numbers: Ints
+    shortfall_reason: str = ""  # why fewer games were played than requested, or ''
 
 
 def run(  # noqa: PLR0913 - each is the caller's to choose
@@ -59,11 +59,12 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     executor: Executor | None = None,
     progress: ProgressCallback | None = None,
 ) -> RunResult:
-    """Plays 10,000 games, so many, or as many as bring every error of a return to `until`.
+    """Play many games and return their summary.
 
-    The games are those of `rollout`; Ctrl-C ends it with those that were played. The errors are
-    looked at after numbers of games that do not depend on the workers, so that neither does the
-    result.
+    The number of games is `episodes`, by default 10,000, or with `max_standard_error` as many as
+    bring every standard error of a return down to that. The games are those of `rollout`; Ctrl-C
+    ends the run with the games played so far. The errors are checked after numbers of games that do
+    not depend on the workers, so neither does the result.
     """
     if episodes is not None and max_standard_error is not None:
         raise BadParameter("episodes and until-se: expected one of them")
@@ -71,9 +72,9 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         check_episode_count(episodes)
     if max_standard_error is not None and not max_standard_error > 0:
         raise BadParameter(f"until-se: got {max_standard_error:g}, expected more than 0")
-    since = time.monotonic()
-    first, parts = 0, list[PartialRollouts]()
-    many = (
+    start_time = time.monotonic()
+    start, parts = 0, list[PartialRollouts]()
+    end = (
         INITIAL_EPISODES
         if max_standard_error is not None
         else DEFAULT_EPISODES
@@ -81,37 +82,37 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         else episodes
     )
     while True:
-        asked = RolloutSpec(
-            range(first, many), turns, seed, workers, executor, progress, RECORDED_FIELDS
+        spec = RolloutSpec(
+            range(start, end), turns, seed, workers, executor, progress, RECORDED_FIELDS
         )
-        part = run_rollouts_until_interrupted(problem, [policies], asked)
+        part = run_rollouts_until_interrupted(problem, [policies], spec)
         parts.append(part)
-        played = [one for each in parts for one in each.rollouts]
-        if part.interruption and not played:
+        rollout_parts = [rollout for result in parts for rollout in result.rollouts]
+        if part.interruption and not rollout_parts:
             raise part.interruption
-        whole = Rollout(*map(np.concatenate, zip(*played, strict=True)))
+        merged = Rollout(*map(np.concatenate, zip(*rollout_parts, strict=True)))
         if (
             part.interruption
             or max_standard_error is None
-            or _largest_standard_error(whole) <= max_standard_error
-            or many >= MAX_EPISODES
+            or _largest_standard_error(merged) <= max_standard_error
+            or end >= MAX_EPISODES
         ):
-            games = np.concatenate([each.episode_numbers for each in parts])
-            found = summarize_run(problem, whole, games, time.monotonic() - since)
-            return found._replace(shortfall_reason=str(part.interruption or ""))
-        first, many = many, GROWTH_FACTOR * many
+            episode_numbers = np.concatenate([result.episode_numbers for result in parts])
+            summary = summarize_run(problem, merged, episode_numbers, time.monotonic() - start_time)
+            return summary._replace(shortfall_reason=str(part.interruption or ""))
+        start, end = end, GROWTH_FACTOR * end
 
 
 def _largest_standard_error(rollout: Rollout) -> float:
-    """The largest standard error of a seat's mean return."""
+    """Return the largest standard error of a seat's mean return."""
     return max(estimate_mean(sample).standard_error for sample in rollout.returns.T)
 
 
 def summarize_run(
     problem: Problem, rollout: Rollout, episode_numbers: Ints, seconds: float
 ) -> RunResult:
-    """What came of these games."""
-    earned = tuple(
+    """Return the summary of a rollout."""
+    seat_summaries = tuple(
         SeatSummary(
             seat, estimate_mean(returns), estimate_mean(totals), five_number_summary(returns)
         )
@@ -119,5 +120,16 @@ def summarize_run(
             problem.agents, rollout.returns.T, rollout.total_rewards.T, strict=True
         )
     )
-    turns, ended = float(rollout.turn_counts.mean()), float(rollout.terminated.mean())
-    return RunResult(earned, len(episode_numbers), turns, ended, seconds, rollout, episode_numbers)
+    mean_turns, terminated_share = (
+        float(rollout.turn_counts.mean()),
+        float(rollout.terminated.mean()),
+    )
+    return RunResult(
+        seat_summaries,
+        len(episode_numbers),
+        mean_turns,
+        terminated_share,
+        seconds,
+        rollout,
+        episode_numbers,
+    )

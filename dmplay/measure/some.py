@@ -1,4 +1,4 @@
-"""Games of which, where somebody interrupts them or workers die, those that were played count."""
+"""Rollouts that keep the finished games if they are interrupted or if workers die."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -18,15 +18,15 @@ from dmplay.rollouts import (
 
 
 class PartialRollouts(NamedTuple):
-    """What was played of some games, and what cut it short."""
+    """The games that were finished, and the exception that cut them short, if any."""
 
-    rollouts: tuple[Rollout, ...]  # by each entrant; none where there are no games
-    episode_numbers: Ints  # which they are
+    rollouts: tuple[Rollout, ...]  # of each entrant; empty if no game was finished
+    episode_numbers: Ints
     interruption: RolloutInterrupted | RolloutBlocksLost | None
 
 
 def check_episode_count(episode_count: object) -> None:
-    """Refuses what is no number of games, and none, of which there is no mean."""
+    """Raise BadParameter unless a number of games is an integer of at least 1."""
     if not isinstance(episode_count, INTEGER_TYPES) or episode_count < 1:
         raise BadParameter(f"episodes: got {episode_count!r}, expected a whole number, 1 or more")
 
@@ -34,9 +34,9 @@ def check_episode_count(episode_count: object) -> None:
 def run_rollouts_until_interrupted(
     problem: Problem, entrants: Sequence[Sequence[Policy]], games: RolloutSpec
 ) -> PartialRollouts:
-    """These games by each of some entrants, as far as they come."""
+    """Play the games of each entrant and return those that were finished."""
     try:
-        played = rollout_entrants(problem, entrants, games)
+        results = rollout_entrants(problem, entrants, games)
     except (RolloutInterrupted, RolloutBlocksLost) as error:
         return PartialRollouts(*error.partial_results, error)
-    return PartialRollouts(played, np.array(games.episodes), None)
+    return PartialRollouts(results, np.array(games.episodes), None)

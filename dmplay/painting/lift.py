@@ -1,15 +1,15 @@
-"""Rows of the screen that move up: a log goes on so."""
+"""Scrolling of a block of screen rows, which saves output when a log moves up."""
 
 from typing import NamedTuple
 
 from dmplay.styles import StyledRow
 
-SCROLL_DISTANCES = (1, 2, 3, 4)  # by how many rows a log may move up in one go
-MIN_SAVED_CHARACTERS = 25  # characters saved that a scrolling of rows may be worth
+SCROLL_DISTANCES = (1, 2, 3, 4)  # rows by which a log may move up in one frame
+MIN_SAVED_CHARACTERS = 25  # a scroll must save more characters than this
 
 
 class RowScroll(NamedTuple):
-    """Rows from `top` to `bottom` move up; blank ones come in below."""
+    """A scroll of the rows `top` to `bottom - 1` up by `distance`, with blank rows below."""
 
     top: int
     bottom: int
@@ -17,18 +17,21 @@ class RowScroll(NamedTuple):
 
     @property
     def escape_sequence(self) -> str:
-        """Rows out at the top, blank ones in at the bottom; the cursor stays before them."""
-        many = self.distance if self.distance > 1 else ""
-        at = f"\x1b[{self.top + 1}H", f"\x1b[{self.first_blank_row + 1}H"
-        return f"{at[0]}\x1b[{many}M{at[1]}\x1b[{many}L"
+        """The escape sequence that deletes rows at the top and inserts blank ones at the bottom.
+
+        The cursor ends at the first blank row.
+        """
+        count = self.distance if self.distance > 1 else ""
+        positions = f"\x1b[{self.top + 1}H", f"\x1b[{self.first_blank_row + 1}H"
+        return f"{positions[0]}\x1b[{count}M{positions[1]}\x1b[{count}L"
 
     @property
     def first_blank_row(self) -> int:
-        """The first of the rows that come in."""
+        """The index of the first blank row."""
         return self.bottom - self.distance
 
     def apply_to(self, rows: list[StyledRow]) -> list[StyledRow]:
-        """What then stands on the screen."""
+        """Return the rows of the screen after this scroll."""
         blank: list[StyledRow] = [()] * self.distance
         return [
             *rows[: self.top],
@@ -39,21 +42,22 @@ class RowScroll(NamedTuple):
 
 
 def find_best_scroll(old_rows: list[StyledRow], new_rows: list[StyledRow]) -> RowScroll | None:
-    """The rows whose moving up saves most; none where it saves little."""
-    best, most = None, MIN_SAVED_CHARACTERS
-    for by in SCROLL_DISTANCES:
+    """Return the scroll that saves the most characters, or None if none saves enough."""
+    best, max_saved = None, MIN_SAVED_CHARACTERS
+    for distance in SCROLL_DISTANCES:
         y = 0
         rows = min(len(old_rows), len(new_rows))
-        while y + by < rows:
+        while y + distance < rows:
             top, saved = y, 0
-            while y + by < rows and new_rows[y] == old_rows[y + by]:
+            while y + distance < rows and new_rows[y] == old_rows[y + distance]:
                 saved += _count_characters(new_rows[y]) if new_rows[y] != old_rows[y] else 0
                 y += 1
-            if saved > most:
-                best, most = RowScroll(top, y + by, by), saved
+            if saved > max_saved:
+                best, max_saved = RowScroll(top, y + distance, distance), saved
             y = max(y, top + 1)
     return best
 
 
 def _count_characters(row: StyledRow) -> int:
+    """Return the number of characters of a row."""
     return sum(len(piece) for piece, _ in row)

@@ -1,4 +1,4 @@
-"""The terminal's screen: of each frame only what differs from the last one is written."""
+"""Paint frames on the terminal, writing only what changed since the last frame."""
 
 import os
 from functools import lru_cache
@@ -20,18 +20,19 @@ from dmplay.painting.writing import (
 from dmplay.styles import StyledRow, to_styled_rows
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
-# A paste comes as one, not as keys; the wheel as itself, not as arrows, which would play.
+# A paste arrives as one event, not as keys. The mouse wheel reports itself; terminals would
+# otherwise send arrow keys, which would play actions.
 ENABLE_INPUT_REPORTS, DISABLE_INPUT_REPORTS = (
     "\x1b[?2004h\x1b[?1000h\x1b[?1006h",
     "\x1b[?1006l\x1b[?1000l\x1b[?2004l",
 )
 CLEAR_SCREEN = "\x1b[m\x1b[H\x1b[2J"
 SHOW_CURSOR, HIDE_CURSOR = "\x1b[?25h", "\x1b[?25l"
-DEFAULT_SIZE = (80, 24)  # of a terminal that does not tell
+DEFAULT_SIZE = (80, 24)  # columns and rows of a terminal that does not report its size
 
 
 class Painter:
-    """The alternate screen of a terminal, and what stands on it."""
+    """The alternate screen of a terminal, and the rows displayed on it."""
 
     def __init__(
         self,
@@ -43,93 +44,102 @@ class Painter:
     ) -> None:
         self.stream = stream
         self._erases_with_color = (
-            erases_with_color  # whether what is erased takes the colour that is set
+            erases_with_color  # The terminal fills erased cells with the current background colour.
         )
         self._theme = theme
-        self._max_width = max_width  # columns at most; all if None
+        self._max_width = max_width  # columns; all if None
         self._displayed_rows: list[StyledRow] = []
         self._displayed_size = (0, 0)
         self._cursor: ScreenPosition | None = None
         self._sgr_codes = NO_CODES
 
     def get_size(self) -> tuple[int, int]:
-        """The columns and rows to paint on."""
+        """Return the columns and rows to paint on."""
         try:
             columns, lines = os.get_terminal_size(self.stream.fileno())
-        except OSError:  # no terminal, or one that is gone
+        except OSError:  # not a terminal, or the terminal is gone
             columns, lines = 0, 0
         columns, lines = columns or DEFAULT_SIZE[0], lines or DEFAULT_SIZE[1]
         return (min(self._max_width or columns, columns), lines)
 
     def enter_screen(self) -> None:
-        """Takes the whole screen."""
+        """Enter the alternate screen and hide the cursor."""
         self.invalidate()
         self._write(ENTER_SCREEN)
 
     def enable_input_reports(self) -> None:
-        """Asks for pastes as one piece and for the wheel, once keys are read."""
+        """Ask the terminal to mark pastes and to report the mouse wheel."""
         self._write(ENABLE_INPUT_REPORTS)
 
     def leave_screen(self) -> None:
-        """Gives the terminal back as it was."""
+        """Leave the alternate screen and restore the terminal."""
         self._write(DISABLE_INPUT_REPORTS + LEAVE_SCREEN)
 
     def invalidate(self) -> None:
-        """Lets the next frame be painted whole."""
+        """Mark the screen as unknown, so that the next frame is painted whole."""
         self._displayed_size = (0, 0)
 
     def paint(self, frame: Text, cursor: ScreenPosition | None = None) -> None:
-        """Brings a frame onto the screen, the real cursor to a cell of it or out of sight."""
-        new, size = to_styled_rows(frame, self._theme), self.get_size()
+        """Paint a frame with the shorter of two updates, with and without scrolling.
+
+        The real cursor goes to a cell of the frame, or is hidden if None.
+        """
+        new_rows, size = to_styled_rows(frame, self._theme), self.get_size()
         if self._displayed_size != size:
             self._displayed_size, self._sgr_codes = size, NO_CODES
-            self._displayed_rows, self._cursor = [()] * len(new), None
+            self._displayed_rows, self._cursor = [()] * len(new_rows), None
             self.stream.write(HIDE_CURSOR + CLEAR_SCREEN)
-        lift = find_best_scroll(self._displayed_rows, new)
-        ways = [self._build_update(None, new), *([self._build_update(lift, new)] if lift else [])]
-        out = min(ways, key=lambda way: len(str(way).encode()))
-        self._displayed_rows, self._sgr_codes = new, out.sgr_codes
-        if cursor is not None and (str(out) or cursor != self._cursor):
-            out.move_cursor(cursor)
+        scroll = find_best_scroll(self._displayed_rows, new_rows)
+        updates = [
+            self._build_update(None, new_rows),
+            *([self._build_update(scroll, new_rows)] if scroll else []),
+        ]
+        output = min(updates, key=lambda update: len(str(update).encode()))
+        self._displayed_rows, self._sgr_codes = new_rows, output.sgr_codes
+        if cursor is not None and (str(output) or cursor != self._cursor):
+            output.move_cursor(cursor)
         if (cursor is None) != (self._cursor is None):
-            out.append_sequence(HIDE_CURSOR if cursor is None else SHOW_CURSOR)
+            output.append_sequence(HIDE_CURSOR if cursor is None else SHOW_CURSOR)
         self._cursor = cursor
-        self._write(str(out))
+        self._write(str(output))
 
     def _build_update(self, scroll: RowScroll | None, new_rows: list[StyledRow]) -> TerminalOutput:
-        """What brings the rows onto the screen, with rows moved up first or without."""
-        out = TerminalOutput(
+        """Return the output that displays `new_rows`, after a scroll if one is given."""
+        output = TerminalOutput(
             self._displayed_size[0], self._sgr_codes, erases_with_color=self._erases_with_color
         )
         if scroll:
-            out.erase_with(scroll.escape_sequence)
-            out.cursor = ScreenPosition(0, scroll.first_blank_row)
-        changed: dict[int, RowChange] = {}
-        before = scroll.apply_to(self._displayed_rows) if scroll else self._displayed_rows
-        for y, (old, row) in enumerate(zip_longest(before, new_rows, fillvalue=())):
-            if old != row:
-                if _has_wide_characters(old) or _has_wide_characters(row):
-                    out.rewrite_row(y, _split_row_into_cells(row))
+            output.erase_with(scroll.escape_sequence)
+            output.cursor = ScreenPosition(0, scroll.first_blank_row)
+        changes: dict[int, RowChange] = {}
+        displayed_rows = scroll.apply_to(self._displayed_rows) if scroll else self._displayed_rows
+        for y, (old_row, row) in enumerate(zip_longest(displayed_rows, new_rows, fillvalue=())):
+            if old_row != row:
+                if _has_wide_characters(old_row) or _has_wide_characters(row):
+                    output.rewrite_row(y, _split_row_into_cells(row))
                 else:
-                    changed[y] = RowChange(_split_row_into_cells(old), _split_row_into_cells(row))
-        out.write_changed_rows(changed)
-        return out
+                    changes[y] = RowChange(
+                        _split_row_into_cells(old_row), _split_row_into_cells(row)
+                    )
+        output.write_changed_rows(changes)
+        return output
 
     def _write(self, text: str) -> None:
+        """Write text to the terminal and flush it."""
         if text:
             self.stream.write(text)
         self.stream.flush()
 
 
 def _has_wide_characters(row: StyledRow) -> bool:
-    """Whether some character takes more than a cell, or none."""
+    """Return whether a row has characters of a width other than one cell."""
     plain = "".join(piece for piece, _ in row)
     return not plain.isascii() and cell_len(plain) != len(plain)
 
 
 @lru_cache(1000)
 def _split_row_into_cells(row: StyledRow) -> tuple[ScreenCell, ...]:
-    """The cells of a row, without the blanks at its end."""
+    """Split a row into cells, without the blanks at its end."""
     cells: list[ScreenCell] = []
     for piece, codes in row:
         cells += _split_piece_into_cells(piece, codes)
@@ -140,7 +150,7 @@ def _split_row_into_cells(row: StyledRow) -> tuple[ScreenCell, ...]:
 
 @lru_cache(4000)
 def _split_piece_into_cells(piece: str, codes: str) -> tuple[ScreenCell, ...]:
-    """The cells of a piece, which many rows have."""
-    own = parse_sgr_codes(codes)
-    of_blanks = select_visible_on_blank(own)
-    return tuple((glyph, of_blanks if glyph == " " else own) for glyph in piece)
+    """Split a styled piece into cells; cached, because many rows share pieces."""
+    sgr_codes = parse_sgr_codes(codes)
+    blank_codes = select_visible_on_blank(sgr_codes)
+    return tuple((glyph, blank_codes if glyph == " " else sgr_codes) for glyph in piece)

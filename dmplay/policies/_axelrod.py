@@ -21,8 +21,8 @@ SEED_RANGE = 10**9
 class AxelrodStrategy(SeatPolicy):
     """A strategy of the Axelrod package, `axelrod:NAME`; it needs the extra `axelrod`.
 
-    Before each choice a new player is led through the rounds played. What it would have drawn in
-    them is forgotten: luck that a strategy keeps to itself is another in every round.
+    Before each choice a new player replays the rounds so far. Its random numbers in them are not
+    kept, so the hidden random state of a strategy differs in every round.
     """
 
     name: str = parameter("TitForTat", "the class of the strategy")
@@ -32,64 +32,73 @@ class AxelrodStrategy(SeatPolicy):
     uniform_count = 1  # the seed of the player
 
     def __post_init__(self) -> None:
-        """Refuses unknown strategies, and those that cheat."""
+        """Raise UnknownName for an unknown strategy, and BadPolicy for one that cheats."""
         super().__post_init__()
         package = _import_axelrod()
-        known = {each.__name__: each for each in package.all_strategies}
-        if self.name not in known:
-            raise UnknownName("strategy", self.name, known, error_prefix="axelrod")
-        if not package.Classifiers.obey_axelrod(known[self.name]()):
+        strategies = {strategy.__name__: strategy for strategy in package.all_strategies}
+        if self.name not in strategies:
+            raise UnknownName("strategy", self.name, strategies, error_prefix="axelrod")
+        if not package.Classifiers.obey_axelrod(strategies[self.name]()):
             raise BadPolicy(f"axelrod: {self.name} does not keep the rules of the tournament")
 
     def initial_memory(self, observation: Array) -> Memory:
-        """No rounds: the actions of both `[B, 0]`."""
-        none = np.zeros((len(observation), 0), np.int64)
-        return (none, none)
+        """Return the empty action histories of both players, `[B, 0]` each."""
+        empty = np.zeros((len(observation), 0), np.int64)
+        return (empty, empty)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """One more round."""
+        """Return the action histories with one more round."""
         assert percept.actions is not None
-        both = (percept.actions[:, self.seat], percept.actions[:, 1 - self.seat])
+        actions = (percept.actions[:, self.seat], percept.actions[:, 1 - self.seat])
         return tuple(
-            np.hstack([past, now[:, None]]) for past, now in zip(memory, both, strict=True)
+            np.hstack([history, action[:, None]])
+            for history, action in zip(memory, actions, strict=True)
         )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """What the player does now."""
+        """Return the next actions of the strategy, each from a new player."""
         rows = zip(*memory, u[:, 0], strict=True)
         return np.array(
-            [self._next_action(own, other, luck) for own, other, luck in rows], np.int64
+            [
+                self._next_action(own_actions, opponent_actions, uniform)
+                for own_actions, opponent_actions, uniform in rows
+            ],
+            np.int64,
         )
 
     def _next_action(self, own_actions: Array, opponent_actions: Array, uniform: float) -> int:
-        """What a new player does after these rounds."""
+        """Return the action of a new player after these rounds."""
         package = _import_axelrod()
-        deeds = (package.Action.C, package.Action.D)
+        actions = (package.Action.C, package.Action.D)
         player, partner = self._create_player(), package.MockPlayer()
         partner.set_match_attributes(**self._match_attributes)
-        for mine, theirs in zip(own_actions, opponent_actions, strict=True):
+        for own_action, opponent_action in zip(own_actions, opponent_actions, strict=True):
             player.set_seed(round(uniform * SEED_RANGE))
             player.strategy(partner)
-            player.update_history(deeds[mine], deeds[theirs])
-            partner.update_history(deeds[theirs], deeds[mine])
+            player.update_history(actions[own_action], actions[opponent_action])
+            partner.update_history(actions[opponent_action], actions[own_action])
         player.set_seed(round(uniform * SEED_RANGE))
-        return deeds.index(player.strategy(partner))
+        return actions.index(player.strategy(partner))
 
     def _create_player(self) -> Any:
+        """Return a new player of the strategy, with the attributes of the match."""
         player = getattr(_import_axelrod(), self.name)()
         player.set_match_attributes(**self._match_attributes)
         return player
 
     @cached_property
     def _match_attributes(self) -> dict[str, object]:
-        """What the players know of the match: its payoffs, and no end."""
+        """The attributes of the match as the players see them: its payoffs, no noise and no end."""
         assert isinstance(self.problem, MatrixGame)
-        own = self.problem.payoffs[:, :, 0]
-        game = _import_axelrod().Game(r=own[0, 0], s=own[0, 1], t=own[1, 0], p=own[1, 1])
+        payoffs = self.problem.payoffs[:, :, 0]
+        game = _import_axelrod().Game(
+            r=payoffs[0, 0], s=payoffs[0, 1], t=payoffs[1, 0], p=payoffs[1, 1]
+        )
         return {"length": math.inf, "game": game, "noise": 0}
 
 
 def _import_axelrod() -> ModuleType:
+    """Return the axelrod module; raise BadPolicy if it is not installed."""
     try:
         import axelrod
     except ImportError:

@@ -1,4 +1,4 @@
-"""A policy memory that is the seat's own belief, for many games at once."""
+"""Policies whose memory is their seat's own belief, for many games at once."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
@@ -17,7 +17,7 @@ from dmplay.policies.kinds import SeatPolicy
 
 
 class SparseTransition(NamedTuple):
-    """The likelihood of going from one state to another while observing one thing."""
+    """The joint probabilities of next state and one observation given the state, sparsely."""
 
     source: Ints  # [N]
     target: Ints  # [N]
@@ -25,128 +25,142 @@ class SparseTransition(NamedTuple):
 
     @classmethod
     def from_dense(cls, dense: Reals) -> "SparseTransition":
-        """What an array `[S, S']` holds."""
+        """Return the nonzero entries of an array `[S, S']`."""
         source, target = np.nonzero(dense)
         return cls(source, target, dense[source, target])
 
     def propagate(self, beliefs: Reals) -> Reals:
-        """What each row `[R, S]` carries along, summed by target in the order of sources."""
-        rows, size = beliefs.shape
-        if len(self.source) < rows:
-            each, found = np.ascontiguousarray(beliefs.T), np.zeros((size, rows))
+        """Return the unnormalized next beliefs `[R, S]` from beliefs `[R, S]`.
+
+        They are summed by target, in the order of the sources.
+        """
+        row_count, state_count = beliefs.shape
+        if len(self.source) < row_count:
+            columns, result = np.ascontiguousarray(beliefs.T), np.zeros((state_count, row_count))
             for source, target, weight in zip(*(part.tolist() for part in self), strict=True):
-                found[target] += each[source] * weight
-            return found.T
-        cell = np.arange(rows)[:, None] * size + self.target
+                result[target] += columns[source] * weight
+            return result.T
+        cells = np.arange(row_count)[:, None] * state_count + self.target
         weight = beliefs.take(self.source, axis=1) * self.weight
-        sums = np.bincount(cell.reshape(-1), weight.reshape(-1), rows * size)
-        return sums.astype(float).reshape(rows, size)
+        sums = np.bincount(cells.reshape(-1), weight.reshape(-1), row_count * state_count)
+        return sums.astype(float).reshape(row_count, state_count)
 
 
 @dataclass(frozen=True)
 class BeliefPolicy(SeatPolicy, ABC):
-    """A policy that acts on what its seat believes.
+    """A policy that acts on its seat's belief.
 
-    The same beliefs as `belief.update` gives with unknown partners, who are taken to be uniformly
-    random, but by a table of what one action leads to, made when that action is first taken.
+    The beliefs equal those of `belief.update_belief` with unknown partners, which are taken to act
+    uniformly at random. They come from a table of an action's transitions, computed when the action
+    is first taken.
     """
 
     @cached_property
     def _transition_cache(self) -> dict[int, dict[int, SparseTransition]]:
-        """The tables made so far, by action and observation."""
+        """The transitions computed so far, by action and observation."""
         return {}
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The belief before the first turn."""
-        seen, row = np.unique(observation, return_inverse=True)
-        each = [belief.initial_seat_belief(self.problem, self.seat, one) for one in seen]
-        return (np.array(each)[row],)
+        """Return the beliefs before the first turn."""
+        distinct, inverse = np.unique(observation, return_inverse=True)
+        beliefs = [belief.initial_seat_belief(self.problem, self.seat, item) for item in distinct]
+        return (np.array(beliefs)[inverse],)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Bayes' rule."""
-        (before,) = memory
-        kinds = self.problem.observation_counts[self.seat]
-        turns = percept.action * kinds + percept.observation
-        return (apply_by_group(before, turns, self._update_beliefs),)
+        """Return the beliefs after a turn, by Bayes' rule."""
+        (beliefs,) = memory
+        observation_count = self.problem.observation_counts[self.seat]
+        turn_indices = percept.action * observation_count + percept.observation
+        return (apply_by_group(beliefs, turn_indices, self._update_beliefs),)
 
     def _update_beliefs(self, beliefs: Reals, turn_index: int) -> Reals:
-        """Beliefs `[R, S]` after the same action and observation in each row."""
+        """Return the beliefs `[R, S]` after the same action and observation in each row.
+
+        Raises ImpossibleObservation if the observation has probability 0 in a row.
+        """
         action, observation = divmod(turn_index, self.problem.observation_counts[self.seat])
-        after, likelihood = belief.apply_bayes_rule(
+        posterior, likelihood = belief.apply_bayes_rule(
             self._joint_belief_update(beliefs, action, observation)
         )
         if not likelihood.all():
             raise ImpossibleObservation(
                 f"{self.problem.agents[self.seat]}: an observation of probability 0"
             )
-        return after
+        return posterior
 
     def _joint_belief_update(self, beliefs: Reals, action: int, observation: int) -> Reals:
-        """How likely each row's `[R, S]` next states are, and this observation."""
-        flow = self._cached_transitions(action).get(observation)
-        return np.zeros_like(beliefs) if flow is None else flow.propagate(beliefs)
+        """Return the probabilities `[R, S]` of this observation and each next state."""
+        transition = self._cached_transitions(action).get(observation)
+        return np.zeros_like(beliefs) if transition is None else transition.propagate(beliefs)
 
     @abstractmethod
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
+        """Return the actions `[B]` from the beliefs `memory[0]` `[B, S]`."""
 
     def _cached_transitions(self, action: int) -> dict[int, SparseTransition]:
-        """What this seat's action leads to, by observation."""
+        """Return the cached transitions of this seat's action, by observation."""
         if action not in self._transition_cache:
             self._transition_cache[action] = self._enumerate_transitions(action)
         return self._transition_cache[action]
 
     def _enumerate_transitions(self, action: int) -> dict[int, SparseTransition]:
-        """The flow of every observation that an action can lead to."""
+        """Return the transition of every observation that an action can lead to."""
         problem = self.problem
         states = problem.enumerate_states()
-        size = len(states)
-        kinds = problem.observation_counts[self.seat]
-        choices = [range(many) for many in problem.action_counts]
+        state_count = len(states)
+        observation_count = problem.observation_counts[self.seat]
+        choices = [range(count) for count in problem.action_counts]
         choices[self.seat] = range(action, action + 1)
-        joints = list(product(*choices))
-        flow: dict[int, list[tuple[Ints, Reals]]] = {}
-        for joint in joints:
+        joint_actions = list(product(*choices))
+        parts_by_observation: dict[int, list[tuple[Ints, Reals]]] = {}
+        for joint in joint_actions:
             source, p, outcome = enumerate_possible_outcomes(
-                problem, states, np.tile(joint, (size, 1))
+                problem, states, np.tile(joint, (state_count, 1))
             )
-            cell, weight = (
-                source * size + checked_state_indices(problem, outcome.state),
-                p / len(joints),
+            cells, weights = (
+                source * state_count + checked_state_indices(problem, outcome.state),
+                p / len(joint_actions),
             )
-            seen = outcome.observations[:, self.seat]
-            for kind in range(kinds):
-                happens = seen == kind
-                if happens.any():
-                    flow.setdefault(kind, []).append(
-                        _sum_duplicates(cell[happens], weight[happens])
+            observations = outcome.observations[:, self.seat]
+            for observation in range(observation_count):
+                matches = observations == observation
+                if matches.any():
+                    parts_by_observation.setdefault(observation, []).append(
+                        _sum_duplicates(cells[matches], weights[matches])
                     )
-        return {kind: _build_transition(parts, size) for kind, parts in flow.items()}
+        return {
+            observation: _build_transition(parts, state_count)
+            for observation, parts in parts_by_observation.items()
+        }
 
 
 def apply_by_group(b: Reals, groups: Ints, function: Callable[[Reals, int], Array]) -> Array:
-    """What is found `[B, ...]` of beliefs `[B, S]` and a turn, numbered for each row.
+    """Return `function(beliefs, group)` of all rows `[B, ...]`, called once for each group.
 
-    Rows of one turn are looked at together.
+    `b` are the beliefs `[B, S]`, and `groups` `[B]` the group number of each row.
     """
-    each = np.flatnonzero(np.bincount(groups)).tolist()
-    if len(each) == 1:
-        return np.ascontiguousarray(function(b, each[0]))
-    rows = [np.flatnonzero(groups == turn) for turn in each]
-    parts = [function(b.take(which, axis=0), turn) for which, turn in zip(rows, each, strict=True)]
-    whole: Array = np.empty((len(b), *parts[0].shape[1:]), parts[0].dtype)
-    for which, part in zip(rows, parts, strict=True):
-        whole[which] = part
-    return whole
+    distinct_groups = np.flatnonzero(np.bincount(groups)).tolist()
+    if len(distinct_groups) == 1:
+        return np.ascontiguousarray(function(b, distinct_groups[0]))
+    rows = [np.flatnonzero(groups == group) for group in distinct_groups]
+    parts = [
+        function(b.take(indices, axis=0), group)
+        for indices, group in zip(rows, distinct_groups, strict=True)
+    ]
+    result: Array = np.empty((len(b), *parts[0].shape[1:]), parts[0].dtype)
+    for indices, part in zip(rows, parts, strict=True):
+        result[indices] = part
+    return result
 
 
 def _sum_duplicates(cell: Ints, weight: Reals) -> tuple[Ints, Reals]:
-    """Each cell once, with the sum of its weights."""
-    cells, place = np.unique(cell, return_inverse=True)
-    return cells, np.bincount(place.reshape(-1), weight).astype(float)
+    """Return each distinct cell once, with the sum of its weights."""
+    cells, inverse = np.unique(cell, return_inverse=True)
+    return cells, np.bincount(inverse.reshape(-1), weight).astype(float)
 
 
 def _build_transition(parts: list[tuple[Ints, Reals]], size: int) -> SparseTransition:
+    """Return the transition that sums parts of cells and weights."""
     cells, weights = zip(*parts, strict=True)
     cell, weight = _sum_duplicates(np.concatenate(cells), np.concatenate(weights))
     return SparseTransition(cell // size, cell % size, weight)
@@ -154,12 +168,12 @@ def _build_transition(parts: list[tuple[Ints, Reals]], size: int) -> SparseTrans
 
 @dataclass(frozen=True)
 class BeliefAndTurnPolicy(BeliefPolicy, ABC):
-    """Counts the turns that are done, beside its belief."""
+    """A belief policy whose memory also counts the turns played."""
 
     def initial_memory(self, observation: Array) -> Memory:
-        """No turn is done."""
+        """Return the beliefs before the first turn, and zero turns."""
         return (*super().initial_memory(observation), np.zeros(len(observation), np.int64))
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """One more turn is done."""
+        """Return the beliefs after a turn, and one turn more."""
         return (*super().update_memory(memory[:1], percept), memory[1] + 1)

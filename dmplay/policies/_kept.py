@@ -1,4 +1,4 @@
-"""What was found for the last few problems, which all seats, hints and reviews of them share."""
+"""A cache of the last few results, shared by all seats, hints and reviews of a problem."""
 
 from collections.abc import Callable
 from functools import lru_cache, wraps
@@ -10,11 +10,11 @@ CACHE_SIZE = 4
 
 
 def memoize(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
-    """The same function, which keeps what it found last.
+    """Return the function with a cache of its last four results.
 
-    What it finds for a problem that cannot be told from others is not kept.
+    The result for arguments that cannot be hashed is not cached.
     """
-    keeping = lru_cache(maxsize=CACHE_SIZE)(function)
+    cached = lru_cache(maxsize=CACHE_SIZE)(function)
 
     @wraps(function)
     def call_cached(*args: *Ts) -> T:
@@ -22,6 +22,6 @@ def memoize(function: Callable[[*Ts], T]) -> Callable[[*Ts], T]:
             hash(args)
         except TypeError:
             return function(*args)
-        return keeping(*args)
+        return cached(*args)
 
     return call_cached

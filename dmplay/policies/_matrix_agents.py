@@ -1,4 +1,4 @@
-"""Agents for any game of two with one state and a payoff table (chapter 24)."""
+"""Agents for games of two players with one state and a payoff table (chapter 24)."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -16,7 +16,7 @@ from dmplay.solvers.regret_matching import RegretMatchingResult
 
 @dataclass(frozen=True)
 class _PayoffTablePolicy(ReactivePolicy):
-    """A policy of a payoff table that draws its action."""
+    """A policy for a payoff table that samples its action."""
 
     uniform_count = 1  # for the action
 
@@ -27,27 +27,27 @@ class _PayoffTablePolicy(ReactivePolicy):
 
     @property
     def _own_payoffs(self) -> Reals:
-        """The seat's rewards `[A of the other, A]`."""
+        """The rewards of the seat, `[opponent's A, A]`."""
         return np.moveaxis(self._payoffs[:, :, self.seat], 1 - self.seat, 0)
 
 
 @dataclass(frozen=True)
 class _MixedStrategyPolicy(_PayoffTablePolicy):
-    """One whose mixed strategy is the same in every round."""
+    """A policy with the same mixed strategy in every round."""
 
     @property
     @abstractmethod
     def _mixed_strategy(self) -> Categorical:
-        """Its strategy, of one row."""
+        """The mixed strategy, as a distribution of one row."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action drawn from its mix."""
+        """Return actions sampled from the mixed strategy."""
         return self._mixed_strategy.sample_events(u)
 
 
 @dataclass(frozen=True)
 class Nash(_MixedStrategyPolicy):
-    """A Nash equilibrium, the first that support enumeration finds; of large games, any."""
+    """Plays the first Nash equilibrium that support enumeration finds or, in large games, any."""
 
     @cached_property
     def _mixed_strategy(self) -> Categorical:
@@ -56,14 +56,15 @@ class Nash(_MixedStrategyPolicy):
 
 @memoize
 def _find_nash_equilibrium(problem: Problem) -> matrix_game.MixedProfile:
+    """Return the first Nash equilibrium that is found of a game of two players."""
     return lemke_howson.find_first_equilibrium(matrix_game.build_payoffs(problem))
 
 
 @dataclass(frozen=True)
 class RegretMatchingEquilibrium(_MixedStrategyPolicy):
-    """Its part of the equilibrium that is found for any number of agents, or comes nearest to one.
+    """Plays its part of an equilibrium of any number of agents, or of the nearest one found.
 
-    The values are against what the others play in it.
+    The values are against the strategies of the other agents in it.
     """
 
     @cached_property
@@ -75,16 +76,16 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
         return Categorical.from_probabilities(self._solution.mixed_strategies[self.seat][None])
 
     def action_values(self, memory: Memory) -> Reals:
-        """The reward expected of each action."""
-        worth = regret_matching.compute_response_values(
+        """Return the expected reward of each action."""
+        response_values = regret_matching.compute_response_values(
             self._payoffs, self._solution.mixed_strategies, self.seat
         )
-        return np.repeat(worth[None], len(memory[0]), axis=0)
+        return np.repeat(response_values[None], len(memory[0]), axis=0)
 
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """A softmax response to one who is a level lower; level 0 does anything (section 24.7)."""
+    """A softmax response to an opponent one level lower; level 0 acts uniformly (section 24.7)."""
 
     precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
     level: int = parameter(2, "levels of reasoning", 0, 1e5)
@@ -104,69 +105,74 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
         return matrix_game.compute_response_values(self._payoffs, lower)[self.seat]
 
     def action_values(self, memory: Memory) -> Reals:
-        """The reward expected of each action against one who is a level lower."""
+        """Return the expected reward of each action against an opponent one level lower."""
         return np.repeat(self._response_values[None], len(memory[0]), axis=0)
 
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """The best reply to how often the other has done each thing so far (fictitious play)."""
+    """The best reply to the action frequencies of the opponent so far (fictitious play)."""
 
     uniform_count = 0
     hint_basis = "best reply to what the other's play suggests"
 
     def initial_memory(self, observation: Array) -> Memory:
-        """No action counted yet."""
+        """Return zero counts of the opponent's actions."""
         return (np.zeros((len(observation), len(self._own_payoffs)), np.int64),)
 
     @requires_fields("actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """One more."""
+        """Return the counts of the opponent's actions after one more round."""
         assert percept.actions is not None
-        other = percept.actions[:, 1 - self.seat]
-        return (memory[0] + (other[:, None] == np.arange(len(self._own_payoffs))),)
+        opponent_actions = percept.actions[:, 1 - self.seat]
+        return (memory[0] + (opponent_actions[:, None] == np.arange(len(self._own_payoffs))),)
 
     def action_values(self, memory: Memory) -> Reals:
-        """The reward expected against these frequencies; at first, against anything."""
+        """Return the expected reward against the counted frequencies, uniform at first."""
         (counts,) = memory
         rounds = np.cumsum(counts, axis=1)[:, -1:]
-        known = np.where(rounds > 0, counts, 1)
-        return weighted_sum(known, self._own_payoffs) / np.where(
+        weights = np.where(rounds > 0, counts, 1)
+        return weighted_sum(weights, self._own_payoffs) / np.where(
             rounds > 0, rounds, len(self._own_payoffs)
         )
 
 
 @dataclass(frozen=True)
 class GradientAscent(_PayoffTablePolicy):
-    """Moves its mixed strategy up the gradient of what it would have been paid (section 24.8)."""
+    """Moves its mixed strategy up the gradient of its reward in the last round (section 24.8)."""
 
     rate: float = parameter(1.0, "length of the first step; the t-th is shorter by sqrt(t)", 0.0)
 
     def initial_memory(self, observation: Array) -> Memory:
-        """Every action as likely, and no round played."""
-        rows, many = len(observation), self._own_payoffs.shape[1]
-        return (np.full((rows, many), 1.0 / many), np.zeros(rows, np.int64))
+        """Return the uniform strategy, and zero rounds."""
+        row_count, action_count = len(observation), self._own_payoffs.shape[1]
+        return (
+            np.full((row_count, action_count), 1.0 / action_count),
+            np.zeros(row_count, np.int64),
+        )
 
     @requires_fields("actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """A step, and back to the nearest strategy."""
+        """Return the strategy after a gradient step, projected to the nearest distribution."""
         assert percept.actions is not None
-        mix, rounds = memory[0], memory[1] + 1
+        strategies, rounds = memory[0], memory[1] + 1
         gradient = self._own_payoffs[percept.actions[:, 1 - self.seat]]
         return (
-            _project_to_simplex(mix + (self.rate / np.sqrt(rounds))[:, None] * gradient),
+            _project_to_simplex(strategies + (self.rate / np.sqrt(rounds))[:, None] * gradient),
             rounds,
         )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action drawn from the strategy."""
+        """Return actions sampled from the strategies."""
         return Categorical.from_probabilities(memory[0]).sample_events(u)
 
 
 def _project_to_simplex(points: Reals) -> Reals:
-    """The probabilities `[B, A]` nearest to each point."""
-    falling = -np.sort(-points, axis=1)
+    """Return the probability distributions `[B, A]` nearest to points `[B, A]`."""
+    descending = -np.sort(-points, axis=1)
     rank = np.arange(1, points.shape[1] + 1)
-    excess = (np.cumsum(falling, axis=1) - 1.0) / rank
-    last = np.count_nonzero(falling > excess, axis=1) - 1
-    return np.asarray(np.maximum(points - excess[np.arange(len(points)), last][:, None], 0.0))
+    excess = (np.cumsum(descending, axis=1) - 1.0) / rank
+    last_positive = np.count_nonzero(descending > excess, axis=1) - 1
+    return np.asarray(
+        np.maximum(points - excess[np.arange(len(points)), last_positive][:, None], 0.0)
+    )

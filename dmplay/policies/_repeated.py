@@ -1,6 +1,7 @@
-"""Classical rules for any repeated game of two with two actions each; 0 cooperates, 1 defects.
+"""Classical rules for repeated games of two with two actions each; 0 cooperates, 1 defects.
 
-To cooperate is to do what is called so, or else what pays the other more on average.
+The cooperative action is the one with that label, or else the one that pays the opponent more on
+average.
 """
 
 from dataclasses import dataclass
@@ -18,38 +19,41 @@ COOPERATE_LABEL = "cooperate"
 
 @dataclass(frozen=True)
 class CooperateDefectRule(RepeatedGameRule):
-    """A rule in which an action is either to cooperate or to defect."""
+    """A rule whose actions are to cooperate and to defect."""
 
     @cached_property
     def _cooperative_actions(self) -> Ints:
-        """The action of each seat `[2]` that cooperates."""
+        """The cooperative action of each seat, `[2]`."""
         payoffs = matrix_game.build_payoffs(self.problem)
         return np.array([self._find_cooperative_action(seat, payoffs) for seat in range(2)])
 
     def _find_cooperative_action(self, seat: int, payoffs: Reals) -> int:
+        """Return the index of the cooperative action of a seat."""
         labels = self.problem.actions[seat].labels
         if COOPERATE_LABEL in labels:
             return labels.index(COOPERATE_LABEL)
         return int(np.argmax(payoffs[..., 1 - seat].sum(axis=1 - seat)))
 
     def learn_round(self, memory: Ints, own_actions: Ints, opponent_actions: Ints) -> Array:
-        """What is known after a round."""
+        """Return the memory of the rule after a round."""
         return self.reply(own_actions, opponent_actions)
 
     def act(self, memory: Ints, u: Reals) -> Ints:
-        """The next actions `[B]`: what is known, unless a rule says more."""
+        """Return the next actions `[B]`: the memory itself, unless overridden."""
         return memory
 
     @requires_fields("actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """What the rule makes of the round."""
+        """Return the memory after a round, from both agents' actions."""
         assert percept.actions is not None
         seats = self.seat, 1 - self.seat
-        own, other = (percept.actions[:, seat] ^ self._cooperative_actions[seat] for seat in seats)
-        return (self.learn_round(memory[0], own, other),)
+        own_actions, opponent_actions = (
+            percept.actions[:, seat] ^ self._cooperative_actions[seat] for seat in seats
+        )
+        return (self.learn_round(memory[0], own_actions, opponent_actions),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """What the rule says."""
+        """Return the actions that the rule prescribes."""
         return np.asarray(self.act(memory[0], u) ^ self._cooperative_actions[self.seat])
 
 
@@ -58,7 +62,7 @@ class TitForTat(CooperateDefectRule):
     """Cooperates first, then does what the other did last."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """The other's action."""
+        """Return the opponent's last action."""
         return other
 
 
@@ -74,7 +78,7 @@ class Grim(CooperateDefectRule):
     """Cooperates until anyone defects, then never again."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """Defect once either did."""
+        """Return 1, defect, once either agent has defected."""
         return np.asarray(own | other)
 
 
@@ -83,7 +87,7 @@ class WinStayLoseShift(CooperateDefectRule):
     """Cooperates after a round in which both did the same, else defects."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """Defect after a round in which they differed."""
+        """Return 1, defect, after a round in which the actions differed."""
         return np.asarray(own != other, np.int64)
 
 
@@ -92,7 +96,7 @@ class AlwaysCooperate(CooperateDefectRule):
     """Cooperates."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """Cooperate."""
+        """Return 0, cooperate."""
         return 0 * own
 
 
@@ -103,7 +107,7 @@ class AlwaysDefect(CooperateDefectRule):
     first_action = 1
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """Defect."""
+        """Return 1, defect."""
         return 0 * own + 1
 
 
@@ -116,29 +120,29 @@ class GenerousTitForTat(TitForTat):
     uniform_count = 1  # for forgiving
 
     def act(self, known: Ints, u: Reals) -> Ints:
-        """Defect after a defection that is not forgiven."""
+        """Return 1, defect, after a defection that is not forgiven."""
         return np.asarray(known * (u[:, 0] >= self.forgiveness), np.int64)
 
 
 @dataclass(frozen=True)
 class _OpponentCountRule(CooperateDefectRule):
-    """A rule that counts something about the other, at first 0, and acts on the count."""
+    """A rule that acts on a count about the opponent, which starts at 0."""
 
     def learn_round(self, known: Ints, own: Ints, other: Ints) -> Array:
-        """What the other did is counted."""
+        """Return the count after the opponent's last action."""
         return self.reply(known, other)
 
 
 @dataclass(frozen=True)
 class TitForTwoTats(_OpponentCountRule):
-    """Defects once the other has defected twice running."""
+    """Defects once the other has defected twice in a row."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """How often running the other has defected."""
+        """Return the number of defections in a row of the opponent, from the previous count."""
         return np.where(other == 1, own + 1, 0)
 
     def act(self, known: Ints, u: Reals) -> Ints:
-        """Defect after two."""
+        """Return 1, defect, after two defections in a row."""
         return np.asarray(known >= 2, np.int64)
 
 
@@ -147,11 +151,11 @@ class TwoTitsForTat(_OpponentCountRule):
     """Defects twice after each defection."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """How many defections are due."""
+        """Return the number of defections that are due, from the previous count."""
         return np.where(other == 1, 2, np.maximum(own - 1, 0))
 
     def act(self, known: Ints, u: Reals) -> Ints:
-        """Defect while one is due."""
+        """Return 1, defect, while a defection is due."""
         return np.asarray(known > 0, np.int64)
 
 
@@ -160,11 +164,11 @@ class Majority(_OpponentCountRule):
     """Cooperates while the other has cooperated at least as often as not."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """By how many the other's defections outnumber the rest."""
+        """Return the opponent's defections minus its cooperations, from the previous count."""
         return own + 2 * other - 1
 
     def act(self, known: Ints, u: Reals) -> Ints:
-        """Defect when they do."""
+        """Return 1, defect, if the opponent has defected more often than not."""
         return np.asarray(known > 0, np.int64)
 
 

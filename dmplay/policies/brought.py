@@ -1,4 +1,4 @@
-"""Policies for a problem that a user brings: what its kind and size allow."""
+"""The policies that fit a user-defined problem, by its kind and size."""
 
 from collections.abc import Callable
 
@@ -20,22 +20,22 @@ from dmplay.tabular import tabulate
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Those that fit; the optimum or an equilibrium advises where there is one, else a search."""
+    """Return the agents that fit; an optimal or equilibrium agent gives hints, else search."""
     if matrix_game.is_simple_game(problem):
         return _build_repeated_game_roster(problem)
     if team.can_plan_jointly(problem):
         return team.build_roster(problem, seat)
-    fitting = _select_agents(problem)
-    best = next((name for name in ("optimal", "equilibrium") if name in fitting), "search")
-    turns_count = (
+    agents = _select_agents(problem)
+    hint_agent = next((name for name in ("optimal", "equilibrium") if name in agents), "search")
+    is_turn_dependent = (
         problem.discount == 1.0 and not problem.partially_observable
-    )  # however many there are
-    planner = "plan" if turns_count and "plan" in fitting else None
-    return Roster(fitting, hint_provider=best, finite_horizon_hint_provider=planner)
+    )  # for any number of turns
+    turn_planner = "plan" if is_turn_dependent and "plan" in agents else None
+    return Roster(agents, hint_provider=hint_agent, finite_horizon_hint_provider=turn_planner)
 
 
 def _build_repeated_game_roster(problem: Problem) -> Roster:
-    """Who plays rounds of the same game: of two actions each the usual rules too."""
+    """Return the agents for rounds of one game; classical rules only with two actions each."""
     if len(problem.agents) > 2:
         return Roster({"equilibrium": RegretMatchingEquilibrium}, hint_provider="equilibrium")
     rules = REPEATED_GAME_RULES if problem.action_counts == (2, 2) else {}
@@ -44,32 +44,37 @@ def _build_repeated_game_roster(problem: Problem) -> Roster:
 
 
 def _select_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    one = len(problem.agents) == 1 and problem.actions[0].labels
+    """Return the agents that can play a problem, by name."""
+    is_single_agent = len(problem.agents) == 1 and problem.actions[0].labels
     if not problem.partially_observable:
         return list_fully_observed_agents(problem)
-    if not one or not isinstance(problem.state_count, int) or has_legal_action_leak(problem):
+    if (
+        not is_single_agent
+        or not isinstance(problem.state_count, int)
+        or has_legal_action_leak(problem)
+    ):
         return {}
-    ends = problem.discount < 1.0
+    is_discounted = problem.discount < 1.0
     if not _can_enumerate(lambda: problem.observation_counts) or not _can_enumerate(
         lambda: _enumerate_first_outcomes(problem)
     ):
         return {}
-    found: dict[str, type[SeatPolicy]] = {
+    agents: dict[str, type[SeatPolicy]] = {
         "optimal": PointBasedOptimalPolicy,
         "point-based": PointBasedPolicy,
     }
     if problem.state_count > MAX_EXACT_STATES or not _can_enumerate(lambda: tabulate(problem)):
-        return found
-    return found | {"plan": RecedingHorizonPolicy} | ({"qmdp": Qmdp} if ends else {})
+        return agents
+    return agents | {"plan": RecedingHorizonPolicy} | ({"qmdp": Qmdp} if is_discounted else {})
 
 
 def _enumerate_first_outcomes(problem: Problem) -> object:
-    """What may come of the first action in the first state."""
+    """Return the possible outcomes of the first action in the first state."""
     return enumerate_outcomes(problem, problem.enumerate_states()[:1], np.zeros((1, 1), np.int64))
 
 
 def _can_enumerate(enumerate_outcomes: Callable[[], object]) -> bool:
-    """Whether what can happen can be listed so."""
+    """Return whether an enumeration succeeds."""
     try:
         enumerate_outcomes()
     except (BadParameter, BudgetExceeded):

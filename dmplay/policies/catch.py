@@ -1,4 +1,4 @@
-"""Policies for catch, on the belief over proficiencies."""
+"""Policies for catch, which act on the belief over proficiencies."""
 
 from collections import defaultdict
 from dataclasses import dataclass
@@ -20,14 +20,14 @@ from dmplay.tabular import tabulate
 
 @dataclass(frozen=True)
 class Greedy(GreedyBeliefPolicy):
-    """Throws the distance that pays most at once, as far as it knows."""
+    """Throws the distance with the highest expected reward of this throw."""
 
     @cached_property
     def _rewards(self) -> Reals:
         return tabulate(self.problem).rewards[:, :, 0]
 
     def action_values(self, memory: Memory) -> Reals:
-        """The reward expected of this throw."""
+        """Return the expected reward of this throw, for each distance."""
         return weighted_sum(memory[0], self._rewards)
 
 
@@ -43,7 +43,7 @@ class ThompsonSampling(BeliefPolicy):
         return select_greedy_actions(tabulate(self.problem).rewards[:, :, 0])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Thompson sampling."""
+        """Return the best distances for sampled proficiencies (Thompson sampling)."""
         return np.asarray(
             self._best_actions[Categorical.from_probabilities(memory[0]).sample_events(u)]
         )
@@ -57,42 +57,43 @@ class Optimal(RemainingHorizonPolicy):
 
     @cached_property
     def _q_cache(self) -> dict[int, dict[bytes, Reals]]:
-        """What was found so far, by the throws left, then by the belief."""
+        """Q-values computed so far, by the throws left, then by the belief."""
         return {}
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
-        """Q of the beliefs."""
-        q, which = self._look_up_values(b, left)
-        return q.take(which, axis=0)
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` throws to go."""
+        q, inverse = self._look_up_values(b, left)
+        return q.take(inverse, axis=0)
 
     def best_actions(self, b: Reals, left: int) -> Array:
-        """The first of the best throws, found once for each belief."""
-        q, which = self._look_up_values(b, left)
-        return select_greedy_actions(q).take(which)
+        """Return the first of the best throws, computed once for each distinct belief."""
+        q, inverse = self._look_up_values(b, left)
+        return select_greedy_actions(q).take(inverse)
 
     def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:
-        """Q `[K, A]` of the K different beliefs, and which of them each row has `[B]`.
+        """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
 
-        One that came up before is not searched again.
+        A belief that was looked up before is not searched again.
         """
-        known = self._q_cache.setdefault(turns_left, {})
+        cache = self._q_cache.setdefault(turns_left, {})
         keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
-        place = defaultdict[bytes, int](count().__next__)
-        which = np.fromiter(map(place.__getitem__, keys), np.int64, len(keys))
-        if fresh := [key for key in place if key not in known]:
-            beliefs = np.frombuffer(b"".join(fresh)).reshape(len(fresh), -1)
-            found = _build_search(self.problem).compute_action_values(beliefs, turns_left)
-            known.update(zip(fresh, found, strict=True))
-        return np.array([known[key] for key in place]), which
+        indices = defaultdict[bytes, int](count().__next__)
+        inverse = np.fromiter(map(indices.__getitem__, keys), np.int64, len(keys))
+        if new_keys := [key for key in indices if key not in cache]:
+            beliefs = np.frombuffer(b"".join(new_keys)).reshape(len(new_keys), -1)
+            new_q = _build_search(self.problem).compute_action_values(beliefs, turns_left)
+            cache.update(zip(new_keys, new_q, strict=True))
+        return np.array([cache[key] for key in indices]), inverse
 
 
 @memoize
 def _build_search(problem: Problem) -> BoundedSearch:
+    """Return the bounded search of a problem."""
     return BoundedSearch(tabulate(problem), problem.discount)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays catch."""
+    """Return the agents for catch."""
     return Roster(
         {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
         hint_provider="optimal",

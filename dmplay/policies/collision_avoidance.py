@@ -16,23 +16,23 @@ DESCEND, NO_ADVISORY, CLIMB = range(3)
 
 @dataclass(frozen=True)
 class NoAdvisory(ConstantPolicy):
-    """Never says anything."""
+    """Never gives an advisory."""
 
     action = NO_ADVISORY
 
 
 @dataclass(frozen=True)
 class AvoidWhenNear(ReactivePolicy):
-    """Once the intruder is near, away from it."""
+    """Steers away from the intruder once it is near."""
 
     distance: float = parameter(50.0, "how near in height is near, m")
     time: float = parameter(30.0, "how near in time is near, s")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Climb when above the intruder, else descend."""
+        """Return climb if above a near intruder, descend if not, and no advisory if it is far."""
         h, t_col = memory[0][:, 0], memory[0][:, 3]
-        near = (np.abs(h) < self.distance) & (t_col < self.time)
-        return np.where(near, np.where(h > 0, CLIMB, DESCEND), NO_ADVISORY)
+        is_near = (np.abs(h) < self.distance) & (t_col < self.time)
+        return np.where(is_near, np.where(h > 0, CLIMB, DESCEND), NO_ADVISORY)
 
 
 @dataclass(frozen=True)
@@ -44,14 +44,14 @@ class Optimal(GreedyPolicy, ReactivePolicy):
         return collision_grid.compute_optimal_q(self.problem)
 
     def action_values(self, memory: Memory) -> Reals:
-        """Q of each action; the rows of a batch may be at different times."""
+        """Return Q of each action; the rows of a batch may be at different times."""
         (s,) = memory
         times = np.floor(np.clip(s[:, 3], 0, collision_grid.TIMES_TO_COLLISION[-1]))
         return collision_grid.interpolate_values(self._q_table, times, s)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays collision avoidance."""
+    """Return the agents for collision avoidance."""
     return Roster(
         {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
         hint_provider="optimal",

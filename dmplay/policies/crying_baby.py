@@ -19,13 +19,13 @@ class FeedWhenCrying(ReactivePolicy):
     """Feeds a baby that cries, ignores one that is quiet."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """By the last observation; before the first, the baby is taken to be quiet."""
+        """Return the action for the last observation; at first the baby counts as quiet."""
         return np.where(memory[0] == CRYING, FEED, IGNORE)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who cares for a baby; the optimum advises where a game without end has one."""
-    adviser = "optimal" if problem.discount < 1.0 else "plan"
+    """Return the agents for the baby; the optimal one gives hints if the discount is below 1."""
+    hint_agent = "optimal" if problem.discount < 1.0 else "plan"
     return Roster(
         {
             "feed-when-crying": FeedWhenCrying,
@@ -33,5 +33,5 @@ def build_roster(problem: Problem, seat: int) -> Roster:
             "plan": RecedingHorizonPolicy,
             "qmdp": Qmdp,
         },
-        adviser,
+        hint_agent,
     )

@@ -18,33 +18,33 @@ MAX_MILLISECONDS = 10_000.0  # milliseconds
 
 @dataclass(frozen=True)
 class Corner(SeatPolicy):
-    """Left and down in turn, right or up only when both are stuck (section F.2)."""
+    """Slides left and down in turn, right or up only if both are stuck (section F.2)."""
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The direction that is due."""
+        """Return the direction that is due."""
         return (np.full(len(observation), LEFT),)
 
     @requires_fields("action")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Left and down take turns."""
+        """Return the direction that is due: down after left, else left."""
         return (np.where(percept.action == LEFT, DOWN, LEFT),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first legal one of: the direction due, the other of the two, right, up."""
+        """Return the first legal direction of the due one, left or down, right and up."""
         due = memory[0]
         if legal is None:
             return due
         left, down, right, _ = np.ascontiguousarray(legal.T)
-        turned = np.where(np.where(due == LEFT, left, down), due, LEFT + DOWN - due)
-        return np.where(left | down, turned, np.where(right, RIGHT, UP))
+        alternating = np.where(np.where(due == LEFT, left, down), due, LEFT + DOWN - due)
+        return np.where(left | down, alternating, np.where(right, RIGHT, UP))
 
 
 @dataclass(frozen=True)
 class Expectimax(GreedyPolicy, ReactivePolicy):
-    """Follows slides and tiles for as long as they are likely: far where few cells are empty.
+    """Looks ahead over slides and tiles while they are likely: further if few cells are empty.
 
-    What it ends on is worth the points that are to come, as was learned from games. With a time
-    limit it goes as deep as the time allows, so that no two searches need agree.
+    The boards at the end are valued by the points to come, as learned from games. With a time limit
+    the search is as deep as the time allows, so two searches may differ.
     """
 
     problem: Game2048
@@ -57,11 +57,11 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
     @property
     def depends_on_clock(self) -> bool:
-        """Whether its choice depends on how fast the machine is."""
+        """True if its choice depends on the speed of the machine."""
         return self.milliseconds > 0
 
     def action_values(self, memory: Memory) -> Reals:
-        """The points that are to come with each slide; -inf where it moves nothing."""
+        """Return the points to come with each slide; -inf for a slide that moves nothing."""
         (board,) = memory
         p_two = self.problem.p_two
         if not self.depends_on_clock:
@@ -72,7 +72,7 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays 2048; expectimax is too slow for many games."""
+    """Return the agents for 2048; expectimax is too slow for many games."""
     return Roster(
         {"corner": Corner, "expectimax": Expectimax},
         hint_provider="expectimax",

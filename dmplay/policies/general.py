@@ -11,15 +11,17 @@ from dmplay.policies.search import TreeSearch
 
 @dataclass(frozen=True)
 class Random(ReactivePolicy):
-    """Any legal action, each as likely."""
+    """Chooses a legal action uniformly at random."""
 
     uniform_count = 1
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Uniform over the legal actions, or over the interval."""
+        """Return a uniformly random legal action for each row, or a uniform number of an
+        interval.
+        """
         return self.problem.actions[self.seat].sample_actions(u[:, 0], legal)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays any problem."""
+    """Return the agents that can play any problem."""
     return Roster({"random": Random, "search": TreeSearch})

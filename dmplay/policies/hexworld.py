@@ -6,5 +6,5 @@ from dmplay.policies.roster import Roster
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays hex world."""
+    """Return the agents of hex world."""
     return Roster({"optimal": MdpOptimalPolicy}, hint_provider="optimal")

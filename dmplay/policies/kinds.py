@@ -1,4 +1,4 @@
-"""What policies are made of: a seat, the simplest kinds of memory, the choice by value."""
+"""Base classes of policies: one seat, simple memories, and greedy choice by value."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
@@ -12,96 +12,100 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_parameters, requires_fields
 from dmplay.solvers.value_iteration import select_greedy_actions
 
-MAX_TABULAR_STATES = 1000  # states that are seen and that a table is made of
+MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
 @dataclass(frozen=True)
 class SeatPolicy(Policy):
-    """A policy of one seat whose other fields are its parameters.
+    """A policy for one seat, whose other dataclass fields are its parameters.
 
-    Unless it says so it draws nothing, takes no note of the clock, knows no values and is the same
-    in every game.
+    Unless a subclass overrides them, it consumes no uniforms, does not depend on the clock, has no
+    action values, and is the same in every game.
     """
 
     problem: Problem
     seat: int
 
-    positional_parameter: ClassVar[str] = ""  # the parameter whose name may be left out
-    required_package: ClassVar[str] = ""  # of others that it needs, which may take long to load
+    positional_parameter: ClassVar[str] = ""  # the parameter whose name may be omitted
+    # the optional package that it needs, which may be slow to import
+    required_package: ClassVar[str] = ""
     plans_whole_game: ClassVar[bool] = (
-        False  # whether its name alone means a plan of the game at hand
+        False  # whether the agent's name alone means a plan for the current game
     )
 
     def __post_init__(self) -> None:
-        """Refuses parameters out of bounds."""
+        """Raise BadParameter if a parameter is out of bounds."""
         check_parameters(self)
 
     @property
     def hint_basis(self) -> str:
-        """What its advice rests on, where its name alone does not tell."""
+        """The basis of its hints, '' if the agent's name says enough."""
         return ""
 
     @property
     def uniform_count(self) -> int:
-        """How many uniforms one row of one choice consumes: none."""
+        """The number of uniforms that one row of a choice consumes: none."""
         return 0
 
     @property
     def depends_on_clock(self) -> bool:
-        """Whether its choice depends on how fast the machine is."""
+        """True if its choice depends on the speed of the machine."""
         return False
 
     def action_values(self, memory: Memory) -> Reals | None:
-        """Unknown."""
+        """Return None, as the action values are unknown."""
         return None
 
     def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:
-        """The same agent as suits a game of so many turns against these others, by name."""
+        """Return this policy adapted to a game of `turns` turns against the named `opponents`."""
         return self
 
     def with_policy_lookup(self, policy_lookup: "PolicyLookup") -> Self:
-        """The same agent, who may look to others."""
+        """Return this policy with a function that looks up the policies of other seats."""
         return self
 
 
 PolicyLookup = Callable[
     [int, str], SeatPolicy | None
-]  # an agent of a seat, by name; None for random play
+]  # (seat, name) -> policy of that seat; None for random play
 
 
 class GreedyPolicy(ABC):
-    """Takes the first of the legal actions that are worth most."""
+    """A mixin that takes the first legal action with the greatest value."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The first of the best actions."""
+        """Return the first of the best legal actions of each row."""
         q = self.action_values(memory)
         return select_greedy_actions(q if legal is None else np.where(legal, q, -np.inf))
 
     @abstractmethod
     def action_values(self, memory: Memory) -> Reals:
-        """Q `[B, A]` of each action."""
+        """Return Q of each action, of shape `[B, A]`."""
 
 
 @dataclass(frozen=True)
 class ReactivePolicy(SeatPolicy):
-    """A policy that acts on what it saw last, `memory[0]`."""
+    """A policy that acts on its last observation, `memory[0]`."""
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The first observation."""
+        """Return a memory that holds the initial observation."""
         return (observation,)
 
     @requires_fields("observation")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """The new observation."""
+        """Return a memory that holds the new observation."""
         return (percept.observation,)
 
 
 @dataclass(frozen=True)
 class StationaryPolicy(ReactivePolicy, ABC):
-    """A policy whose choice follows from the state; where states are few it chooses in all once."""
+    """A policy whose action is a function of the state.
+
+    If there are few states and all actions are legal, it computes the actions of all states once.
+    """
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """What it chooses in these states."""
+        """Return the action in each state, looked up in the table of all states if there is one."""
         (s,), states = memory, self.problem.state_count
         if legal is not None or not isinstance(states, int) or states > MAX_TABULAR_STATES:
             return self.choose_from_states(s, legal)
@@ -109,45 +113,51 @@ class StationaryPolicy(ReactivePolicy, ABC):
 
     @cached_property
     def _action_table(self) -> Array:
+        """The action in every state `[S]`."""
         return self.choose_from_states(self.problem.enumerate_states(), None)
 
     @abstractmethod
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
-        """The action in each of some states `[B]`."""
+        """Return the action in each state of `s` `[B]`; `legal` masks the actions, None
+        allows all.
+        """
 
 
 @dataclass(frozen=True)
 class ConstantPolicy(ReactivePolicy):
-    """A policy of one action; a subclass says which."""
+    """A policy that always takes the same action, which a subclass sets."""
 
     action = 0
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """That action."""
+        """Return the constant action for each row."""
         return np.full(len(memory[0]), self.action)
 
 
 @dataclass(frozen=True)
 class RepeatedGameRule(SeatPolicy, ABC):
-    """A rule for a repeated game of two: a first action, then a reply to the last round."""
+    """A rule for a repeated two-player game: a first action, then a reply to the last round."""
 
     first_action = 0
 
     @abstractmethod
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
-        """The next actions `[B]` after a round."""
+        """Return the next actions `[B]` after a round."""
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The first action."""
+        """Return a memory that holds the first action."""
         return (np.full(len(observation), self.first_action),)
 
     @requires_fields("actions")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """The reply to the round."""
+        """Return a memory that holds the reply to the last round."""
         assert percept.actions is not None
-        own, other = percept.actions[:, self.seat], percept.actions[:, 1 - self.seat]
-        return (self.reply(own, other),)
+        own_actions, opponent_actions = (
+            percept.actions[:, self.seat],
+            percept.actions[:, 1 - self.seat],
+        )
+        return (self.reply(own_actions, opponent_actions),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """What the rule says."""
+        """Return the action that is stored in the memory."""
         return memory[0]

@@ -1,4 +1,4 @@
-"""Policies for the machine."""
+"""Policies for machine replacement."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -22,17 +22,17 @@ MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 
 @dataclass(frozen=True)
 class AlwaysManufacture(ConstantPolicy):
-    """Manufactures and never looks."""
+    """Always manufactures and never examines the products."""
 
     action = MANUFACTURE
 
 
 @dataclass(frozen=True)
 class Threshold(BeliefPolicy):
-    """Repairs a machine once it expects so many failed components, by the cheaper way.
+    """Repairs, in the cheaper way, once it expects at least `repair` failed components.
 
-    From `examine` components on it examines what it makes; that does not pay in a game of the
-    usual length, so by default it does not.
+    From `examine` expected components on it examines its products. That does not pay in a game of
+    the usual length, so by default it does not examine.
     """
 
     problem: MachineReplacement
@@ -40,23 +40,23 @@ class Threshold(BeliefPolicy):
     examine: float = parameter(2.0, "failed components expected from which it examines")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """By the number of failed components expected."""
+        """Return actions by the expected number of failed components."""
         b = memory[0]
-        failed = b[:, 1] + 2 * b[:, 2]
+        expected_failures = b[:, 1] + 2 * b[:, 2]
         rewards = weighted_sum(b, self.problem.tables.rewards[:, :, 0])
         cheaper = np.where(rewards[:, INTERRUPT] >= rewards[:, REPLACE], INTERRUPT, REPLACE)
-        running = np.where(failed >= self.examine, EXAMINE, MANUFACTURE)
-        return np.where(failed >= self.repair, cheaper, running)
+        running = np.where(expected_failures >= self.examine, EXAMINE, MANUFACTURE)
+        return np.where(expected_failures >= self.repair, cheaper, running)
 
 
 @dataclass(frozen=True)
 class Optimal(RemainingHorizonPolicy):
-    """The best action for its belief in a game of `horizon` turns, by alpha vectors."""
+    """Takes the best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
     horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
-        """Q of the beliefs."""
+        """Return Q `[B, A]` of beliefs with `turns_left` rewards to come."""
         return alpha_vectors.compute_action_values(
             _solve_stages(self.problem, self.horizon)[left - 1], b
         )
@@ -64,32 +64,36 @@ class Optimal(RemainingHorizonPolicy):
 
 @memoize
 def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
+    """Return the alpha vectors for 1 to `horizon` turns left."""
     return alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
 
 
 @dataclass(frozen=True)
 class Qmdp(RemainingHorizonPolicy):
-    """Acts as if it were to see the machine from the next turn on (section 21.1)."""
+    """Acts as if the machine's state were visible from the next turn on (QMDP, section 21.1)."""
 
     horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
 
     @cached_property
     def _q(self) -> list[Reals]:
-        """Q by the rewards to come, less one."""
+        """Q of the visible states, indexed by the number of turns left minus 1."""
         tables, discount = tabulate(self.problem), self.problem.discount
-        after = [
+        next_values = [
             value_iteration.compute_finite_horizon_values(tables, discount, turns)
             for turns in range(self.horizon)
         ]
-        return [value_iteration.compute_action_values(tables, discount, one) for one in after]
+        return [
+            value_iteration.compute_action_values(tables, discount, values)
+            for values in next_values
+        ]
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
-        """The mean of Q over the beliefs."""
+        """Return the mean of the visible states' Q over each belief, `[B, A]`."""
         return weighted_sum(b, self._q[left - 1])
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays with the machine."""
+    """Return the agents of the machine replacement problem."""
     return Roster(
         {"always-manufacture": AlwaysManufacture, "optimal": Optimal, "qmdp": Qmdp,
          "threshold": Threshold},

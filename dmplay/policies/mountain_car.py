@@ -21,27 +21,27 @@ ACTION_INDEX = {"left": LEFT, "coast": COAST, "right": RIGHT}
 
 @dataclass(frozen=True)
 class Pump(ReactivePolicy):
-    """Drives the way the car rolls, which adds energy on every swing."""
+    """Drives in the direction in which the car rolls, which adds energy on every swing."""
 
     still: str = parameter(
         "right", "what to do at speed 0: left, coast or right", choices=(*ACTION_INDEX,)
     )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """By the sign of the speed."""
+        """Return actions by the sign of the speed; `still` names the action at speed 0."""
         v = memory[0][:, 1]
         return np.where(v > 0, RIGHT, np.where(v < 0, LEFT, ACTION_INDEX[self.still]))
 
 
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
-    """The best action by value iteration on a grid, between whose points it interpolates."""
+    """Takes the best action by value iteration on a grid, interpolating between its points."""
 
     def action_values(self, memory: Memory) -> Reals:
-        """Q of each action: about as many turns as it takes, negative."""
-        found = solve_on_grid(self.problem, VALUE_GRID)
+        """Return Q of each action, roughly the negative number of turns to the goal."""
+        solution = solve_on_grid(self.problem, VALUE_GRID)
         return grid_iteration.compute_action_values(
-            self.problem, VALUE_GRID, found.values, memory[0]
+            self.problem, VALUE_GRID, solution.values, memory[0]
         )
 
 
@@ -49,7 +49,7 @@ class Optimal(GreedyPolicy, ReactivePolicy):
 def solve_on_grid(
     problem: Problem, grid: grid_iteration.RectangularGrid
 ) -> grid_iteration.GridValues:
-    """The values of a car at the points of a grid."""
+    """Return the values of the car at the points of a grid, by value iteration."""
     return grid_iteration.run_grid_value_iteration(problem, grid)
 
 
@@ -69,13 +69,13 @@ class AlwaysCoast(ConstantPolicy):
 
 @dataclass(frozen=True)
 class AlwaysRight(ConstantPolicy):
-    """Drives right, which the hill is too steep for."""
+    """Always drives right, although the hill is too steep for that."""
 
     action = RIGHT
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays the mountain car."""
+    """Return the agents of the mountain car."""
     return Roster(
         {"optimal": Optimal, "pump": Pump, "always-left": AlwaysLeft, "always-coast": AlwaysCoast,
          "always-right": AlwaysRight},

@@ -1,4 +1,4 @@
-"""Policies for the two caregivers: that of one, best answers, and plans of both."""
+"""Policies for two caregivers: the single caregiver's rule, best responses and joint plans."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -22,16 +22,17 @@ from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.tabular import Tables
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
-N_LAST_OBSERVATIONS = 3  # nothing yet, crying, quiet
+N_LAST_OBSERVATIONS = 3  # last observations: nothing yet, crying, quiet
 PARTNER_MODELS = ("feed-when-crying", "random", *ACTIONS)
 
 
 @dataclass(frozen=True)
 class BestResponse(GreedyPolicy, SeatPolicy):
-    """The best answer to a partner who plays `to`, for ever: an agent named so, or one action.
+    """Plays a best response to a partner who always plays `to`: a named agent or one action.
 
-    Both hear the same, so the partner is foreseen: this is a POMDP whose state is the baby's and
-    what was heard last. The values are against that partner.
+    Both caregivers observe the same, so the partner's actions can be predicted. The problem becomes
+    a POMDP whose state is the baby's state and the last observation, in a game without end. The
+    values are against that partner.
     """
 
     to: str = parameter(
@@ -39,82 +40,109 @@ class BestResponse(GreedyPolicy, SeatPolicy):
     )
 
     def __post_init__(self) -> None:
-        """Refuses a game without end and discount."""
+        """Raise BadPolicy if the discount is 1, as a game without end then has no value."""
         super().__post_init__()
         if self.problem.discount >= 1.0:
             raise BadPolicy("a game without end needs a discount below 1")
 
     @cached_property
     def pomdp_tables(self) -> Tables:
-        """The arrays of that POMDP; its state is the baby's times 3, plus what was heard."""
+        """The arrays of that POMDP; its state is 3 times the baby's state plus the last
+        observation.
+        """
         return self._build_tables(self._partner_probabilities)
 
     @property
     def _partner_probabilities(self) -> Reals:
-        """How likely the partner takes each action `[S, A]`."""
-        heard, many = np.arange(2 * N_LAST_OBSERVATIONS) % N_LAST_OBSERVATIONS - 1, len(ACTIONS)
+        """The probability `[S, A]` of each of the partner's actions."""
+        last_observations, action_count = (
+            np.arange(2 * N_LAST_OBSERVATIONS) % N_LAST_OBSERVATIONS - 1,
+            len(ACTIONS),
+        )
         if self.to == "random":
-            return np.full((len(heard), many), 1 / many)
+            return np.full((len(last_observations), action_count), 1 / action_count)
         if self.to in ACTIONS:
-            return np.tile(np.eye(many)[ACTIONS.index(self.to)], (len(heard), 1))
+            return np.tile(
+                np.eye(action_count)[ACTIONS.index(self.to)], (len(last_observations), 1)
+            )
         partner = FeedWhenCrying(self.problem, 1 - self.seat)
-        fed = partner.choose((heard,), None, np.zeros((len(heard), 0)))
-        return np.asarray(np.eye(many)[fed])
+        partner_actions = partner.choose(
+            (last_observations,), None, np.zeros((len(last_observations), 0))
+        )
+        return np.asarray(np.eye(action_count)[partner_actions])
 
     def _build_tables(self, partner_probabilities: Reals) -> Tables:
-        """The arrays beside a partner who takes actions with probabilities `[S, A]`."""
-        states, many = np.arange(2 * N_LAST_OBSERVATIONS), len(ACTIONS)
-        transition = np.zeros((len(states), many, len(states)))
-        rewards = np.zeros((len(states), many, 1))
-        for action, other in product(range(many), repeat=2):
-            both = (action, other) if self.seat == 0 else (other, action)
+        """Return the POMDP's arrays if the partner takes actions with probabilities `[S, A]`."""
+        states, action_count = np.arange(2 * N_LAST_OBSERVATIONS), len(ACTIONS)
+        transition = np.zeros((len(states), action_count, len(states)))
+        rewards = np.zeros((len(states), action_count, 1))
+        for action, partner_action in product(range(action_count), repeat=2):
+            joint_action = (action, partner_action) if self.seat == 0 else (partner_action, action)
             p, outcome = enumerate_outcomes(
-                self.problem, states // N_LAST_OBSERVATIONS, np.tile(both, (len(states), 1))
+                self.problem, states // N_LAST_OBSERVATIONS, np.tile(joint_action, (len(states), 1))
             )
-            p = p * partner_probabilities[:, other, None]
-            after = outcome.state * N_LAST_OBSERVATIONS + outcome.observations[:, :, self.seat] + 1
-            np.add.at(transition[:, action], (states[:, None], after), p)
+            p = p * partner_probabilities[:, partner_action, None]
+            next_states = (
+                outcome.state * N_LAST_OBSERVATIONS + outcome.observations[:, :, self.seat] + 1
+            )
+            np.add.at(transition[:, action], (states[:, None], next_states), p)
             rewards[:, action, 0] += (p * outcome.rewards[:, :, self.seat]).sum(axis=1)
-        seen = np.eye(N_LAST_OBSERVATIONS - 1)[np.maximum(states % N_LAST_OBSERVATIONS - 1, 0)]
-        return Tables(transition, rewards, np.repeat(seen[None], many, axis=0))
+        observation_model = np.eye(N_LAST_OBSERVATIONS - 1)[
+            np.maximum(states % N_LAST_OBSERVATIONS - 1, 0)
+        ]
+        return Tables(transition, rewards, np.repeat(observation_model[None], action_count, axis=0))
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
+        """The alpha vectors of the POMDP without end."""
         return alpha_vectors.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
 
     @cached_property
     def _belief_filter(self) -> PartnerBeliefFilter:
-        """By one's own action and what is heard."""
-        many = len(ACTIONS)
-        random = self._build_tables(np.full((2 * N_LAST_OBSERVATIONS, many), 1 / many))
+        """The belief filter by own action and observation, with a random partner as its
+        fallback.
+        """
+        action_count = len(ACTIONS)
+        random_tables = self._build_tables(
+            np.full((2 * N_LAST_OBSERVATIONS, action_count), 1 / action_count)
+        )
         return PartnerBeliefFilter.from_arrays(
-            *(one.joint_probabilities.transpose(1, 2, 0, 3) for one in (self.pomdp_tables, random))
+            *(
+                tables.joint_probabilities.transpose(1, 2, 0, 3)
+                for tables in (self.pomdp_tables, random_tables)
+            )
         )
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The distribution of the start state, and nothing is heard."""
+        """Return the belief before the first turn, with nothing observed yet."""
         b = np.zeros((len(observation), 2 * N_LAST_OBSERVATIONS))
         b[:, ::N_LAST_OBSERVATIONS] = belief.initial_belief(self.problem)
         return (b,)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Bayes' rule; where that partner rules out what was heard, beside a random one."""
+        """Return the belief after a turn, by Bayes' rule.
+
+        If the modelled partner rules out the observation, a random partner is assumed instead.
+        """
         return (
             self._belief_filter.update_beliefs(memory[0], (percept.action, percept.observation)),
         )
 
     def action_values(self, memory: Memory) -> Reals:
-        """Q of each action against that partner."""
+        """Return Q of each action against that partner."""
         return alpha_vectors.compute_action_values(self._alpha_vectors, memory[0])
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
-        """The answer to the partner who sits there, if it has one."""
-        answered = [who for who in rivals if who in PARTNER_MODELS]
-        return replace(self, to=answered[0]) if answered else self
+        """Return the best response to the first opponent that can be modelled, else this policy."""
+        modelled_names = [name for name in rivals if name in PARTNER_MODELS]
+        return replace(self, to=modelled_names[0]) if modelled_names else self
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who cares for a baby; the best answer advises where a game without end has one."""
+    """Return the agents that care for a baby.
+
+    The best response gives the hints if the discount is below 1, else the joint plan does.
+    """
     adviser = "best-response" if problem.discount < 1.0 else "joint-plan"
     return Roster(
         {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,

@@ -8,9 +8,19 @@ from dmplay.policies.roster import Roster
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays the repeated dilemma; the adviser takes no account of what a play provokes."""
+    """Return the agents of the repeated dilemma.
+
+    The hint provider ignores how an action changes the opponent's later actions.
+    """
     return Roster(
-        {**REPEATED_GAME_RULES, "nash": Nash, "best-response": FictitiousPlay, "softmax": HierarchicalSoftmax,
-         "gradient-ascent": GradientAscent, "axelrod": AxelrodStrategy},
-        hint_provider="best-response", default_partner="tit-for-tat",
-    )  # fmt: skip
+        {
+            **REPEATED_GAME_RULES,
+            "nash": Nash,
+            "best-response": FictitiousPlay,
+            "softmax": HierarchicalSoftmax,
+            "gradient-ascent": GradientAscent,
+            "axelrod": AxelrodStrategy,
+        },
+        hint_provider="best-response",
+        default_partner="tit-for-tat",
+    )

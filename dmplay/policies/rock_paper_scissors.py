@@ -12,15 +12,18 @@ from dmplay.policies.roster import Roster
 
 @dataclass(frozen=True)
 class BeatLast(RepeatedGameRule):
-    """Rock first, then what beats the other's last."""
+    """Plays rock first, then the action that beats the opponent's last one."""
 
     def reply(self, own: Ints, other: Ints) -> Array:
-        """Each is beaten by the next: rock by paper, paper by scissors, scissors by rock."""
+        """Return the actions that beat the opponent's.
+
+        Each action is beaten by the next: rock by paper, paper by scissors, scissors by rock.
+        """
         return (other + 1) % 3
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays rock-paper-scissors."""
+    """Return the agents of rock-paper-scissors."""
     return Roster(
         {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
          "gradient-ascent": GradientAscent},

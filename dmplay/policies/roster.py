@@ -1,7 +1,7 @@
-"""Who can play a problem.
+"""The agents that can play a seat of a problem.
 
-Each module of a problem's policies, that for problems from elsewhere and that for any problem have
-one function `roster` of the problem and the seat.
+Each module of a problem's policies, the one for user-defined problems and the one for any problem
+have a function `build_roster(problem, seat)`.
 """
 
 from collections.abc import Mapping
@@ -13,26 +13,29 @@ from dmplay.policies.valued import MAX_HORIZON
 HINT_PROVIDER_ROLE, PARTNER_ROLE = (
     "@adviser",
     "@partner",
-)  # names of whoever has that part in a roster
+)  # names of roles in a roster, used in place of an agent's name
 
 
 @dataclass(frozen=True)
 class Roster:
-    """The agents that fit a seat of a problem, by name, and those of them with a part to play."""
+    """The agents that fit a seat of a problem, by name, and which of them have a special role."""
 
     agents: Mapping[str, type[SeatPolicy]]
-    hint_provider: str | None = None  # its values and choices serve as hints
+    hint_provider: str | None = None  # agent whose values and choices serve as hints
     finite_horizon_hint_provider: str | None = (
-        None  # advises instead where games are known to have so many turns
+        None  # gives the hints instead if the number of turns is known
     )
-    default_partner: str = "random"  # sits where nobody was named, beside a person
-    batch_agent: str | None = None  # plays many games at once where the adviser takes long
+    default_partner: str = "random"  # plays a seat for which no agent was named, beside a person
+    batch_agent: str | None = None  # plays many games at once if the hint provider is slow
     simulation_agent: str | None = (
-        None  # plays wherever a search simulates; else adviser and partner do
+        None  # plays in a search's simulations, in place of hint provider and partner
     )
 
     def hint_provider_for(self, turns: int | None) -> str | None:
-        """Who advises in games of so many turns; None for nobody knows how many."""
+        """Return the name of the hint provider for games of `turns` turns; None if there is none.
+
+        `turns` is None if the number of turns is unknown.
+        """
         return (
             self.finite_horizon_hint_provider
             if self.finite_horizon_hint_provider and turns and turns <= MAX_HORIZON

@@ -12,30 +12,33 @@ from dmplay.policies.kinds import SeatPolicy
 
 
 class EndOfScript(DmplayError):
-    """A script has no more actions: the game ends as if its player had left."""
+    """The error raised when a script is over; the game ends as if its player had left."""
 
 
 @dataclass(frozen=True)
 class Script(SeatPolicy):
-    """Actions written down beforehand, one for each turn in which it is asked."""
+    """Plays a list of actions, one for each turn in which it must choose."""
 
     actions: tuple[float, ...]
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The place in the script."""
+        """Return the position in the script of each row, 0."""
         return (np.zeros(len(observation), np.int64),)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """The next place, unless this was the turn of another, for which nothing is written."""
+        """Return the position, advanced by 1 if the scripted action was taken.
+
+        The script has no action for a turn in which the seat is inactive.
+        """
         return (memory[0] + (percept.action == self._actions_at(memory[0])),)
 
     def _actions_at(self, positions: Array) -> Array:
-        """The actions `[B]` at these places; the last where there are no more."""
-        known = np.array(self.actions or (0,))
-        return np.asarray(known[np.minimum(positions, len(known) - 1)])
+        """Return the actions `[B]` at these positions, the last one past the end."""
+        actions = np.array(self.actions or (0,))
+        return np.asarray(actions[np.minimum(positions, len(actions) - 1)])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The action at this place."""
+        """Return the actions at the current positions; raise EndOfScript past the end."""
         if memory[0].max(initial=-1) >= len(self.actions):
             raise EndOfScript(f"the script of {format_count(len(self.actions), 'action')} is over")
         return self._actions_at(memory[0])

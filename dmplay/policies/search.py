@@ -27,22 +27,22 @@ from dmplay.solvers.uct import UctResult
 from dmplay.solvers.value_iteration import mark_best_actions
 
 MAX_ROLLOUT_STATES = (
-    30  # states that random play comes to soon: there it tells more than seeing them all
+    30  # hidden states up to which random playouts are better than values of fully observed states
 )
-MAX_GAME_TURNS = 10**6  # turns of a game that are counted
+MAX_GAME_TURNS = 10**6  # maximum number of turns of a game
 USUAL_AGENT = "usual"
 N_RESULT_ARRAYS = len(UctResult._fields)
-UNLIMITED_TURNS = 10**9  # turns left where a game has no end of its own
+UNLIMITED_TURNS = 10**9  # turns left in a game without an end
 
 
 @dataclass(frozen=True)
 class PolicyStateValue:
-    """What an adviser that knows values holds of a state."""
+    """A leaf evaluator that takes the value of a policy's best action."""
 
     policy: Policy
 
     def __call__(self, s: Array, memory: Memory, turns_left: Ints) -> Reals:
-        """The value of its best action."""
+        """Return the value `[N]` of the policy's best action in each state."""
         q = self.policy.action_values(memory)
         assert q is not None
         return np.asarray(q.max(axis=1))
@@ -50,13 +50,13 @@ class PolicyStateValue:
 
 @dataclass(frozen=True)
 class TreeSearch(BeliefPolicy):
-    """Simulates many games ahead and does what went best (UCT).
+    """Simulates many games ahead and plays the action with the best mean return (UCT).
 
-    It takes the others to act as their usual partners do, a team to follow its plan, else at
-    random. Where states are hidden it starts its games in states drawn from its belief, never in
-    the true one, and guesses what its partners saw and remember. What lies beyond its tree is worth
-    what a few sweeps over a small problem say, else what the adviser says or earns, else what
-    random play earns.
+    The other agents are assumed to play as their default partners, a team to follow its joint plan,
+    else at random. If states are hidden, simulated games start in states drawn from its belief,
+    never in the true state, and the partners' observations and memories are estimated by a particle
+    filter. A state beyond the tree is worth the value that a few sweeps over a small problem give,
+    else what the hint provider's values or playouts give, else the return of random play.
     """
 
     simulations: int = parameter(400, "games simulated before a choice", 1, 1e6)
@@ -73,52 +73,63 @@ class TreeSearch(BeliefPolicy):
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
-    uniform_count = 1  # from which all of its own luck follows
+    uniform_count = 1  # one uniform, from which all its random numbers are derived
 
     def __post_init__(self) -> None:
-        """Refuses numbers out of bounds, and problems without a belief to search from."""
+        """Raise an error for invalid parameters and for problems that cannot be searched.
+
+        BadParameter: a number is out of bounds, or `others` or `rollout` names a search. BadPolicy:
+        states are hidden and the problem has no belief to search from, or `reuse` is set and its
+        hidden states have different legal actions.
+        """
         super().__post_init__()
         if self.problem.partially_observable:
             try:
                 belief.initial_belief(self.problem)
                 _ = self.problem.observation_counts
-                first = self.problem.enumerate_states()[:1]
+                first_state = self.problem.enumerate_states()[:1]
                 enumerate_outcomes(
-                    self.problem, first, np.zeros((1, len(self.problem.agents)), np.int64)
+                    self.problem, first_state, np.zeros((1, len(self.problem.agents)), np.int64)
                 )
             except (BadParameter, BudgetExceeded) as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
-            if self.reuse and self.problem.legal_actions_mask(first) is not None:
+            if self.reuse and self.problem.legal_actions_mask(first_state) is not None:
                 raise BadPolicy("search: reuse needs states that are seen, or all actions legal")
-        for part, name in (("others", self.others), ("rollout", self.rollout)):
+        for field_name, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
-                raise BadParameter(f"{part}: got {name!r}, expected an agent that does not search")
+                raise BadParameter(
+                    f"{field_name}: got {name!r}, expected an agent that does not search"
+                )
 
     @property
     def game_turns(self) -> int | None:
-        """How many turns a game has; None for no end."""
+        """The number of turns of a game; None if it has no end."""
         return self.horizon or self.problem.horizon
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
-        """One that searches to the end of the game."""
+        """Return a policy that searches to the end of a game of `turns` turns."""
         if turns is None or turns == self.game_turns or turns > MAX_GAME_TURNS:
             return self
         return replace(self, horizon=turns)
 
     def with_policy_lookup(self, company: PolicyLookup) -> Self:
-        """The same, who finds other agents there."""
-        found = replace(self, policy_lookup=company)
+        """Return a policy that looks up the other agents by `policy_lookup`.
+
+        Raises an error if `others` or `rollout` names an unknown agent.
+        """
+        policy = replace(self, policy_lookup=company)
         if (self.others, self.rollout) != (USUAL_AGENT, USUAL_AGENT):
-            _ = found._opponent_model  # refuses names that nobody has
-        return found
+            _ = policy._opponent_model  # raises an error for unknown names
+        return policy
 
     @cached_property
     def _config(self) -> SearchConfig:
-        parts = self.simulations, self.depth, self.exploration
+        """The configuration of the search."""
+        limits = self.simulations, self.depth, self.exploration
         return SearchConfig(
             self.problem,
             self.seat,
-            *parts,
+            *limits,
             self._opponent_model.seat_policies,
             self._leaf_value,
             self.reuse,
@@ -126,23 +137,26 @@ class TreeSearch(BeliefPolicy):
 
     @cached_property
     def _sweep_values(self) -> LeafValues | None:
+        """The leaf values by sweeps over all states; None if they do not apply or cost too much."""
         problem = self.problem
-        many = isinstance(problem.state_count, int) and problem.state_count > MAX_ROLLOUT_STATES
-        asked = (
-            many and not any(self._other_policies)
+        has_many_states = (
+            isinstance(problem.state_count, int) and problem.state_count > MAX_ROLLOUT_STATES
+        )
+        applies = (
+            has_many_states and not any(self._other_policies)
             if problem.partially_observable
             else len(problem.agents) == 1
         )
-        asked = asked and self.rollout == USUAL_AGENT
+        applies = applies and self.rollout == USUAL_AGENT
         return (
             rewards_ahead.estimate_leaf_values(problem, self.seat, self.game_turns)
-            if asked
+            if applies
             else None
         )
 
     @cached_property
     def _other_policies(self) -> SeatPolicies:
-        """Who acts in the other seats; nobody in the own one."""
+        """The policies of the other seats; None for random play, and for the own seat."""
         seats = range(len(self.problem.agents))
         return tuple(
             None if seat == self.seat else self._resolve_policy(seat, self.others, PARTNER_ROLE)
@@ -151,229 +165,256 @@ class TreeSearch(BeliefPolicy):
 
     @cached_property
     def _own_rollout_policy(self) -> Policy | None:
-        """Who plays on in the own seat beyond the tree; nobody where one alone cannot plan that."""
-        alone = self.problem.partially_observable and not any(self._other_policies)
-        unasked = self._sweep_values is not None or alone or self.problem.state_count == 1
-        found = self._resolve_policy(
-            self.seat, self.rollout, "random" if unasked else HINT_PROVIDER_ROLE
+        """The policy of the own seat beyond the tree; None for random play.
+
+        It is random play if leaf values replace playouts, if the problem has one state, or if the
+        hint provider cannot be used: hidden states with random partners, or values that cost too
+        much.
+        """
+        has_random_partners = self.problem.partially_observable and not any(self._other_policies)
+        plays_randomly = (
+            self._sweep_values is not None or has_random_partners or self.problem.state_count == 1
         )
-        if found and self.rollout == USUAL_AGENT and len(self.problem.agents) == 1:
+        policy = self._resolve_policy(
+            self.seat, self.rollout, "random" if plays_randomly else HINT_PROVIDER_ROLE
+        )
+        if policy and self.rollout == USUAL_AGENT and len(self.problem.agents) == 1:
             try:
-                found.action_values(
-                    found.initial_memory(
+                policy.action_values(
+                    policy.initial_memory(
                         self.problem.initial_observation(make_start_state(self.problem), self.seat)
                     )
                 )
             except BudgetExceeded:
                 return None
-        return found
+        return policy
 
     @cached_property
     def _opponent_model(self) -> OpponentModel:
-        """Who acts in each seat."""
-        before, after = self._other_policies[: self.seat], self._other_policies[self.seat + 1 :]
-        return OpponentModel(self.problem, self.seat, (*before, self._own_rollout_policy, *after))
+        """The policies of all seats in simulations."""
+        earlier, later = self._other_policies[: self.seat], self._other_policies[self.seat + 1 :]
+        return OpponentModel(self.problem, self.seat, (*earlier, self._own_rollout_policy, *later))
 
     def _resolve_policy(self, seat: int, name: str, default_name: str) -> Policy | None:
-        """Who acts in a seat; None for any action, each as likely."""
-        wanted = default_name if name == USUAL_AGENT else name
-        found = (
-            self.policy_lookup(seat, wanted) if self.policy_lookup and wanted != "random" else None
+        """Return the policy of a seat by name; None for uniformly random play."""
+        policy_name = default_name if name == USUAL_AGENT else name
+        policy = (
+            self.policy_lookup(seat, policy_name)
+            if self.policy_lookup and policy_name != "random"
+            else None
         )
-        return found.adapt_to_game(self.game_turns, ()) if found and self.horizon else found
+        return policy.adapt_to_game(self.game_turns, ()) if policy and self.horizon else policy
 
     @property
     def _leaf_value(self) -> LeafEvaluator | None:
-        """What a state beyond the tree is worth; None where the simulation plays on.
+        """The evaluator of states beyond the tree; None if playouts are used instead.
 
-        A plan is worth what it is as long as all of a team follow it: here it is played.
+        The values of a joint plan hold only while the whole team follows it, so a joint plan is
+        played.
         """
-        ahead, actor = self._sweep_values, self._own_rollout_policy
-        planned = self.problem.shared_reward and any(self._other_policies)
+        sweep_values, policy = self._sweep_values, self._own_rollout_policy
+        follows_joint_plan = self.problem.shared_reward and any(self._other_policies)
         if (
-            ahead
-            or actor is None
-            or planned
+            sweep_values
+            or policy is None
+            or follows_joint_plan
             or (self.rollout, self.others) != (USUAL_AGENT, USUAL_AGENT)
         ):
-            return ahead
-        first = self._opponent_model.begin_memories(make_start_state(self.problem))[self.seat]
-        return None if actor.action_values(first) is None else PolicyStateValue(actor)
+            return sweep_values
+        first_memory = self._opponent_model.begin_memories(make_start_state(self.problem))[
+            self.seat
+        ]
+        return None if policy.action_values(first_memory) is None else PolicyStateValue(policy)
 
     @cached_property
     def _particle_filter(self) -> ParticleFilter | None:
-        """What partners remember who see something else; None where they act at random."""
-        cast = OpponentModel(self.problem, self.seat, self._other_policies)
+        """The particle filter of the partners' memories; None if they are random or all is
+        visible.
+        """
+        opponent_model = OpponentModel(self.problem, self.seat, self._other_policies)
         return (
-            ParticleFilter(cast)
+            ParticleFilter(opponent_model)
             if self.problem.partially_observable and any(self._other_policies)
             else None
         )
 
     def initial_memory(self, observation: Array) -> Memory:
-        """The state, or the belief where it is hidden; no turn done; what the cast remembers.
+        """Return the state or belief, zero turns done, and the memories of the policies.
 
-        Where states are hidden that is what the own part of it does, and guesses of the rest.
-        Where trees are used again, also the tree, and what it tells of the choice to come.
+        If states are hidden, the memories are that of the own seat's policy and the particles. If
+        trees are reused, a tree and its result for the next choice follow.
         """
         memory = self._initial_memory(observation)
         return self._grow_trees(memory) if self.reuse else memory
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """The same after one more turn."""
+        """Return the memory after one more turn."""
         if not self.reuse:
             return self._update_memory(memory, percept)
-        tree, saw = self._config, percept.observation
-        first = len(memory) - tree.packed_array_count - N_RESULT_ARRAYS
-        memory, trees = memory[:first], memory[first:-N_RESULT_ARRAYS]
-        if not tree.observation_count:
-            saw = uct.hash_observations(self.problem, saw)
+        config, observations = self._config, percept.observation
+        tree_start = len(memory) - config.packed_array_count - N_RESULT_ARRAYS
+        memory, trees = memory[:tree_start], memory[tree_start:-N_RESULT_ARRAYS]
+        if not config.observation_count:
+            observations = uct.hash_observations(self.problem, observations)
         elif not self.problem.partially_observable:
-            saw = self.problem.state_indices(saw)
-        trees = extract_subtrees(tree, trees, percept.action, saw)
+            observations = self.problem.state_indices(observations)
+        trees = extract_subtrees(config, trees, percept.action, observations)
         return self._grow_trees(self._update_memory(memory, percept), trees)
 
     def _grow_trees(self, memory: Memory, trees: Memory = ()) -> Memory:
-        """What is known, then the trees that grow from some that were kept, and what they tell.
+        """Return the memory followed by trees grown from reused ones, and by their results.
 
-        Their luck is the same in all games, so that the same history always leads to the same ones.
+        The uniforms are the same in all games, so that equal histories lead to equal trees.
         """
-        luck = (1 + memory[1]) * GOLDEN_RATIO % 1.0
-        self._config.check_memory(len(luck))
-        grown = []
-        for rows in self._config.split_rows(len(luck)):
-            now, before = (tuple(part[rows] for part in each) for each in (memory, trees))
-            found, nodes, _ = self._run_search(now, None, luck[rows], before)
-            grown.append((*pack_trees(nodes), *found))
-        return (*memory, *map(np.concatenate, zip(*grown, strict=True)))
+        uniforms = (1 + memory[1]) * GOLDEN_RATIO % 1.0
+        self._config.check_memory(len(uniforms))
+        results = []
+        for rows in self._config.split_rows(len(uniforms)):
+            row_memory, row_trees = (
+                tuple(array[rows] for array in arrays) for arrays in (memory, trees)
+            )
+            result, new_trees, _ = self._run_search(row_memory, None, uniforms[rows], row_trees)
+            results.append((*pack_trees(new_trees), *result))
+        return (*memory, *map(np.concatenate, zip(*results, strict=True)))
 
     def _initial_memory(self, observation: Array) -> Memory:
-        """What is known before the first turn."""
-        done = np.zeros(len(observation), np.int64)
+        """Return the memory before the first turn, without trees."""
+        turns_done = np.zeros(len(observation), np.int64)
         if not self.problem.partially_observable:
-            return (observation, done, *chain(*self._opponent_model.begin_memories(observation)))
+            return (
+                observation,
+                turns_done,
+                *chain(*self._opponent_model.begin_memories(observation)),
+            )
         (beliefs,) = super().initial_memory(observation)
-        own = (
+        own_memory = (
             self._own_rollout_policy.initial_memory(observation) if self._own_rollout_policy else ()
         )
-        guesses = self._particle_filter.begin(beliefs) if self._particle_filter else ()
-        return (beliefs, done, *own, *guesses)
+        particles = self._particle_filter.begin(beliefs) if self._particle_filter else ()
+        return (beliefs, turns_done, *own_memory, *particles)
 
     def _update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """What is known after one more turn."""
-        known, done, *rest = memory
+        """Return the memory after one more turn, without trees."""
+        state_or_belief, turns_done, *policy_memory = memory
         if not self.problem.partially_observable:
-            cast = zip(
+            seats = zip(
                 self._opponent_model.seat_policies,
-                self._opponent_model.split_memory(tuple(rest)),
+                self._opponent_model.split_memory(tuple(policy_memory)),
                 strict=True,
             )
-            told = (
-                one.update_memory(kept, self._percept_for_seat(seat, percept))
-                for seat, (one, kept) in enumerate(cast)
-                if one
+            new_memories = (
+                policy.update_memory(seat_memory, self._percept_for_seat(seat, percept))
+                for seat, (policy, seat_memory) in enumerate(seats)
+                if policy
             )
-            return (percept.observation, done + 1, *chain(*told))
-        (beliefs,) = super().update_memory((known,), percept)
-        own, guesses = self._split_memory(tuple(rest))
-        own = (
-            self._own_rollout_policy.update_memory(own, percept) if self._own_rollout_policy else ()
+            return (percept.observation, turns_done + 1, *chain(*new_memories))
+        (beliefs,) = super().update_memory((state_or_belief,), percept)
+        own_memory, particles = self._split_memory(tuple(policy_memory))
+        own_memory = (
+            self._own_rollout_policy.update_memory(own_memory, percept)
+            if self._own_rollout_policy
+            else ()
         )
         if self._particle_filter:
-            guesses = self._particle_filter.update(guesses, percept, done, beliefs)
-        return (beliefs, done + 1, *own, *guesses)
+            particles = self._particle_filter.update(particles, percept, turns_done, beliefs)
+        return (beliefs, turns_done + 1, *own_memory, *particles)
 
     def _split_memory(self, policy_memory: Memory) -> tuple[Memory, Memory]:
-        """What the own part of the cast remembers, and the guesses."""
-        part = self._opponent_model.memory_slices[self.seat]
-        many = part.stop - part.start
-        return policy_memory[:many], policy_memory[many:]
+        """Return the memory of the own seat's policy and the particles, which share one tuple."""
+        own_slice = self._opponent_model.memory_slices[self.seat]
+        own_count = own_slice.stop - own_slice.start
+        return policy_memory[:own_count], policy_memory[own_count:]
 
     def _percept_for_seat(self, seat: int, percept: Percept) -> Percept:
-        """What a turn taught another seat, as far as this one knows."""
+        """Return the percept of a turn for a seat, without the reward if it is another seat."""
         if seat == self.seat:
             return percept
-        assert percept.actions is not None  # where all is seen
+        assert percept.actions is not None  # always given if all agents see the state
         return percept._replace(action=percept.actions[:, seat], reward=None)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """An action with the greatest mean return; of several, any."""
-        parts = [
+        """Return actions with the greatest mean return; ties are broken at random."""
+        blocks = [
             self._choose_rows(
-                tuple(part[some] for part in memory),
-                None if legal is None else legal[some],
-                u[some, 0],
+                tuple(array[rows] for array in memory),
+                None if legal is None else legal[rows],
+                u[rows, 0],
             )
-            for some in self._config.split_rows(len(u))
+            for rows in self._config.split_rows(len(u))
         ]
-        return np.concatenate(parts)
+        return np.concatenate(blocks)
 
     def _choose_rows(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The actions `[B]` for some rows that are searched together."""
+        """Return the actions `[B]` of rows that are searched together.
+
+        An action of the own seat's policy is kept unless another one is significantly better.
+        """
         if self.reuse:
-            found = UctResult(*memory[-N_RESULT_ARRAYS:])
-            told = expand_uniforms(
+            result = UctResult(*memory[-N_RESULT_ARRAYS:])
+            uniforms = expand_uniforms(
                 u, self._own_rollout_policy.uniform_count if self._own_rollout_policy else 0
             )
         else:
-            found, _, told = self._run_search(memory, legal, u)
-        able = mark_best_actions(found.mean_returns)
+            result, _, uniforms = self._run_search(memory, legal, u)
+        is_best = mark_best_actions(result.mean_returns)
         if self._own_rollout_policy:
-            usual = self._own_rollout_policy.choose(
+            usual_actions = self._own_rollout_policy.choose(
                 self._own_policy_memory(memory),
                 legal,
-                told[:, : self._own_rollout_policy.uniform_count],
+                uniforms[:, : self._own_rollout_policy.uniform_count],
             )
-            able = found.keep_usual_unless_better(able, usual)
-        return np.asarray(found.actions[np.arange(len(u)), sample_masked_index(able, u)])
+            is_best = result.keep_usual_unless_better(is_best, usual_actions)
+        return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
 
     def _run_search(
         self, memory: Memory, legal: Bools | None, u: Reals, trees: Memory = ()
     ) -> tuple[UctResult, TreeBatch, Reals]:
-        """What a search finds out, the trees that it grows, and what its uniforms `[B]` told."""
-        tree, problem, turns = self._config, self.problem, self.game_turns
-        tree.make_budget(len(u))  # refuses too much before it is drawn for
-        told = expand_uniforms(u, self.simulations + tree.uniforms_per_row)
-        roots, cast = self._prepare_roots(memory, told[:, : self.simulations])
-        left = np.full(len(u), UNLIMITED_TURNS) if turns is None else turns - memory[1] % turns
+        """Return the result of a search, its trees, and the uniforms `[B, K]` expanded from `u`."""
+        config, problem, turns = self._config, self.problem, self.game_turns
+        config.make_budget(len(u))  # raises BudgetExceeded before any uniforms are generated
+        uniforms = expand_uniforms(u, self.simulations + config.uniforms_per_row)
+        roots, memories = self._prepare_roots(memory, uniforms[:, : self.simulations])
+        turns_left = (
+            np.full(len(u), UNLIMITED_TURNS) if turns is None else turns - memory[1] % turns
+        )
         if self.reuse:
-            able = problem.legal_actions_mask(roots[:, 0])
-            legal = None if able is None else able[:, self.seat]
-            over = problem.terminal(roots.reshape(-1, *roots.shape[2:])).reshape(len(u), -1)
-            left = np.where(over.all(axis=1), 0, left)
-        asked = SearchRequest(roots, left, cast, legal, trees)
-        return *uct.run_uct(tree, asked, told[:, self.simulations :]), told
+            joint_legal = problem.legal_actions_mask(roots[:, 0])
+            legal = None if joint_legal is None else joint_legal[:, self.seat]
+            terminal = problem.terminal(roots.reshape(-1, *roots.shape[2:])).reshape(len(u), -1)
+            turns_left = np.where(terminal.all(axis=1), 0, turns_left)
+        request = SearchRequest(roots, turns_left, memories, legal, trees)
+        return *uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
 
     def _own_policy_memory(self, memory: Memory) -> Memory:
-        """What the own part of the cast remembers."""
-        rest = memory[2:]
+        """Return the memory of the own seat's policy."""
+        policy_memory = memory[2:]
         return (
-            self._split_memory(rest)[0]
+            self._split_memory(policy_memory)[0]
             if self.problem.partially_observable
-            else self._opponent_model.split_memory(rest)[self.seat]
+            else self._opponent_model.split_memory(policy_memory)[self.seat]
         )
 
     def _prepare_roots(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
-        """States `[B, N, ...]` in which simulations start, and what the cast remembers there."""
-        known, _, *rest = memory
-        each = range(len(self.problem.agents))
+        """Return the states `[B, N, ...]` where simulations start, and each seat's memory there."""
+        state_or_belief, _, *policy_memory = memory
+        seats = range(len(self.problem.agents))
         if not self.problem.partially_observable:
-            copies = (_repeat_per_simulation(part, u.shape[1]) for part in rest)
-            return _repeat_per_simulation(known, u.shape[1]), self._opponent_model.split_memory(
-                tuple(copies)
-            )
-        own, guesses = self._split_memory(tuple(rest))
-        mine = tuple(_repeat_per_simulation(part, u.shape[1]) for part in own)
+            repeated = (_repeat_per_simulation(array, u.shape[1]) for array in policy_memory)
+            return _repeat_per_simulation(
+                state_or_belief, u.shape[1]
+            ), self._opponent_model.split_memory(tuple(repeated))
+        own_memory, particles = self._split_memory(tuple(policy_memory))
+        own_copies = tuple(_repeat_per_simulation(array, u.shape[1]) for array in own_memory)
         if not self._particle_filter:
-            return sample_states(self.problem, known, u), tuple(
-                mine if seat == self.seat else () for seat in each
+            return sample_states(self.problem, state_or_belief, u), tuple(
+                own_copies if seat == self.seat else () for seat in seats
             )
-        row, place = np.arange(len(u))[:, None], (u * N_PARTICLES).astype(np.int64)
-        s, *parts = (part[row, place] for part in guesses)
-        others = self._particle_filter.opponent_model.split_memory(tuple(parts))
-        return s, tuple(mine if seat == self.seat else others[seat] for seat in each)
+        row, particle_index = np.arange(len(u))[:, None], (u * N_PARTICLES).astype(np.int64)
+        s, *memory_arrays = (array[row, particle_index] for array in particles)
+        others = self._particle_filter.opponent_model.split_memory(tuple(memory_arrays))
+        return s, tuple(own_copies if seat == self.seat else others[seat] for seat in seats)
 
 
 def _repeat_per_simulation(part: Array, simulation_count: int) -> Array:
-    """The same in each of so many simulations `[B, N, ...]`."""
+    """Return an array repeated for each simulation, of shape `[B, N, ...]`."""
     return np.broadcast_to(part[:, None], (len(part), simulation_count, *part.shape[1:]))

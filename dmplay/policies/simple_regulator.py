@@ -13,12 +13,12 @@ from dmplay.problems.simple_regulator import SimpleRegulator
 
 @dataclass(frozen=True)
 class Optimal(ReactivePolicy):
-    """Undoes the number it finds: a = -s."""
+    """Cancels the current number: a = -s."""
 
     problem: SimpleRegulator
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """As far as the interval allows."""
+        """Return the actions that cancel the numbers, clipped to the interval."""
         return self.problem.actions[0].clip_actions(-memory[0][:, 0])
 
 
@@ -32,12 +32,12 @@ class Gaussian(Optimal):
     uniform_count = Normal.uniform_count
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """A draw, as far as the interval allows."""
+        """Return sampled actions, clipped to the interval."""
         mean = self.theta1 * memory[0][:, 0]
-        drawn = Normal(mean, np.full(len(mean), abs(self.theta2))).sample_events(u)
-        return self.problem.actions[0].clip_actions(drawn)
+        sampled = Normal(mean, np.full(len(mean), abs(self.theta2))).sample_events(u)
+        return self.problem.actions[0].clip_actions(sampled)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays the simple regulator."""
+    """Return the agents of the simple regulator."""
     return Roster({"optimal": Optimal, "gaussian": Gaussian}, hint_provider="optimal")

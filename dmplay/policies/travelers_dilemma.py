@@ -14,17 +14,20 @@ from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM
 
 @dataclass(frozen=True)
 class FixedClaim(ReactivePolicy):
-    """Always the same claim, the highest unless told otherwise."""
+    """Makes the same claim in every round, by default the highest."""
 
     claim: int = parameter(MAX_CLAIM, "the claim", MIN_CLAIM, MAX_CLAIM)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """The claim."""
+        """Return the index of the claim for each row."""
         return np.full(len(u), self.claim - MIN_CLAIM)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Who plays the traveler's dilemma; what level-k draws is not always its best reply."""
+    """Return the agents of the traveler's dilemma.
+
+    What the default partner level-k draws is not always its best reply.
+    """
     return Roster(
         {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
          "gradient-ascent": GradientAscent, "claim": FixedClaim},

@@ -1,4 +1,4 @@
-"""Hunts on a hex map: what the predator-prey problems share."""
+"""The base of the predator-prey problems: hunts on a hex map."""
 
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
@@ -43,7 +43,7 @@ class HexHunt(Problem):
     horizon = 50
 
     def __post_init__(self) -> None:
-        """Refuses a map that makes no sense."""
+        """Raise BadParameter for an invalid map."""
         super().__post_init__()
         try:
             object.__setattr__(self, "hexes", validate_hexes(self.hexes, "hexes"))
@@ -53,7 +53,7 @@ class HexHunt(Problem):
     @property
     @abstractmethod
     def walker_count(self) -> int:
-        """How many predators and prey."""
+        """The number of predators and prey."""
 
     @property
     def actions(self) -> tuple[Labels, ...]:
@@ -62,70 +62,70 @@ class HexHunt(Problem):
 
     @property
     def state_count(self) -> int:
-        """Every walker on any hex."""
+        """The number of states: each walker may be on any hex."""
         return int(len(self.hexes) ** self.walker_count)
 
     @cached_property
     def slip_chance(self) -> Categorical:
-        """Straight on, or to either side."""
+        """The distribution of a slip: straight on, counter-clockwise or clockwise."""
         return slip_chance(self.slip)
 
     @cached_property
     def _move_destinations(self) -> Ints:
-        """Where a move ends, by (hex, direction, slip), flat."""
+        """The hex on which a move ends, by (hex, direction, slip), flat."""
         return move_destinations(self.hexes).reshape(-1)
 
     @cached_property
     def move_distances(self) -> Ints:
-        """Steps `[H, 6, H]` from where a move from a hex ends, if it does not slip, to another."""
+        """Steps `[H, 6, H]` from the end of each move without a slip to each hex."""
         return path_lengths(self.hexes)[move_destinations(self.hexes)[:, :, 0]]
 
     def move_walker(self, hex_: Column, direction: Column, slip: Column) -> Column:
-        """Where moves end."""
+        """Return the hexes on which moves end."""
         return take_values(self._move_destinations, hex_ * 18 + direction * 3 + slip)
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The hex of each."""
+        """Return a uniform distribution over the hexes for each walker."""
         return (
             DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes)),
         ) * self.walker_count
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The hexes drawn."""
+        """Return the sampled hexes as states."""
         return np.stack(events, axis=1)
 
     @abstractmethod
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
-        """Where everyone walks."""
+        """Return the outcome after every walker has moved."""
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """One turn, as it is derived: of one row by plain numbers."""
+        """Return the outcome of one turn; for a single row it computes with plain numbers."""
         return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
 
     def enumerate_states(self) -> Array:
-        """Every state, the first walker slowest."""
+        """Return every state; the first walker's hex varies slowest."""
         check_listing_size(self, 2 * self.state_count * self.walker_count)
         shape = (len(self.hexes),) * self.walker_count
         return np.stack(np.unravel_index(np.arange(self.state_count), shape), axis=1)
 
     def state_indices(self, s: Array) -> Ints:
-        """The place of each state in `enumerated`."""
+        """Return the index of each state in `enumerate_states`."""
         index = np.zeros(len(s), np.int64)
         for hex_ in s.T:
             index = index * len(self.hexes) + hex_
         return index
 
     def format_state(self, s: Array) -> str:
-        """`(q,r)` of each in turn."""
+        """Return a state as text: `(q,r)` of each walker in turn."""
         return " ".join(format_hex(self.hexes[int(hex_)]) for hex_ in s)
 
     def parse_state(self, text: str) -> Array:
-        """The state that `notation` wrote."""
+        """Return the state that `format_state` wrote."""
         return np.array([self.hexes.index(parse_hex(word)) for word in text.split()])
 
 
 def count_on_same_hex(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column:
-    """How many of the others are on the hex of this one."""
+    """Return the number of the other walkers that are on the hex of this seat."""
     count: Column = 0
     for other in others:
         count = count + (hexes[other] == hexes[seat])
@@ -133,5 +133,5 @@ def count_on_same_hex(hexes: Sequence[Column], seat: int, others: Iterable[int])
 
 
 def make_numbered_names(word: str, count: int) -> tuple[str, ...]:
-    """`word1`, `word2` ..."""
+    """Return the names `word1`, `word2` ..., as many as `count`."""
     return tuple(f"{word}{i + 1}" for i in range(count))

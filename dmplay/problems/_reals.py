@@ -10,16 +10,16 @@ from dmplay.core import Problem
 
 @dataclass(frozen=True)
 class RealStateProblem(Problem):
-    """A problem in R^d, whose opening draws the numbers of the state unless it says otherwise."""
+    """A problem in R^d; by default the initial chances draw the numbers of the state."""
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The numbers drawn."""
+        """Return the sampled numbers as states."""
         return np.stack(events, axis=1)
 
     def format_state(self, s: Array) -> str:
-        """The numbers, each as short as it can be and still be read back: `0.1 -0.25`."""
+        """Return a state as text: the shortest exact form of each number, such as `0.1 -0.25`."""
         return " ".join(repr(float(number)) for number in s)
 
     def parse_state(self, text: str) -> Array:
-        """The state that `notation` wrote."""
+        """Return the state that `format_state` wrote."""
         return np.array([float(word) for word in text.split()])

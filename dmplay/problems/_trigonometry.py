@@ -1,7 +1,8 @@
 """Sine and cosine from sums and products alone, so that every processor gives the same bits.
 
-An unstable system magnifies the last bit of a step by 10**17 in 500 turns: with the library's sine,
-which differs between processors, a long recorded game would hold on one machine and not on another.
+An unstable system magnifies the last bit of a step by 10**17 in 500 turns. With the library's sine,
+which differs between processors, the transcript of a long game would verify on one machine and fail
+on another.
 """
 
 import numpy as np
@@ -22,21 +23,23 @@ COSINE_COEFFICIENTS = (
 
 
 def compute_sine_and_cosine(x: Column) -> tuple[Column, Column]:
-    """Of angles `[B]` in radians, to the last bit or two."""
-    quarter = np.rint(x * (2.0 / np.pi))
-    if not (quarter if isinstance(x, float) else quarter.any()):
+    """Return the sine and cosine of angles `[B]` in radians, exact to the last bit or two."""
+    quarter_turns = np.rint(x * (2.0 / np.pi))
+    if not (quarter_turns if isinstance(x, float) else quarter_turns.any()):
         return _sine_and_cosine_kernel(x)
-    sine, cosine = _sine_and_cosine_kernel((x - quarter * HALF_PI) - quarter * HALF_PI_LOW)
-    swapped = quarter % 2 == 1
-    first, second = np.where(swapped, cosine, sine), np.where(swapped, sine, cosine)
+    sine, cosine = _sine_and_cosine_kernel(
+        (x - quarter_turns * HALF_PI) - quarter_turns * HALF_PI_LOW
+    )
+    swapped = quarter_turns % 2 == 1
+    final_sine, final_cosine = np.where(swapped, cosine, sine), np.where(swapped, sine, cosine)
     return (
-        np.where(quarter % 4 >= 2, -first, first),
-        np.where((quarter + 1) % 4 >= 2, -second, second),
+        np.where(quarter_turns % 4 >= 2, -final_sine, final_sine),
+        np.where((quarter_turns + 1) % 4 >= 2, -final_cosine, final_cosine),
     )
 
 
 def compute_cosine_of_triple(x: Column) -> Column:
-    """cos 3x of angles `[B]` within a quarter of a turn of 0, by the sine of their halves."""
+    """Return cos 3x of angles `[B]` within a quarter turn of 0, by the sine of half of each."""
     half = 0.5 * x
     sine = _sine_kernel(half, half * half)
     cosine = 1.0 - 2.0 * (sine * sine)
@@ -44,16 +47,16 @@ def compute_cosine_of_triple(x: Column) -> Column:
 
 
 def _sine_and_cosine_kernel(x: Column) -> tuple[Column, Column]:
-    """Sine and cosine within an eighth of a turn of 0."""
+    """Return the sine and cosine of angles within an eighth of a turn of 0."""
     z = x * x
     return _sine_kernel(x, z), _cosine_kernel(z)
 
 
 def _sine_kernel(x: Column, z: Column) -> Column:
-    """x + S6 x^3 + ... + S1 x^13, where z = x^2."""
+    """Return the sine's polynomial x + S6 x^3 + ... + S1 x^13, with z = x^2."""
     sine = SINE_COEFFICIENTS[0] * z
-    for power in SINE_COEFFICIENTS[1:]:
-        sine += power
+    for coefficient in SINE_COEFFICIENTS[1:]:
+        sine += coefficient
         sine *= z
     sine *= x
     sine += x
@@ -61,10 +64,10 @@ def _sine_kernel(x: Column, z: Column) -> Column:
 
 
 def _cosine_kernel(z: Column) -> Column:
-    """1 - z/2 + C6 z^2 + ... + C1 z^7."""
+    """Return the cosine's polynomial 1 - z/2 + C6 z^2 + ... + C1 z^7, with z = x^2."""
     cosine = COSINE_COEFFICIENTS[0] * z
-    for power in (*COSINE_COEFFICIENTS[1:], -0.5):
-        cosine += power
+    for coefficient in (*COSINE_COEFFICIENTS[1:], -0.5):
+        cosine += coefficient
         cosine *= z
     cosine += 1.0
     return cosine

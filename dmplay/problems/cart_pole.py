@@ -25,7 +25,7 @@ from dmplay.core import ContinuousStates, Labels, Outcome, parameter
 from dmplay.problems._reals import RealStateProblem
 from dmplay.problems._trigonometry import compute_sine_and_cosine
 
-START_BOUND = 0.05  # each number of the start is uniform within this
+START_BOUND = 0.05  # each number of the start state is uniform from -0.05 to 0.05
 
 
 @dataclass(frozen=True)
@@ -47,40 +47,41 @@ class CartPole(RealStateProblem):
     horizon = 500
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Four numbers close to 0."""
+        """Return uniform distributions of four numbers close to 0."""
         edge = np.full(rows, START_BOUND)
         return (Uniform(-edge, edge),) * 4
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """One step of Euler's method (F.1 to F.4), old values on the right-hand sides."""
+        """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
         x, v, theta, omega = split_columns(s)
         push = self.force * (2.0 * to_column(a[:, 0]) - 1.0)
         acceleration, angular = self._compute_accelerations(push, theta, omega)
         dt = self.dt
-        after = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
-        over = self._is_past_limit(x, theta)
-        moved = restore_finished_rows(over, stack_columns(after), s)
-        return Outcome(moved, stack_columns([1.0 - over]), moved)
+        next_values = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
+        past_limit = self._is_past_limit(x, theta)
+        next_states = restore_finished_rows(past_limit, stack_columns(next_values), s)
+        return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
 
     def _compute_accelerations(
         self, push: Column, theta: Column, omega: Column
     ) -> tuple[Column, Column]:
-        """Of the cart (F.3) and of the pole (F.1)."""
-        total, half = self.mass_cart + self.mass_pole, self.length / 2
-        moment = self.mass_pole * half
+        """Return the accelerations of the cart (F.3) and of the pole (F.1)."""
+        total_mass, half_length = self.mass_cart + self.mass_pole, self.length / 2
+        moment = self.mass_pole * half_length
         sin, cos = compute_sine_and_cosine(theta)
-        swing = (moment if self.pole_mass_in_tau else half) * (omega * omega)
-        tau = (push + swing * sin) / total
-        inertia = half * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total)
+        swing = (moment if self.pole_mass_in_tau else half_length) * (omega * omega)
+        tau = (push + swing * sin) / total_mass
+        inertia = half_length * (4.0 / 3.0 - self.mass_pole * (cos * cos) / total_mass)
         angular = (self.gravity * sin - cos * tau) / inertia
-        return tau - moment * angular * cos / total, angular
+        return tau - moment * angular * cos / total_mass, angular
 
     def _is_past_limit(self, x: Column, theta: Column) -> Column:
-        lean = self.theta_limit * 2 * math.pi / 360
-        return (magnitude(x) > self.x_limit) | (magnitude(theta) > lean)
+        """Return whether the cart or the pole is past its limit."""
+        max_angle = self.theta_limit * 2 * math.pi / 360
+        return (magnitude(x) > self.x_limit) | (magnitude(theta) > max_angle)
 
     def terminal(self, s: Array) -> Bools:
-        """The cart is past its limit, or the pole past its."""
+        """Return whether the cart or the pole is past its limit."""
         return to_batch(self._is_past_limit(to_column(s[:, 0]), to_column(s[:, 2])))
 
 

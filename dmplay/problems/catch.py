@@ -1,8 +1,8 @@
-"""Choose how far to throw a ball that may be dropped; the longer the throw caught, the better.
+"""Choose how far to throw a ball that may be dropped; longer throws pay more when caught.
 
-Source: appendix F.9; Catch.jl. Decisions: a throw pays its distance exactly when it is caught,
-and the observation is that same event, so the reward hides nothing; the proficiency never
-changes and is uniform at the start; a game is ten throws, as the text says only that they are few.
+Source: appendix F.9; Catch.jl. Decisions: a throw pays its distance exactly when it is caught, and
+the observation is that same event, so the reward adds no information; the proficiency never changes
+and is uniform at the start; a game is ten throws, as the text says only that they are few.
 """
 
 from dataclasses import dataclass
@@ -15,9 +15,9 @@ from dmplay.core import Labels, Outcome, parameter
 from dmplay.tabular import Tables, Tabular
 
 CAUGHT, DROPPED = 0, 1
-PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance of which half the throws are caught
+PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance at which half of the throws are caught
 DISTANCES = np.arange(10.0, 101.0, 10.0)
-CATCH_FALLOFF_METRES = 15.0  # metres: how fast the catches fall off
+CATCH_FALLOFF_METRES = 15.0  # metres over which the probability of a catch falls off
 
 
 @dataclass(frozen=True)
@@ -36,26 +36,26 @@ class Catch(Tabular):
     @cached_property
     def catch_probabilities(self) -> Reals:
         """The probability `[S, A]` of a catch (F.10)."""
-        far = DISTANCES - np.array(PROFICIENCIES)[:, None]
-        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-far / CATCH_FALLOFF_METRES)))
+        excess_distance = DISTANCES - np.array(PROFICIENCIES)[:, None]
+        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-excess_distance / CATCH_FALLOFF_METRES)))
 
     @cached_property
     def tables(self) -> Tables:
-        """The state stays, and as O(a, s') it is the proficiency of the throw."""
-        many = len(DISTANCES)
-        stays = np.repeat(np.eye(self.state_count)[:, None], many, axis=1)
-        caught = self.catch_probabilities.T
+        """The arrays T, R and O; the state never changes, and O(a, s') is the chance of a catch."""
+        action_count = len(DISTANCES)
+        transition = np.repeat(np.eye(self.state_count)[:, None], action_count, axis=1)
+        catch_table = self.catch_probabilities.T
         return Tables(
-            stays,
+            transition,
             (self.catch_probabilities * DISTANCES)[:, :, None],
-            np.stack([caught, 1.0 - caught], axis=2),
+            np.stack([catch_table, 1.0 - catch_table], axis=2),
         )
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Caught or dropped."""
+        """Return the distribution of the event: caught or dropped."""
         return (Categorical(self.catch_probabilities[s, a[:, 0]][:, None]),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """A catch pays the distance."""
-        seen = events[0][:, None]
-        return Outcome(s, np.where(seen == CAUGHT, DISTANCES[a], 0.0), seen)
+        """Return the outcome: a catch pays its distance, and the event is observed."""
+        observations = events[0][:, None]
+        return Outcome(s, np.where(observations == CAUGHT, DISTANCES[a], 0.0), observations)

@@ -1,11 +1,11 @@
-"""A team of predators hunts a prey that it only senses from the next hex.
+"""Hunt a prey as a team of predators that sense it only from a neighbouring hex.
 
 Source: appendix F.15; CollaborativePredatorPreyHexWorld.jl. Decisions: a free prey moves to one of
-the hexes around it that no predator was on, and stays only where there is none (the package lets it
-stay anywhere); captures and these hexes are judged on the state acted in, observations on the next;
-a predator senses a prey on its own hex too, without noise; the team gets one reward, 10 for a
-capture by anyone, else -1; a predator that captures stays; the start is uniform over the hexes, and
-a predator does not see where it stands, but in `sighted` (dmplay's own) it does.
+the hexes around it that had no predator, and stays only if there is none (the package lets it stay
+anyway); captures and these hexes are judged on the state acted in, observations on the next; a
+predator senses a prey on its own hex too, without noise; the team gets one reward, 10 for a capture
+by any predator, else -1; a predator that captures stays; the start is uniform over the hexes, and a
+predator does not see its own hex, but in `sighted` (dmplay's own variant) it does.
 """
 
 from collections.abc import Sequence
@@ -32,14 +32,15 @@ from dmplay.problems._hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_nu
 
 CAPTURE_REWARD, MOVE_REWARD = 10.0, -1.0
 SENSE_LABELS = Labels(("prey", "nothing"))
-PREY_FREE_BIT = 64  # the bit above those of the directions: no predator is on the hex of the prey
-ALL_BITS = 127  # these bits
-STAY_DIRECTION = 6  # where no direction is free
+# bit above those of the directions, set if no predator is on the hex of the prey
+PREY_FREE_BIT = 64
+ALL_BITS = 127  # all of these bits
+STAY_DIRECTION = 6  # index of the prey's own hex, used if no direction is open
 
 
 @dataclass(frozen=True)
 class CollaborativePredatorPrey(HexHunt):
-    """A hunt with one reward for all; the prey is nature's, the last of the walkers."""
+    """A hunt with one shared reward; chance moves the prey, the last of the walkers."""
 
     predators: int = parameter(2, "how many predators", 1, 26)
     sighted: bool = parameter(False, "whether a predator sees its own hex")
@@ -48,19 +49,19 @@ class CollaborativePredatorPrey(HexHunt):
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """`predator1`, `predator2` ..., or `predator` alone."""
+        """The names `predator1`, `predator2` ..., or `predator` if there is one."""
         return (
             make_numbered_names("predator", self.predators) if self.predators > 1 else ("predator",)
         )
 
     @property
     def walker_count(self) -> int:
-        """The predators and the prey."""
+        """The number of predators and the prey."""
         return self.predators + 1
 
     @property
     def observations(self) -> tuple[Labels, ...]:
-        """Whether a prey is near, and where sighted from which hex that was sensed."""
+        """The labels `prey` and `nothing`; if sighted, each with the predator's own hex."""
         if not self.sighted:
             return (SENSE_LABELS,) * self.predators
         hexes = [format_hex(hex_) for hex_ in self.hexes]
@@ -69,213 +70,239 @@ class CollaborativePredatorPrey(HexHunt):
 
     @cached_property
     def _neighbours(self) -> Ints:
-        """The hex in each direction of a hex, the last being the hex itself: `[H, 7]`, flat."""
-        reached = move_destinations(self.hexes)[:, :, 0]
-        return np.hstack([reached, np.arange(len(self.hexes))[:, None]]).reshape(-1)
+        """The neighbour of a hex in each direction, then the hex itself: `[H, 7]`, flat."""
+        destinations = move_destinations(self.hexes)[:, :, 0]
+        return np.hstack([destinations, np.arange(len(self.hexes))[:, None]]).reshape(-1)
 
     @cached_property
     def _open_direction_bits(self) -> Ints:
-        """What a predator on another hex leaves open to the prey on a hex `[H, H]`, flat.
+        """The bits that a predator leaves set, by the prey's hex and the predator's `[H, H]`, flat.
 
-        A bit for each direction in which the map goes on, and one unless both hexes are the same.
+        There is a bit for each direction in which the map continues and the predator is not, and
+        PREY_FREE_BIT unless both are on the same hex.
         """
         around = self._neighbours.reshape(-1, 7)
-        goes_on = around[:, :6] != around[:, 6:]
-        ways = (goes_on << np.arange(6)).sum(axis=1)
-        toward = self._direction_bits.reshape(-1, len(self.hexes))
-        alone = PREY_FREE_BIT * ~np.eye(len(self.hexes), dtype=bool)
-        return np.asarray(ways[:, None] & ~toward | alone).reshape(-1)
+        is_on_map = around[:, :6] != around[:, 6:]
+        map_bits = (is_on_map << np.arange(6)).sum(axis=1)
+        predator_bits = self._direction_bits.reshape(-1, len(self.hexes))
+        free_bit = PREY_FREE_BIT * ~np.eye(len(self.hexes), dtype=bool)
+        return np.asarray(map_bits[:, None] & ~predator_bits | free_bit).reshape(-1)
 
     @cached_property
     def _direction_bits(self) -> Ints:
         """The bit of the direction from one hex to its neighbour, else 0: `[H, H]`, flat."""
-        here = np.arange(len(self.hexes))
-        bits = np.zeros((len(here), len(here)), np.int64)
+        indices = np.arange(len(self.hexes))
+        bits = np.zeros((len(indices), len(indices)), np.int64)
         for direction in range(6):
-            bits[here, self._neighbours[direction::7]] |= 1 << direction
-        bits[here, here] = 0
+            bits[indices, self._neighbours[direction::7]] |= 1 << direction
+        bits[indices, indices] = 0
         return bits.reshape(-1)
 
     @cached_property
     def _sense_table(self) -> Ints:
-        """What a predator on one hex observes `[H, H]` with the prey on another, flat."""
-        toward = self._direction_bits.reshape(-1, len(self.hexes))
-        far = (toward == 0) & ~np.eye(len(self.hexes), dtype=bool)
+        """The observation of a predator, by its hex and the prey's `[H, H]`, flat."""
+        neighbour_bits = self._direction_bits.reshape(-1, len(self.hexes))
+        is_far = (neighbour_bits == 0) & ~np.eye(len(self.hexes), dtype=bool)
         if not self.sighted:
-            return np.asarray(far, np.int64).reshape(-1)
-        return np.asarray(
-            far * len(self.hexes) + np.arange(len(self.hexes))[:, None]
-        ).reshape(-1)
+            return np.asarray(is_far, np.int64).reshape(-1)
+        return np.asarray(is_far * len(self.hexes) + np.arange(len(self.hexes))[:, None]).reshape(
+            -1
+        )
 
     @cached_property
     def _max_prey_hexes(self) -> int:
-        """Of how many hexes the prey takes one at most."""
+        """The maximum number of hexes among which the next hex of the prey is drawn."""
         return max(len(self.hexes), 6)
 
     @cached_property
     def _slip_chances(self) -> tuple[Chance, ...]:
-        """The slip of each predator."""
+        """The distribution of each predator's slip."""
         return (self.slip_chance,) * self.predators
 
     def is_prey_captured(self, s: Array) -> Bools:
-        """Whether any predator is on the prey's hex `[B]`."""
+        """Return whether any predator is on the prey's hex `[B]`."""
         return np.asarray(self._free_direction_bits(tuple(s.T)) < PREY_FREE_BIT)
 
     def _free_direction_bits(self, hexes: Sequence[Column]) -> IntColumn:
-        """The directions open to the prey, and AT_LARGE unless it is caught, a bit each."""
+        """Return the bits of the directions open to the prey, and PREY_FREE_BIT unless it is
+        caught.
+        """
         *predators, prey = hexes
-        free: IntColumn = ALL_BITS
-        begins = prey * len(self.hexes)
+        free_bits: IntColumn = ALL_BITS
+        row_start = prey * len(self.hexes)
         for hex_ in predators:
-            free = free & take_values(self._open_direction_bits, begins + hex_)
-        return free
+            free_bits = free_bits & take_values(self._open_direction_bits, row_start + hex_)
+        return free_bits
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The slip of each predator; which of the hexes open to it the prey takes."""
+        """Return the distributions of each predator's slip and of the prey's next hex."""
         return self._make_chances(self._free_direction_bits(split_columns(s)))
 
     def _make_chances(self, free_bits: IntColumn) -> tuple[Chance, ...]:
-        """The same by what is open to the prey."""
-        many = select_where(
+        """Return the same distributions as `chance`, given the bits that are open to the prey."""
+        hex_count = select_where(
             free_bits < PREY_FREE_BIT, len(self.hexes), take_values(_DIRECTION_COUNT, free_bits)
         )
-        return (*self._slip_chances, DiscreteUniform.from_counts(many, self._max_prey_hexes))
+        return (*self._slip_chances, DiscreteUniform.from_counts(hex_count, self._max_prey_hexes))
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
-        """Predators move as in hex world unless they feed, then all look around."""
+        """Return the outcome: predators move as in hex world unless they feed, then all observe."""
         hexes = split_columns(s)
         return self._resolve_moves(hexes, self._free_direction_bits(hexes), a, events)
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """One turn, as it is derived; what is open to the prey is found once."""
+        """Return the outcome of one turn; the directions open to the prey are computed once."""
         hexes = split_columns(s)
-        free = self._free_direction_bits(hexes)
-        return self._resolve_moves(hexes, free, a, sample_unbatched(self._make_chances(free), u))
+        free_bits = self._free_direction_bits(hexes)
+        return self._resolve_moves(
+            hexes, free_bits, a, sample_unbatched(self._make_chances(free_bits), u)
+        )
 
     def _resolve_moves(
         self, hexes: Sequence[Column], free_bits: IntColumn, a: Array, events: Sequence[Array | int]
     ) -> Outcome:
-        """As `move`, by what is open to the prey."""
+        """Return the same outcome as `resolve_events`, given the bits that are open to the prey."""
         *predators, prey = hexes
         *slips, event = map(to_column, events)
-        caught = free_bits < PREY_FREE_BIT
-        moved = [*map(self._move_predator, repeat(prey), predators, split_columns(a), slips)]
-        way = take_values(_KTH_DIRECTION, free_bits * 6 + select_where(caught, 0, event))
-        moved.append(select_where(caught, event, take_values(self._neighbours, prey * 7 + way)))
-        pay = select_where(caught, CAPTURE_REWARD, MOVE_REWARD)
-        after = stack_columns(moved, np.int64)
-        return Outcome(after, stack_columns([pay] * self.predators), self._observe_columns(moved))
+        is_caught = free_bits < PREY_FREE_BIT
+        next_hexes = [*map(self._move_predator, repeat(prey), predators, split_columns(a), slips)]
+        direction = take_values(_KTH_DIRECTION, free_bits * 6 + select_where(is_caught, 0, event))
+        next_hexes.append(
+            select_where(is_caught, event, take_values(self._neighbours, prey * 7 + direction))
+        )
+        reward = select_where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
+        next_states = stack_columns(next_hexes, np.int64)
+        return Outcome(
+            next_states, stack_columns([reward] * self.predators), self._observe_columns(next_hexes)
+        )
 
     def _move_predator(self, prey: Column, hex_: Column, direction: Column, slip: Column) -> Column:
-        """Where a predator ends: as in hex world unless it feeds."""
+        """Return the hexes on which a predator ends: as in hex world unless it feeds."""
         return select_where(hex_ == prey, prey, self.move_walker(hex_, direction, slip))
 
     def observe(self, s: Array) -> Ints:
-        """What each predator `[B, n]` observes in these states."""
+        """Return the observation of each predator in these states, `[B, n]`."""
         return self._observe_columns(split_columns(s))
 
     def _observe_columns(self, hexes: Sequence[Column]) -> Ints:
-        """As `observe`."""
+        """Return the observations `[B, n]`, given the hex of each walker as a column."""
         *predators, prey = hexes
-        seen = [take_values(self._sense_table, hex_ * len(self.hexes) + prey) for hex_ in predators]
-        return stack_columns(seen, np.int64)
+        observations = [
+            take_values(self._sense_table, hex_ * len(self.hexes) + prey) for hex_ in predators
+        ]
+        return stack_columns(observations, np.int64)
 
     @cached_property
     def _observation_table(self) -> Ints:
-        """What each predator observes `[S, n]` in every state."""
+        """The observation of each predator in every state, `[S, n]`."""
         return self.observe(self.enumerate_states())
 
     @cached_property
     def walk_probabilities(self) -> Reals:
         """The probability `[6, H, H]` of getting from one hex to another by a direction."""
-        size = len(self.hexes)
-        ends = move_destinations(self.hexes)
-        walks = np.zeros((6, size, size))
+        hex_count = len(self.hexes)
+        destinations = move_destinations(self.hexes)
+        probabilities = np.zeros((6, hex_count, hex_count))
         for slip, p in enumerate(self.slip_chance.probabilities()[0]):
             for direction in range(6):
-                walks[direction, np.arange(size), ends[:, direction, slip]] += p
-        return walks
+                probabilities[
+                    direction, np.arange(hex_count), destinations[:, direction, slip]
+                ] += p
+        return probabilities
 
     @cached_property
     def prey_move_probabilities(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
-        size = len(self.hexes)
+        hex_count = len(self.hexes)
         Budget("where the prey goes", "try a smaller map").check_memory(
-            16.0 * self.state_count * size
+            16.0 * self.state_count * hex_count
         )
         s = self.enumerate_states()
-        still = np.zeros((len(s), self.predators), np.int64)
-        pick = self.chance(s, still)[-1]
-        assert isinstance(pick, DiscreteUniform)
-        flights = np.zeros((len(s), size))
-        for way, p in enumerate(pick.probabilities().T):
-            taken = np.flatnonzero(p)
-            stays = still[taken]
-            moved = self.resolve_events(
-                s[taken], stays, (*stays.T, np.full(len(taken), way))
+        zeros = np.zeros((len(s), self.predators), np.int64)
+        prey_chance = self.chance(s, zeros)[-1]
+        assert isinstance(prey_chance, DiscreteUniform)
+        prey_moves = np.zeros((len(s), hex_count))
+        for event, p in enumerate(prey_chance.probabilities().T):
+            rows = np.flatnonzero(p)
+            row_zeros = zeros[rows]
+            next_hexes = self.resolve_events(
+                s[rows], row_zeros, (*row_zeros.T, np.full(len(rows), event))
             ).state[:, -1]
-            flights[taken, moved] += p[taken]
-        return flights
+            prey_moves[rows, next_hexes] += p[rows]
+        return prey_moves
 
     def joint_belief_update(
         self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
     ) -> Reals:
-        """Walker by walker, beliefs `[S]` or `[B, S]`: each moves by itself.
+        """Return the joint belief update of beliefs `[S]` or `[B, S]`, one walker after the other.
 
-        Where a predator feeds, it stays and the prey is anywhere next; else nobody's walk depends
-        on where the prey was. A row has the same bits in any batch: its products are its own.
+        Each walker moves independently of the others. If a predator feeds, it stays and the prey's
+        next hex is uniform; otherwise no predator's move depends on the hex of the prey. A row has
+        the same bits in any batch, as its products are computed separately.
         """
-        size = len(self.hexes)
-        taken = [-1 if a is None else a for a in actions]
-        walks, fed = ([led[a] for a in taken] for led in self._walk_matrices)
-        before = belief.reshape(-1, self.state_count // size, size)
-        hunted, caught = (
-            np.where(self._captured_mask, 0.0, before),
-            np.where(self._captured_mask, before, 0.0),
+        hex_count = len(self.hexes)
+        action_indices = [-1 if a is None else a for a in actions]
+        walks, feeding_walks = (
+            [matrices[a] for a in action_indices] for matrices in self._walk_matrices
         )
-        fled = np.matmul(hunted[:, :, None], self.prey_move_probabilities.reshape(-1, size, size))
-        after: Reals = _apply_walks(fled, walks).reshape(len(before), -1, size)
-        after += _apply_walks(caught.swapaxes(1, 2), fed).sum(axis=1)[:, :, None] / size
-        after = after.reshape(belief.shape)
+        joint = belief.reshape(-1, self.state_count // hex_count, hex_count)
+        uncaught, caught = (
+            np.where(self._captured_mask, 0.0, joint),
+            np.where(self._captured_mask, joint, 0.0),
+        )
+        moved = np.matmul(
+            uncaught[:, :, None], self.prey_move_probabilities.reshape(-1, hex_count, hex_count)
+        )
+        updated: Reals = _apply_walks(moved, walks).reshape(len(joint), -1, hex_count)
+        updated += (
+            _apply_walks(caught.swapaxes(1, 2), feeding_walks).sum(axis=1)[:, :, None] / hex_count
+        )
+        updated = updated.reshape(belief.shape)
         for seat, observation in enumerate(observations):
             if observation is not None:
-                after = after * (self._observation_table[:, seat] == observation)
-        return after
+                updated = updated * (self._observation_table[:, seat] == observation)
+        return updated
 
     @cached_property
     def _walk_matrices(self) -> tuple[Reals, Reals]:
-        """How likely each direction, and any of them, leads to a hex from another: `[7, 1, H, H]`,
-        and `[7, H, H, H]` with a prey on each hex, on which a predator feeds and stays.
+        """The probability of each direction, and of a random one, to lead to a hex from another.
+
+        The first array `[7, 1, H, H]` is for predators that walk; the second `[7, H, H, H]` is by
+        the hex of the prey, on which a predator feeds and stays.
         """
-        size = len(self.hexes)
+        hex_count = len(self.hexes)
         walks = np.vstack(
             [self.walk_probabilities, self.walk_probabilities.mean(axis=0)[None]]
         ).swapaxes(1, 2)[:, None]
-        stays = np.eye(size, dtype=bool)[:, None]  # from the hex of the prey
-        return walks, np.where(stays, np.eye(size), walks)
+        at_prey = np.eye(hex_count, dtype=bool)[:, None]  # moves from the hex of the prey
+        return walks, np.where(at_prey, np.eye(hex_count), walks)
 
     @cached_property
     def _captured_mask(self) -> Bools:
-        """Whether the prey on each hex is caught `[S / H, H]`."""
+        """The mask `[S / H, H]` of the states in which the prey is caught."""
         return self.is_prey_captured(self.enumerate_states()).reshape(-1, len(self.hexes))
 
 
 def _apply_walks(joint: Reals, walks: Sequence[Reals]) -> Reals:
-    """Probabilities `[B, P, ...]` by the hex of each predator, after walks `[P, H, H]` of each."""
+    """Return probabilities `[B, P, ...]` by each predator's hex, after their walks `[P, H, H]`."""
     for seat, walk in enumerate(walks):
-        many, size, _ = walk.shape
-        parts = joint.reshape(len(joint), many, size**seat, size, -1)
-        joint = np.matmul(walk[:, None], parts)
+        matrix_count, size, _ = walk.shape
+        blocks = joint.reshape(len(joint), matrix_count, size**seat, size, -1)
+        joint = np.matmul(walk[:, None], blocks)
     return joint.reshape(len(joint), len(walks[0]), -1)
 
 
 def _tabulate_directions() -> tuple[Ints, Ints]:
-    """How many directions some bits are `[128]`, 1 for none, and the k-th `[128, 6]`, flat."""
+    """Return the number of directions in each bit mask `[128]`, and the k-th of them `[128, 6]`.
+
+    The number is at least 1. The second array is flat; if there is no k-th direction its entry is
+    STAY_DIRECTION.
+    """
     count, kth = np.ones(ALL_BITS + 1, np.int64), np.full((ALL_BITS + 1, 6), STAY_DIRECTION)
     for mask in range(ALL_BITS + 1):
-        held = [direction for direction in range(6) if mask >> direction & 1]
-        count[mask] = max(len(held), 1)
-        kth[mask, : len(held)] = held
+        directions = [direction for direction in range(6) if mask >> direction & 1]
+        count[mask] = max(len(directions), 1)
+        kth[mask, : len(directions)] = directions
     return count, kth.reshape(-1)
 
 

@@ -28,7 +28,7 @@ from dmplay.problems._reals import RealStateProblem
 ADVISED_RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
 GUST_ACCELERATIONS = np.array([-2.0, 0.0, 2.0])  # m/s^2
 GUST_CHANCE = Categorical.from_probabilities(np.array([[0.25, 0.5, 0.25]]))
-MAX_ACCELERATION = 1.0  # m/s^2, what the aircraft can do about its vertical rate
+MAX_ACCELERATION = 1.0  # m/s^2, by which the aircraft can change its vertical rate
 COLLISION_DISTANCE = 50.0  # m
 COLLISION_COST, ADVISORY_CHANGE_COST = 1.0, 0.01
 START_HEIGHT_BOUND, START_RATE_BOUND, START_TIME = 200.0, 10.0, 40.0
@@ -47,45 +47,47 @@ class CollisionAvoidance(RealStateProblem):
     state_count = ContinuousStates(4)
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The height and its rate."""
+        """Return the distributions of the height and its rate."""
         height, rate = np.full(rows, START_HEIGHT_BOUND), np.full(rows, START_RATE_BOUND)
         return (Uniform(-height, height), Uniform(-rate, rate))
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """No advisory yet, 40 s to go."""
+        """Return start states with no advisory yet and 40 s to go."""
         height, rate = events
         return np.stack([height, rate, np.zeros(rows), np.full(rows, START_TIME)], axis=1)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The gust."""
+        """Return the distribution of the gust."""
         return (GUST_CHANCE,)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """One second (F.5 to F.9); the costs are those of the state acted in."""
+        """Return the outcome of one second (F.5 to F.9); the costs are those of the state
+        acted in.
+        """
         h, dh, a_prev, t_col = split_columns(s)
         advised, gust = (
             take_values(ADVISED_RATES, to_column(a[:, 0])),
             take_values(GUST_ACCELERATIONS, to_column(events[0])),
         )
-        faster = dh + (self._compute_acceleration(dh, advised) + gust)
+        next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
         collides = (magnitude(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
-        moved = restore_finished_rows(
-            t_col < 0, stack_columns((h + dh, faster, advised, t_col - 1.0)), s
+        next_states = restore_finished_rows(
+            t_col < 0, stack_columns((h + dh, next_rate, advised, t_col - 1.0)), s
         )
-        return Outcome(moved, stack_columns([0.0 - cost * (t_col >= 0)]), moved)
+        return Outcome(next_states, stack_columns([0.0 - cost * (t_col >= 0)]), next_states)
 
     def _compute_acceleration(self, dh: Column, advised: Column) -> Column:
-        """What the aircraft does about its vertical rate (F.9)."""
-        short = advised - dh
-        close = short if self.repaired else advised
-        turned = select_where(
-            magnitude(short) < MAX_ACCELERATION,
-            close,
-            clip_to_bounds(short, -MAX_ACCELERATION, MAX_ACCELERATION),
+        """Return the acceleration by which the aircraft follows the advised rate (F.9)."""
+        difference = advised - dh
+        small_response = difference if self.repaired else advised
+        response = select_where(
+            magnitude(difference) < MAX_ACCELERATION,
+            small_response,
+            clip_to_bounds(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
         )
-        return select_where(advised == 0, 0.0, turned)
+        return select_where(advised == 0, 0.0, response)
 
     def terminal(self, s: Array) -> Bools:
-        """The time is over: the aircraft have passed."""
+        """Return whether the time is over, so that the aircraft have passed."""
         return np.asarray(s[:, 3] < 0)

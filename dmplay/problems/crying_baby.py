@@ -12,7 +12,7 @@ from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
 
 @dataclass(frozen=True)
 class CryingBaby(BabyCare):
-    """The care for a baby, hungry or sated, crying or quiet."""
+    """A baby, hungry or sated, that cries or is quiet, and one caregiver."""
 
     feed_reward: float = parameter(-5.0, "reward of the effort of feeding")
     sing_reward: float = parameter(-0.5, "reward of the effort of singing")
@@ -22,5 +22,5 @@ class CryingBaby(BabyCare):
 
     @property
     def action_rewards(self) -> tuple[tuple[float, ...], ...]:
-        """What each action costs."""
+        """The reward of each action's effort."""
         return ((self.feed_reward, self.sing_reward, 0.0),)

@@ -2,8 +2,8 @@
 
 Source: appendix F.2; 2048.jl. Decisions: a new tile is a 2 with probability 0.8, as in the package
 (0.9 in the original game: `--set p_two=0.9`); a merge pays the merged tile's value and nothing else
-pays; a slide that moves nothing is no action: it spawns nothing and pays nothing; two 32768 make
-65536; play goes on after 2048.
+pays; a slide that moves nothing is not a legal action: it adds no tile and pays nothing; two 32768
+make 65536; play continues after 2048.
 """
 
 import math
@@ -33,9 +33,9 @@ LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides i
 
 
 def slide_and_score(board: Cells, a: Ints) -> tuple[Cells, Reals]:
-    """The boards after sliding in directions `a` `[B]`, before the new tile, and the pay `[B]`."""
-    slid = tiles.slide_boards(board, a)
-    return slid.cells_with_tiles(slid.after & 0), to_batch(slid.scores).astype(float)
+    """Return the boards after slides `a` `[B]`, before a new tile appears, and the scores `[B]`."""
+    result = tiles.slide_boards(board, a)
+    return result.cells_with_tiles(result.after & 0), to_batch(result.scores).astype(float)
 
 
 @dataclass(frozen=True)
@@ -44,63 +44,70 @@ class Game2048(Problem):
 
     p_two: float = parameter(0.8, "probability that a new tile is a 2, not a 4", 0.0, 1.0)
 
-    can_run_forever = False  # tiles only grow, and there is room for few
+    can_run_forever = False  # tiles only grow and the board is small, so every game ends
     actions = (Labels(("left", "down", "right", "up")),)
     state_count = math.inf
 
     @cached_property
     def _tile_chance(self) -> Chance:
+        """The distribution of a new tile: 2 or 4."""
         return Categorical(np.array([[self.p_two]]))
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Two different cells and what stands on them."""
+        """Return the distributions of two different cells and of their tiles."""
         first, second = (DiscreteUniform(np.full(rows, n), n) for n in (16, 15))
         return (first, second, self._tile_chance, self._tile_chance)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The second cell is counted without the first."""
-        first, second, one, other = events
+        """Return boards with two tiles; the second cell is counted without the first."""
+        first_cell, second_cell, first_tile, second_tile = events
         board = np.zeros((rows, 16), np.uint8)
         row = np.arange(rows)
-        board[row, first] = one + 1
-        board[row, second + (second >= first)] = other + 1
+        board[row, first_cell] = first_tile + 1
+        board[row, second_cell + (second_cell >= first_cell)] = second_tile + 1
         return board.reshape(rows, 4, 4)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Which of the cells left empty gets the new tile, and which tile."""
+        """Return the distributions of the new tile's cell, among those left empty, and of its
+        value.
+        """
         return DiscreteUniform.from_counts(
             tiles.count_empty_after_slide(s, a.ravel()), 16
         ), self._tile_chance
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
-        """Slides, and puts the new tile down if anything moved."""
-        slid = tiles.slide_boards(s, a.ravel())
+        """Return the outcome of a slide, with the new tile if anything moved."""
+        result = tiles.slide_boards(s, a.ravel())
         cell, tile = tiles.to_board_integers(events[0]), tiles.to_board_integers(events[1])
-        new = (
-            tiles.select_nth_bit(tiles.compute_empty_cell_bits(slid.after), cell)
+        new_tile = (
+            tiles.select_nth_bit(tiles.compute_empty_cell_bits(result.after), cell)
             * (tile + 1)
-            * (slid.after != slid.before)
+            * (result.after != result.before)
         )
-        moved = slid.cells_with_tiles(new)
-        return Outcome(moved, stack_columns([slid.scores]), moved)
+        next_boards = result.cells_with_tiles(new_tile)
+        return Outcome(next_boards, stack_columns([result.scores]), next_boards)
 
     def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """One turn, as it is derived: of one row by plain numbers."""
+        """Return the outcome of one turn; for a single row it computes with plain numbers."""
         return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        """The slides that move something."""
+        """Return a mask of the slides that move something."""
         return take_rows(LEGAL_SLIDE_MASKS, tiles.compute_legal_slide_bits(s))
 
     def terminal(self, s: Array) -> Bools:
-        """No slide moves anything."""
+        """Return whether no slide moves anything."""
         return tiles.mark_stuck_boards(s)
 
     def format_state(self, s: Array) -> str:
-        """The rows from the top, tile values, `.` for an empty cell: `2 4 . ./. . . ./...`."""
+        """Return a board as text: rows of tile values, `.` for an empty cell: `2 4 . ./. . .
+        ./...`.
+        """
         return "/".join(" ".join(str(2 ** int(e)) if e else EMPTY_CELL for e in row) for row in s)
 
     def parse_state(self, text: str) -> Array:
-        """The board that `notation` wrote."""
-        tiles = [row.replace(EMPTY_CELL, "1").split() for row in text.split("/")]
-        return np.array([[int(tile).bit_length() - 1 for tile in row] for row in tiles], np.uint8)
+        """Return the board that `format_state` wrote."""
+        tile_texts = [row.replace(EMPTY_CELL, "1").split() for row in text.split("/")]
+        return np.array(
+            [[int(tile).bit_length() - 1 for tile in row] for row in tile_texts], np.uint8
+        )

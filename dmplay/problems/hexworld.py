@@ -52,7 +52,7 @@ class HexWorld(Problem):
     action_aliases = DIRECTION_ALIASES
 
     def __post_init__(self) -> None:
-        """Refuses a map or exits that make no sense."""
+        """Raise BadParameter for an invalid map or invalid exits."""
         super().__post_init__()
         try:
             object.__setattr__(self, "hexes", validate_hexes(self.hexes, "hexes"))
@@ -62,78 +62,84 @@ class HexWorld(Problem):
 
     @property
     def state_count(self) -> int:
-        """Every hex, and the terminal state."""
+        """The number of states: every hex, and the terminal state."""
         return len(self.hexes) + 1
 
     @cached_property
     def _slip_chance(self) -> Chance:
+        """The distribution of a slip."""
         return slip_chance(self.slip)
 
     @cached_property
     def _next_states(self) -> Ints:
         """The next state by (state, action, slip event), flat."""
-        over = len(self.hexes)
-        after = np.full((self.state_count, 6, 3), over)
-        after[:-1] = move_destinations(self.hexes)
-        after[[self.hexes.index(hex_) for hex_, _ in self.rewards]] = over
-        return after.reshape(-1)
+        terminal = len(self.hexes)
+        next_states = np.full((self.state_count, 6, 3), terminal)
+        next_states[:-1] = move_destinations(self.hexes)
+        next_states[[self.hexes.index(hex_) for hex_, _ in self.rewards]] = terminal
+        return next_states.reshape(-1)
 
     @cached_property
     def _reward_table(self) -> Reals:
-        """The reward by (state, action, slip event), flat: a bump is a state that stays."""
-        here = np.arange(self.state_count)[:, None, None]
-        pay = np.where(self._next_states.reshape(-1, 6, 3) == here, -self.bump_cost, 0.0)
-        pay[-1] = 0.0
+        """The reward by (state, action, slip event), flat, of shape `[S * 18, 1]`.
+
+        A move that bumps into the border is one that leaves the state as it is.
+        """
+        states = np.arange(self.state_count)[:, None, None]
+        rewards = np.where(self._next_states.reshape(-1, 6, 3) == states, -self.bump_cost, 0.0)
+        rewards[-1] = 0.0
         for hex_, reward in self.rewards:
-            pay[self.hexes.index(hex_)] = reward
-        return pay.reshape(-1, 1)
+            rewards[self.hexes.index(hex_)] = reward
+        return rewards.reshape(-1, 1)
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The first hex."""
+        """Return a uniform distribution over the hexes."""
         return (DiscreteUniform(np.full(rows, len(self.hexes)), len(self.hexes)),)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The event is the hex."""
+        """Return the sampled hexes as states."""
         return events[0]
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The slip: none, counter-clockwise, clockwise."""
+        """Return the distribution of the slip: none, counter-clockwise, clockwise."""
         return (self._slip_chance,)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """One look-up: the three slips of every hex and action are known."""
-        found = s * 18 + a[:, 0] * 3 + events[0]
-        moved = self._next_states[found]
-        return Outcome(moved, self._reward_table.take(found, axis=0), moved)
+        """Return the outcome, looked up in tables by (state, action, slip event)."""
+        indices = s * 18 + a[:, 0] * 3 + events[0]
+        next_states = self._next_states[indices]
+        return Outcome(next_states, self._reward_table.take(indices, axis=0), next_states)
 
     def terminal(self, s: Array) -> Bools:
-        """The last state."""
+        """Return whether the state is the last one, in which the game is over."""
         return np.asarray(s == len(self.hexes))
 
     def format_state(self, s: Array) -> str:
-        """`(q,r)`, or `over`."""
+        """Return a state as text: `(q,r)`, or `over`."""
         return TERMINAL_TEXT if s == len(self.hexes) else format_hex(self.hexes[int(s)])
 
     def parse_state(self, text: str) -> Array:
-        """The state that `notation` wrote."""
+        """Return the state that `format_state` wrote."""
         return np.array(
             len(self.hexes) if text == TERMINAL_TEXT else self.hexes.index(parse_hex(text))
         )
 
 
 def _parse_exits(value: object, hexes: tuple[Hex, ...]) -> tuple[tuple[Hex, float], ...]:
+    """Return the exits as pairs of hex and reward; raise ValueError if they are invalid."""
     if not isinstance(value, Sequence) or not all(map(_is_exit, value)):
         raise ValueError(f"rewards: got {value!r}, expected pairs such as [[[9, 0], 10]]")
-    places = validate_hexes([item[0] for item in value], "rewards") if value else ()
-    for place in places:
-        if place not in hexes:
-            raise ValueError(f"rewards: {format_hex(place)} is not a hex of the map")
-    return tuple((place, float(item[1])) for place, item in zip(places, value, strict=True))
+    exit_hexes = validate_hexes([item[0] for item in value], "rewards") if value else ()
+    for hex_ in exit_hexes:
+        if hex_ not in hexes:
+            raise ValueError(f"rewards: {format_hex(hex_)} is not a hex of the map")
+    return tuple((hex_, float(item[1])) for hex_, item in zip(exit_hexes, value, strict=True))
 
 
 def _is_exit(item: object) -> bool:
-    pair = isinstance(item, Sequence) and len(item) == 2
-    return pair and type(item[1]) in (int, float)  # type: ignore[index]
+    """Return whether an item is a pair whose second part is a number."""
+    is_pair = isinstance(item, Sequence) and len(item) == 2
+    return is_pair and type(item[1]) in (int, float)  # type: ignore[index]
 
 
 VARIANTS = {"straight-line": HexWorld(hexes=STRAIGHT_LINE_HEXES, rewards=(((6, 0), 10.0),))}

@@ -1,4 +1,4 @@
-"""Keep a machine of two components producing, though only its products show how it is.
+"""Keep a machine of two components producing; only its products show its condition.
 
 Source: appendix F.8, table F.2; MachineReplacement.jl. Decisions: the reward is table F.2's
 R(s, a), expected over the product; only `examine` can observe a defective product, as the text
@@ -25,7 +25,7 @@ class MachineReplacement(Tabular):
 
     actions = (Labels(("manufacture", "examine", "interrupt", "replace")),)
     observations = (Labels(("nondefective", "defective")),)
-    state_count = 3  # failed components
+    state_count = 3  # 0, 1 or 2 failed components
     state_names = ("0", "1", "2")
     horizon = 20
     initial_belief = np.array([1.0, 0.0, 0.0])

@@ -1,6 +1,6 @@
-"""Rock a car that is too weak for its hill back and forth until it makes it to the top.
+"""Rock a car that is too weak for its hill back and forth until it reaches the top.
 
-Source: appendix F.4; MountainCar.jl. Decisions: the place moves by the speed before that is
+Source: appendix F.4; MountainCar.jl. Decisions: the position changes by the speed before it is
 clamped; the left wall leaves the speed as it is; the goal counts as reached at 0.6, as x is clamped
 there; the start is uniform over the whole box. `gym` is Gymnasium's MountainCar-v0: the speed is
 clamped first, the wall stops the car, the goal is 0.5 and a game starts near the valley floor.
@@ -31,7 +31,7 @@ THRUST, GRAVITY = 0.001, 0.0025
 
 @dataclass(frozen=True)
 class MountainCar(RealStateProblem):
-    """An underpowered car in a valley; a state is the place x and the speed v."""
+    """An underpowered car in a valley; a state is the position x and the speed v."""
 
     goal: float = parameter(0.6, "the place to reach", LEFT_WALL, RIGHT_WALL)
     goal_speed: float = parameter(
@@ -50,33 +50,44 @@ class MountainCar(RealStateProblem):
 
     @property
     def horizon(self) -> int | None:
-        """None, except where there is a time."""
+        """The default number of turns; None if `time` is 0."""
         return self.time or None
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The place and the speed."""
+        """Return the distributions of the position and the speed."""
         low, high, speed = (
             np.full(rows, bound) for bound in (self.start_low, self.start_high, self.start_speed)
         )
         return (Uniform(low, high), Uniform(-speed, speed))
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """Engine and slope change the speed, the speed changes the place, the box holds both."""
+        """Return the outcome of one turn.
+
+        The engine and the slope change the speed, the speed changes the position, and both are
+        clamped.
+        """
         x, v = split_columns(s)
-        faster = v + (THRUST * (to_column(a[:, 0]) - 1) - GRAVITY * compute_cosine_of_triple(x))
-        v2 = clip_to_bounds(faster, -TOP_SPEED, TOP_SPEED)
-        x2 = clip_to_bounds(x + (v2 if self.speed_first else faster), LEFT_WALL, RIGHT_WALL)
+        unclamped_speed = v + (
+            THRUST * (to_column(a[:, 0]) - 1) - GRAVITY * compute_cosine_of_triple(x)
+        )
+        next_speed = clip_to_bounds(unclamped_speed, -TOP_SPEED, TOP_SPEED)
+        next_position = clip_to_bounds(
+            x + (next_speed if self.speed_first else unclamped_speed), LEFT_WALL, RIGHT_WALL
+        )
         if self.wall_stops:
-            v2 = select_where((x2 == LEFT_WALL) & (v2 < 0), 0.0, v2)
-        over = self._is_at_goal(x, v)
-        moved = restore_finished_rows(over, stack_columns((x2, v2)), s)
-        return Outcome(moved, stack_columns([over - 1.0]), moved)
+            next_speed = select_where(
+                (next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed
+            )
+        at_goal = self._is_at_goal(x, v)
+        next_states = restore_finished_rows(at_goal, stack_columns((next_position, next_speed)), s)
+        return Outcome(next_states, stack_columns([at_goal - 1.0]), next_states)
 
     def _is_at_goal(self, x: Column, v: Column) -> Column:
+        """Return whether the car is at its goal with the required speed."""
         return (x >= self.goal) & (v >= self.goal_speed)
 
     def terminal(self, s: Array) -> Bools:
-        """The car has reached its goal."""
+        """Return whether the car has reached its goal."""
         return to_batch(self._is_at_goal(to_column(s[:, 0]), to_column(s[:, 1])))
 
 

@@ -14,7 +14,7 @@ from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
 
 @dataclass(frozen=True)
 class MulticaregiverCryingBaby(BabyCare):
-    """The care of two for a baby, hungry or sated, crying or quiet."""
+    """A baby, hungry or sated, that cries or is quiet, and two caregivers."""
 
     becomes_hungry: float = parameter(0.5, "probability that a sated, unfed baby is hungry", 0, 1)
     cries_hungry: float = parameter(0.9, "probability of crying when hungry", 0, 1)
@@ -31,7 +31,7 @@ class MulticaregiverCryingBaby(BabyCare):
 
     @property
     def action_rewards(self) -> tuple[tuple[float, ...], ...]:
-        """What each action costs each caregiver."""
+        """The reward of each action's effort, for each caregiver."""
         return (
             (self.feed_reward1, self.sing_reward1, 0.0),
             (self.feed_reward2, self.sing_reward2, 0.0),

@@ -3,8 +3,8 @@
 Source: appendix F.13; PredatorPreyHexWorld.jl. Decisions: captures are judged on the state acted
 in, hex by hex; a predator that feeds stays and gets m/n (the package pays 10), any other pays 1,
 also when it bumps; a prey moves for free; a devoured prey pays 100 and is born on any hex, occupied
-or not. One against one on the standard map starts as in figure F.16, anything else anywhere.
-`circle` is the ring of six hexes, `triangle` that of three.
+or not. One predator and one prey on the standard map start as in figure F.16, any others on uniform
+hexes. `circle` is the ring of six hexes, `triangle` that of three.
 """
 
 from collections.abc import Sequence
@@ -32,14 +32,14 @@ DEVOURED_REWARD, MOVE_REWARD = -100.0, -1.0
 
 @dataclass(frozen=True)
 class PredatorPrey(HexHunt):
-    """A hunt in which everyone sees everyone."""
+    """A hunt in which every agent sees all hexes."""
 
     predators: int = parameter(1, "how many predators", 1, 26)
     prey: int = parameter(1, "how many prey", 1, 26)
 
     @property
     def agents(self) -> tuple[str, ...]:
-        """`predator` and `prey`, numbered where there are several."""
+        """The names `predator` and `prey`, numbered unless there is one of each."""
         if self.predators == self.prey == 1:
             return ("predator", "prey")
         return make_numbered_names("predator", self.predators) + make_numbered_names(
@@ -48,7 +48,7 @@ class PredatorPrey(HexHunt):
 
     @property
     def walker_count(self) -> int:
-        """Every agent."""
+        """The number of walkers: every agent is one."""
         return self.predators + self.prey
 
     @cached_property
@@ -63,65 +63,72 @@ class PredatorPrey(HexHunt):
 
     @cached_property
     def _prey_event_cumulative(self) -> Reals:
-        """Cumulative probabilities of a prey's event: its hex if devoured, its slip if free."""
-        size = max(len(self.hexes), 3)
-        births = np.ones((2, size - 1))
-        births[1, :2] = slip_chance(self.slip).cumulative
-        births[0, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
-        return births
+        """Cumulative probabilities of a prey's event: its next hex if devoured, its slip if
+        free.
+        """
+        event_count = max(len(self.hexes), 3)
+        cumulative = np.ones((2, event_count - 1))
+        cumulative[1, :2] = slip_chance(self.slip).cumulative
+        cumulative[0, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
+        return cumulative
 
     @cached_property
     def _prey_event_chances(self) -> tuple[Categorical, ...]:
-        """What a prey draws alone in its row: devoured, or free."""
-        return tuple(Categorical(births[None]) for births in self._prey_event_cumulative)
+        """The distributions of the event of a single row's prey: if devoured, and if free."""
+        return tuple(Categorical(cumulative[None]) for cumulative in self._prey_event_cumulative)
 
     def _select_prey_chance(self, hexes: Sequence[Column], prey: int) -> Categorical:
-        """What a prey draws."""
-        free = count_on_same_hex(hexes, prey, self.predator_seats) == 0
-        if isinstance(free, np.ndarray):
-            return Categorical(self._prey_event_cumulative.take(free, axis=0))
-        return self._prey_event_chances[free]
+        """Return the distribution of a prey's event: its next hex if devoured, its slip if free."""
+        is_free = count_on_same_hex(hexes, prey, self.predator_seats) == 0
+        if isinstance(is_free, np.ndarray):
+            return Categorical(self._prey_event_cumulative.take(is_free, axis=0))
+        return self._prey_event_chances[is_free]
 
     @property
     def _has_fixed_start(self) -> bool:
-        """Whether the game starts as in the figure."""
+        """True if the game starts as in figure F.16."""
         return self.predators == self.prey == 1 and self.hexes == STANDARD_HEXES
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Nothing where the figure says it all, else the hex of each agent."""
+        """Return nothing if the start is fixed, else a uniform distribution for each agent."""
         return () if self._has_fixed_start else super().initial_chance(rows)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """The hexes drawn, or those of the figure."""
+        """Return the sampled hexes as states, or those of figure F.16."""
         if not self._has_fixed_start:
             return super().initial_states(rows, events)
-        figure = [self.hexes.index(PREDATOR_START_HEX), self.hexes.index(PREY_START_HEX)]
-        return np.tile(np.array(figure), (rows, 1))
+        start_hexes = [self.hexes.index(PREDATOR_START_HEX), self.hexes.index(PREY_START_HEX)]
+        return np.tile(np.array(start_hexes), (rows, 1))
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The slip of each agent; of a devoured prey, where it is born."""
+        """Return the distributions of each agent's slip, or of a devoured prey's next hex."""
         hexes = split_columns(s)
-        fates = [self._select_prey_chance(hexes, prey) for prey in self.prey_seats]
-        return (*(self.slip_chance,) * self.predators, *fates)
+        prey_chances = [self._select_prey_chance(hexes, prey) for prey in self.prey_seats]
+        return (*(self.slip_chance,) * self.predators, *prey_chances)
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
-        """Everyone moves as in hex world, but those that feed and those that are fed on."""
+        """Return the outcome: all move as in hex world, except feeding predators and devoured
+        prey.
+        """
         hexes = split_columns(s)
-        moved, rewards = [], []
-        each = zip(hexes, split_columns(a), map(to_column, events), strict=True)
-        for seat, (hex_, direction, event) in enumerate(each):
-            hunters = count_on_same_hex(hexes, seat, self.predator_seats)
+        next_hexes, rewards = [], []
+        agents = zip(hexes, split_columns(a), map(to_column, events), strict=True)
+        for seat, (hex_, direction, event) in enumerate(agents):
+            predator_count = count_on_same_hex(hexes, seat, self.predator_seats)
             if seat in self.predator_seats:
-                prey = count_on_same_hex(hexes, seat, self.prey_seats)
-                feeds, walked = prey > 0, self.move_walker(hex_, direction, event)
-                rewards.append(select_where(feeds, prey / hunters, MOVE_REWARD))
-                moved.append(select_where(feeds, hex_, walked))
+                prey_count = count_on_same_hex(hexes, seat, self.prey_seats)
+                feeds, move_end = prey_count > 0, self.move_walker(hex_, direction, event)
+                rewards.append(select_where(feeds, prey_count / predator_count, MOVE_REWARD))
+                next_hexes.append(select_where(feeds, hex_, move_end))
             else:
-                caught, walked = hunters > 0, self.move_walker(hex_, direction, minimum(event, 2))
-                rewards.append(select_where(caught, DEVOURED_REWARD, 0.0))
-                moved.append(select_where(caught, event, walked))
-        after = stack_columns(moved, np.int64)
-        return Outcome(after, stack_columns(rewards), after)
+                is_caught, move_end = (
+                    predator_count > 0,
+                    self.move_walker(hex_, direction, minimum(event, 2)),
+                )
+                rewards.append(select_where(is_caught, DEVOURED_REWARD, 0.0))
+                next_hexes.append(select_where(is_caught, event, move_end))
+        next_states = stack_columns(next_hexes, np.int64)
+        return Outcome(next_states, stack_columns(rewards), next_states)
 
 
 VARIANTS = {

@@ -16,7 +16,7 @@ PRISON_YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 
 @dataclass(frozen=True)
 class PrisonersDilemma(MatrixGame):
-    """Both silent one year each, both blaming three, one blamed alone four."""
+    """Both silent: one year each; both blaming: three each; one blamed alone: four."""
 
     actions = (Labels(("cooperate", "defect")),) * 2
     payoffs = np.stack([0.0 - PRISON_YEARS, 0.0 - PRISON_YEARS.T], axis=2)

@@ -11,7 +11,8 @@ import numpy as np
 from dmplay.core import Labels
 from dmplay.matrix_game import MatrixGame
 
-ROW_PAYOFFS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])  # of the row player
+# payoffs of the row player
+ROW_PAYOFFS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 
 
 @dataclass(frozen=True)

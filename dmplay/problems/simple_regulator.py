@@ -1,4 +1,4 @@
-"""Push a drifting number back to zero; the farther away it is found, the more each turn costs.
+"""Push a drifting number back to zero; the farther away it is, the more each turn costs.
 
 Source: appendix F.5; LQR.jl. Decisions: the successor is a plain Gaussian, not one truncated to
 [-10, 10]; the discount is 0.9, in `undiscounted` 1; the action is a number within [-10, 10] of nine
@@ -29,22 +29,22 @@ class SimpleRegulator(RealStateProblem):
     horizon = 20
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """The first number."""
+        """Return the distribution of the first number."""
         return (Normal(np.full(rows, START_MEAN), np.full(rows, START_DEVIATION)),)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """The next number, around the sum of this one and the action."""
+        """Return the distribution of the next number, around the sum of this one and the action."""
         return (Normal(s[:, 0] + a[:, 0], self._noise_deviation),)
 
     @cached_property
     def _noise_deviation(self) -> Reals:
-        """That of the next number, the same in each row."""
+        """The standard deviation of the next number, one for all rows."""
         return np.array([self.noise])
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """The reward is that of the state acted in."""
-        moved = events[0][:, None]
-        return Outcome(moved, -(s * s), moved)
+        """Return the sampled number as the next state, with the reward of the state acted in."""
+        next_states = events[0][:, None]
+        return Outcome(next_states, -(s * s), next_states)
 
 
 VARIANTS = {"undiscounted": SimpleRegulator(discount=1.0)}

@@ -1,4 +1,4 @@
-"""Two travelers claim the value of equal suitcases lost; the lower claim is paid, and rewarded.
+"""Two travelers claim the value of a lost suitcase; the lower claim is paid, with a bonus.
 
 Source: appendix F.12; TravelersDilemma.jl. Decision: the higher claim is paid the lower one less 2,
 as in equation F.11 (the package: less 1). `--set discount=0.9` is an infinite repetition.
@@ -15,7 +15,8 @@ MIN_CLAIM, MAX_CLAIM = 2, 100  # dollars
 BONUS_DOLLARS = 2  # dollars from the higher claim to the lower
 CLAIMS = np.arange(MIN_CLAIM, MAX_CLAIM + 1.0)
 LOWER_CLAIMS = np.minimum(CLAIMS[:, None], CLAIMS)
-ROW_PAYOFFS = LOWER_CLAIMS + BONUS_DOLLARS * np.sign(CLAIMS - CLAIMS[:, None])  # to the row player
+# dollars paid to the row player
+ROW_PAYOFFS = LOWER_CLAIMS + BONUS_DOLLARS * np.sign(CLAIMS - CLAIMS[:, None])
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What `dmplay check` prints."""
+"""The report of `dmplay check`."""
 
 from collections.abc import Mapping
 from json import dumps
@@ -12,17 +12,21 @@ VIOLATION_EXIT_CODE = 2
 
 
 def report_violations(name: str, parameters: Mapping[str, object], *, json: bool) -> Printout:
-    """A line for each fault of a problem, or one that says there is none."""
+    """Check a problem against all invariants; return a report with one line per violation.
+
+    If there are none, the report is one line that says so. The exit code is VIOLATION_EXIT_CODE if
+    there is a violation, else 0.
+    """
     loaded = problems.find_problem(name, parameters)
-    faults = check(loaded.problem)
-    code = VIOLATION_EXIT_CODE if faults else 0
+    violations = check(loaded.problem)
+    exit_code = VIOLATION_EXIT_CODE if violations else 0
     if json:
-        told = {"problem": loaded.name, "faults": [one._asdict() for one in faults]}
-        return Printout(dumps(told), exit_code=code)
-    if not faults:
+        data = {"problem": loaded.name, "faults": [violation._asdict() for violation in violations]}
+        return Printout(dumps(data), exit_code=exit_code)
+    if not violations:
         return Printout(f"ok {loaded.name}: every law is kept")
-    rows = [
-        *(one.format_with_name(name) for one in faults),
-        f"{loaded.name}: {format_count(len(faults), 'fault')}",
+    lines = [
+        *(violation.format_with_name(name) for violation in violations),
+        f"{loaded.name}: {format_count(len(violations), 'fault')}",
     ]
-    return Printout("\n".join(rows), exit_code=code)
+    return Printout("\n".join(lines), exit_code=exit_code)

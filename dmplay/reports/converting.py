@@ -1,4 +1,4 @@
-"""Problems written as files that other programs read."""
+"""Conversion of problems to files that other programs read."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,7 +11,10 @@ from dmplay.finding import problems
 
 
 def convert_problem(name: str, parameters: Mapping[str, object], path: Path, *, force: bool) -> str:
-    """Writes a problem as a file of the kind that its name ends in; tells what was written."""
+    """Write a problem to a file in the format of its suffix; return a line on the file.
+
+    Raise BadParameter if the suffix is unknown or the format cannot hold the problem.
+    """
     suffix = path.suffix.lower()
     if suffix not in FILE_SUFFIXES:
         raise BadParameter(f"-o: got {path}, expected a name in {', '.join(FILE_SUFFIXES)}")

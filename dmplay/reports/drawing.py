@@ -1,4 +1,4 @@
-"""Figures on the terminal and as pictures."""
+"""Export of figures and texts to the terminal and to SVG."""
 
 import io
 import re
@@ -17,7 +17,7 @@ from dmplay.styles import to_ansi
 from dmplay.terminal import Terminal
 from dmplay.views.canvas import measure_text, to_ascii
 
-# Rich's own template, but nothing is loaded from elsewhere.
+# Rich's own template, without the fonts that it loads from the network.
 SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
     "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 )
@@ -33,7 +33,7 @@ FILM_STYLE = """
 
 
 def make_recording_console(width: int) -> Console:
-    """A console that draws a text as it is and remembers it."""
+    """Return a console that records the texts printed on it, with their styles."""
     return Console(
         width=width, record=True, file=io.StringIO(), force_terminal=True,
         color_system="standard", legacy_windows=False, highlight=False,
@@ -41,37 +41,46 @@ def make_recording_console(width: int) -> Console:
 
 
 def text_to_svg(text: Text, title: str, *, width: int = 0, name: str = "dmplay") -> str:
-    """A text as SVG, as wide as it is if no width is given; `name` begins all names in it."""
-    drawn = make_recording_console(width or measure_text(text)[0] + 1)
-    drawn.print(text, soft_wrap=True)
-    return drawn.export_svg(title=title, unique_id=name, code_format=SVG_TEMPLATE)
+    """Return a text as SVG, as wide as the text if `width` is 0.
+
+    `name` is the prefix of all ids in the SVG.
+    """
+    recorder = make_recording_console(width or measure_text(text)[0] + 1)
+    recorder.print(text, soft_wrap=True)
+    return recorder.export_svg(title=title, unique_id=name, code_format=SVG_TEMPLATE)
 
 
 def texts_to_animated_svg(
     texts: Iterable[Text], count: int, title: str, width: int
 ) -> Iterator[str]:
-    """So many texts as one animated SVG, a second each; the last alone for who wants no motion."""
+    """Yield an animated SVG that shows each of `count` texts for one second.
+
+    Readers who prefer reduced motion see the last text only.
+    """
     style = FILM_STYLE.format(length=count, share=100 / count)
     for second, text in enumerate(texts):
-        drawn = text_to_svg(text, title, width=width, name=f"t{second}")
+        document = text_to_svg(text, title, width=width, name=f"t{second}")
         if not second:
-            box = VIEW_BOX_PATTERN.search(drawn)
-            assert box
-            yield f'<svg class="film" {box[0]} xmlns="http://www.w3.org/2000/svg">\n'
+            view_box = VIEW_BOX_PATTERN.search(document)
+            assert view_box
+            yield f'<svg class="film" {view_box[0]} xmlns="http://www.w3.org/2000/svg">\n'
             yield f"<style>{style}</style>\n"
-        timed = f'<svg style="animation-delay: {second}s"'
-        yield drawn.replace("<svg", timed, 1) + "\n"
+        delayed_tag = f'<svg style="animation-delay: {second}s"'
+        yield document.replace("<svg", delayed_tag, 1) + "\n"
     yield "</svg>\n"
 
 
 def render_for_terminal(text: Text, terminal: Terminal) -> str:
-    """A text, in colour and in Unicode where the terminal can."""
-    able = to_ascii(text) if terminal.ascii else text
-    return to_ansi(able, terminal.theme) if terminal.color else able.plain
+    """Return a text as a string for a terminal, in colour and in Unicode if the terminal can."""
+    encodable = to_ascii(text) if terminal.ascii else text
+    return to_ansi(encodable, terminal.theme) if terminal.color else encodable.plain
 
 
 def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) -> Printout:
-    """Writes to a file, part by part, and leaves nothing to be told; without one, what is to be."""
+    """Write text to a file part by part, or return it to be printed if `path` is None or `-`.
+
+    After writing a file, the result is an empty Printout.
+    """
     if path is None or str(path) == "-":
         return Printout("", text_chunks=content)
     write_file(path, content, force=force)
@@ -79,12 +88,12 @@ def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) ->
 
 
 def format_figure_list() -> str:
-    """The name and title of every figure."""
+    """Return the name and title of every figure, one per line."""
     return "\n".join(f"{key:<5} {title}" for key, (title, _) in load_figures().items())
 
 
 def draw_figure(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
-    """A figure; as a picture where that or a file is asked for."""
+    """Return a figure to be printed, as SVG if asked for, or write it to a file as SVG."""
     title, draw = find_figure(name)
     check_extension(output, "svg")
     if svg or output:

@@ -1,4 +1,4 @@
-"""A recorded game as something else: pictures, a screen recording, text, a table, data."""
+"""Export of a recorded game as SVG, HTML, screen recording, text, CSV or JSON."""
 
 import csv
 import io
@@ -33,77 +33,90 @@ from dmplay.transcript.header import collect_header_facts
 from dmplay.views.kept import IdentityCache, SeatSnapshot
 from dmplay.views.style import DrawOptions, TooSmallNotice, expand_for_picture
 
-DEFAULT_COLUMNS = 80  # of a screen
+DEFAULT_COLUMNS = 80  # columns of a screen
 ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys
-MAX_CACHED_PARTS, MAX_CACHED_ROWS = 2**10, 2**8  # that are remembered as they were drawn
+MAX_CACHED_PARTS, MAX_CACHED_ROWS = 2**10, 2**8  # parts and rows of screens to cache
 SEED_KEYS = ("seed", "episode")
-CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"  # the screen, as it stands in JSON
+# escape sequences that clear the screen, quoted as in JSON
+CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"
 
 
 class ExportOptions(NamedTuple):
-    """What is to be seen: the screen's room, the turn of a picture, and whether with a hint."""
+    """Options of an export: the viewport, the turn of a picture, and whether to draw a hint."""
 
-    viewport: Viewport = Viewport(0, 0)  # 0 for as many columns, or rows, as is usual
-    turn: int | None = None  # the last one
+    viewport: Viewport = Viewport(0, 0)  # 0 for the default number of columns or rows
+    turn: int | None = None  # None for the last turn
     hint: bool = False
-    typed_options: Sequence[str] = ()  # options of a screen that were typed
+    typed_options: Sequence[str] = ()  # typed options that apply to screens only
 
 
 class ScreenRenderer:
-    """Screens in another form, of which most parts and rows come again."""
+    """A renderer of screens as strings, with caches for the parts and rows that repeat."""
 
     def __init__(self, viewport: Viewport, draw: Callable[[ScreenLine], str], row_end: str) -> None:
         self._viewport, self._row_end = viewport, row_end
-        by_words: Callable[[Any], str] = lru_cache(MAX_CACHED_ROWS)(
+        render_row: Callable[[Any], str] = lru_cache(MAX_CACHED_ROWS)(
             lambda row: draw(fit_line(row, viewport))
         )
-        texts = IdentityCache[Any](lambda row: draw(fit_line(row, viewport)), MAX_CACHED_ROWS).get
-        self._draw_by_type = {str: by_words, tuple: by_words, Text: texts, TooSmallNotice: texts}
+        render_rich_text = IdentityCache[Any](
+            lambda row: draw(fit_line(row, viewport)), MAX_CACHED_ROWS
+        ).get
+        self._draw_by_type = {
+            str: render_row,
+            tuple: render_row,
+            Text: render_rich_text,
+            TooSmallNotice: render_rich_text,
+        }
         self._part_cache = IdentityCache[ScreenRows](
             lambda part: row_end.join(self._draw_rows(part)), MAX_CACHED_PARTS
         )
 
     def render_screen(self, game: Game, snapshot: SeatSnapshot, log: list[str]) -> str:
-        """The rows of a screen, with the end of a row between them."""
-        told: list[str] = []
+        """Return a screen as a string, with `row_end` between its rows."""
+        chunks: list[str] = []
         for part in Frame(game, self._viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts():
-            told += (
+            chunks += (
                 [self._part_cache.get(part)] if isinstance(part, tuple) else self._draw_rows(part)
             )
-        return self._row_end.join(told)
+        return self._row_end.join(chunks)
 
     def _draw_rows(self, part: ScreenRows) -> list[str]:
-        drawn = self._draw_by_type
-        return [drawn[type(row)](row) for row in part]
+        """Return the rendered rows of a part."""
+        draw_by_type = self._draw_by_type
+        return [draw_by_type[type(row)](row) for row in part]
 
 
 def iter_screens(game: Playback, viewport: Viewport) -> Iterator[Text]:
-    """The screen before the first turn and after every turn or event."""
+    """Yield the screen before the first turn and after every turn or event."""
     return (
         compose_frame(game, viewport, EMPTY_FRAME_STATE, log) for _, log in _iter_snapshots(game)
     )
 
 
 def _iter_snapshots(game: Playback) -> Iterator[tuple[SeatSnapshot, list[str]]]:
-    """What is known and was told before the first turn and after every turn or event."""
-    now, log = game.snapshot(), list[str]()
-    yield now, log
-    for before in game.iter_agent_turns():
-        now = game.snapshot()
-        log.append(game.narrator.describe_change(now, before))
-        yield now, log
+    """Yield the snapshot and the log before the first turn and after every turn or event."""
+    snapshot, log = game.snapshot(), list[str]()
+    yield snapshot, log
+    for turns_before in game.iter_agent_turns():
+        snapshot = game.snapshot()
+        log.append(game.narrator.describe_change(snapshot, turns_before))
+        yield snapshot, log
 
 
 def _fit_viewport(game: Playback, viewport: Viewport) -> Viewport:
-    """The room, or a larger one where the picture that a problem brings would not be whole."""
-    most = viewport.width, viewport.height - ROWS_AROUND_BOARD
-    width, height = expand_for_picture(game.view_module, game.view(), *most)
+    """Return the viewport, enlarged if the problem's own picture would not fit."""
+    board_size = viewport.width, viewport.height - ROWS_AROUND_BOARD
+    width, height = expand_for_picture(game.view_module, game.view(), *board_size)
     return viewport._replace(width=width, height=height + ROWS_AROUND_BOARD)
 
 
 def _screen_at_turn(game: Playback, options: ExportOptions) -> Text:
-    """The screen after a turn, or after the last."""
-    game.agents_only = game.rewards_visible = not options.hint  # else as a player sees it
+    """Return the screen after the chosen turn, or after the last turn.
+
+    Raise BadParameter if there is no such turn.
+    """
+    # with a hint, show only the player's information
+    game.agents_only = game.rewards_visible = not options.hint
     for _, log in _iter_snapshots(game):
         if len(game.session.turns) == options.turn or (options.turn is None and game.is_at_end):
             if options.hint:
@@ -114,132 +127,149 @@ def _screen_at_turn(game: Playback, options: ExportOptions) -> Text:
 
 
 def _screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Text:
-    """The screen of who is to choose now, with a hint."""
+    """Return the screen of the player who chooses now, with a hint.
+
+    Raise BadParameter if the game is over.
+    """
     if game.session.over:
         raise BadParameter("--hint: nobody chooses after the end; --at shows an earlier turn")
-    hands = Keyboard(
+    keyboard = Keyboard(
         game.problem, list_human_seats(game.player_names) or [0], DEFAULT_KEY_PREFERENCES
     )
     request = GameRequest(game.problem_name, is_seed_visible=game.is_seed_visible)
-    played = Game(game.problem_name, game.session, game.player_names, hands, request=request)
-    told = played.hint_provider.create_hint()
-    advice = played.hint_provider.current_hint
-    shown = FrameState(message=advice.summary if advice else told, hint=advice)
-    return compose_frame(played, viewport, shown, log)
+    playable = Game(game.problem_name, game.session, game.player_names, keyboard, request=request)
+    message = playable.hint_provider.create_hint()
+    hint = playable.hint_provider.current_hint
+    frame_state = FrameState(message=hint.summary if hint else message, hint=hint)
+    return compose_frame(playable, viewport, frame_state, log)
 
 
 def render_svg(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """A picture of the screen after a turn."""
+    """Yield an SVG picture of the screen after a turn."""
     yield text_to_svg(
         _screen_at_turn(game, options), f"dmplay {game.problem_name}", width=options.viewport.width
     )
 
 
 def render_film(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """The screen turn by turn, as an animated picture."""
-    shown, title = iter_screens(game, options.viewport), f"dmplay {game.problem_name}"
-    yield from pictures(shown, 1 + game.step_count, title, options.viewport.width)
+    """Yield the screen turn by turn as an animated SVG."""
+    texts, title = iter_screens(game, options.viewport), f"dmplay {game.problem_name}"
+    yield from pictures(texts, 1 + game.step_count, title, options.viewport.width)
 
 
 def render_html(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """A page of its own with every turn, open at one."""
+    """Return the parts of a standalone HTML page with every turn, open at one of them."""
     return render_page(game, options.turn, DrawOptions(*options.viewport, allow_large=True))
 
 
 def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """A screen recording, asciicast version 2, a second a turn."""
+    """Yield a screen recording in asciicast version 2, one second per turn."""
     size = {"width": options.viewport.width, "height": options.viewport.height}
     yield _json_line({"version": 2, **size, "title": f"dmplay {game.problem_name}"})
-    for second, shown in enumerate(_iter_json_screens(game, options.viewport)):
-        yield f'[{second}.0, "o", "{CLEAR_SCREEN_JSON}{shown}"]\n'
+    for second, screen in enumerate(_iter_json_screens(game, options.viewport)):
+        yield f'[{second}.0, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
 
 
 def render_cast3(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """The same as asciicast version 3, where each screen tells how long after the last it comes."""
+    """Yield a screen recording in asciicast version 3, one second per turn.
+
+    In this version, the time of a screen is relative to the previous one.
+    """
     term = {"cols": options.viewport.width, "rows": options.viewport.height}
     yield _json_line({"version": 3, "term": term, "title": f"dmplay {game.problem_name}"})
-    for number, shown in enumerate(_iter_json_screens(game, options.viewport)):
-        yield f'[{float(number > 0)}, "o", "{CLEAR_SCREEN_JSON}{shown}"]\n'
+    for number, screen in enumerate(_iter_json_screens(game, options.viewport)):
+        yield f'[{float(number > 0)}, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
 
 
 def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
-    """The screens as a terminal in raw mode is sent them, as they stand in JSON."""
-    drawn = ScreenRenderer(
+    """Yield the screens as a terminal in raw mode receives them, quoted as in JSON."""
+    renderer = ScreenRenderer(
         viewport, lambda row: _quote_json(to_ansi(row, "default")), _quote_json("\r\n")
     )
-    return (drawn.render_screen(game, now, log) for now, log in _iter_snapshots(game))
+    return (renderer.render_screen(game, snapshot, log) for snapshot, log in _iter_snapshots(game))
 
 
 def _quote_json(text: str) -> str:
-    """A text as it stands between the quotes of JSON."""
+    """Return a text quoted as in JSON, without the quotation marks."""
     return encode_basestring_ascii(text)[1:-1]
 
 
 def _json_line(value: object) -> str:
+    """Return a value as a line of JSON."""
     return f"{json.dumps(value)}\n"
 
 
 def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """Every turn in words, with the board under it."""
-    drawn = ScreenRenderer(options.viewport, lambda row: to_plain_text(row).rstrip(), "\n")
-    for now, log in _iter_snapshots(game):
-        yield drawn.render_screen(game, now, log).rstrip() + "\n\n"
+    """Yield every screen as plain text."""
+    renderer = ScreenRenderer(options.viewport, lambda row: to_plain_text(row).rstrip(), "\n")
+    for snapshot, log in _iter_snapshots(game):
+        yield renderer.render_screen(game, snapshot, log).rstrip() + "\n\n"
 
 
 def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """A row a turn as comma-separated values, a column a fact and seat."""
+    """Yield the turns as CSV, one row per turn and one column per fact and seat."""
     columns: dict[str, None] = {}
-    rows: list[tuple[object, ...]] = []  # each as long as there were columns then
+    rows: list[tuple[object, ...]] = []  # each with the columns known at that turn
     for facts in _iter_turn_facts(game):
         row = dict(_turn_columns(facts))
         columns |= dict.fromkeys(row)
         rows.append(tuple(map(row.get, columns)))
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
-    for told in [tuple(columns), *rows]:
-        writer.writerow([*told, *[None] * (len(columns) - len(told))])
+    for values in [tuple(columns), *rows]:
+        writer.writerow([*values, *[None] * (len(columns) - len(values))])
         yield out.getvalue()
         out.seek(0)
         out.truncate()
 
 
 def _turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
-    """What a turn has in each column."""
+    """Yield the column names and values of a turn's facts."""
     for key, value in facts.items():
-        for name, one in value.items() if isinstance(value, dict) else [("", value)]:
-            yield f"{key} {name}".strip(), json.dumps(one) if isinstance(one, list) else one
+        for name, item in value.items() if isinstance(value, dict) else [("", value)]:
+            yield f"{key} {name}".strip(), json.dumps(item) if isinstance(item, list) else item
 
 
 def render_json(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """The whole game as one JSON object."""
-    told = collect_header_facts(game.transcript.header).items()
-    facts = {key: value for key, value in told if game.is_seed_visible or key not in SEED_KEYS}
-    shell = json.dumps(facts | {"turns": []}, indent=1)  # the list, not the limit
-    before, after = shell.removesuffix("\n}").split('\n "turns": []')
+    """Yield the whole game as one JSON object."""
+    header_items = collect_header_facts(game.transcript.header).items()
+    facts = {
+        key: value for key, value in header_items if game.is_seed_visible or key not in SEED_KEYS
+    }
+    # the list of turns replaces the turn limit
+    outline = json.dumps(facts | {"turns": []}, indent=1)
+    before, after = outline.removesuffix("\n}").split('\n "turns": []')
     yield f'{before}\n "turns": ['
-    for number, one in enumerate(_iter_turn_facts(game)):
-        yield ("," if number else "") + _indent_json(f"\n{json.dumps(one, indent=1)}", 2)
+    for number, turn_facts in enumerate(_iter_turn_facts(game)):
+        yield ("," if number else "") + _indent_json(f"\n{json.dumps(turn_facts, indent=1)}", 2)
     end = _indent_json(json.dumps(collect_end_facts(game.session), indent=1), 1)
     yield f'\n ]{after},\n "end": {end}\n}}\n'
 
 
 def _indent_json(text: str, columns: int) -> str:
-    """JSON as it stands inside of other JSON."""
+    """Return JSON text with all lines but the first indented."""
     return text.replace("\n", "\n" + " " * columns)
 
 
 def _iter_turn_facts(game: Playback) -> Iterator[dict[str, object]]:
+    """Yield the facts of the initial position and of every turn, undo or reroll."""
     yield game.narrator.all_turn_facts()
-    for before in game.iter_agent_turns():
-        more = len(game.session.turns) - before
-        event = {1: {}, 0: {"event": "reroll"}}.get(more, {"event": "undo"})
+    for turns_before in game.iter_agent_turns():
+        added_turns = len(game.session.turns) - turns_before
+        event = {1: {}, 0: {"event": "reroll"}}.get(added_turns, {"event": "undo"})
         yield game.narrator.all_turn_facts() | event
 
 
 RENDERERS: dict[str, Callable[[Playback, ExportOptions], Iterator[str]]] = {
-    "svg": render_svg, "film": render_film, "html": render_html, "cast": render_cast, "cast3": render_cast3, "text": render_text,
-    "csv": render_csv, "json": render_json,
-}  # fmt: skip
+    "svg": render_svg,
+    "film": render_film,
+    "html": render_html,
+    "cast": render_cast,
+    "cast3": render_cast3,
+    "text": render_text,
+    "csv": render_csv,
+    "json": render_json,
+}
 
 
 def export_transcript(
@@ -250,31 +280,39 @@ def export_transcript(
     *,
     force: bool = False,
 ) -> Printout:
-    """A transcript in the one form chosen; nothing where it is written to a file."""
+    """Export a transcript in the chosen format, to a file or as a Printout.
+
+    The Printout is empty if a file is written. Raise BadParameter unless exactly one format is
+    chosen and the options suit it.
+    """
     if len(formats) != 1:
         raise BadParameter(
             f"export: choose one of {', '.join(f'--{name}' for name in EXPORT_FORMATS)}"
         )
-    (form,) = formats
-    if options.turn is not None and not EXPORT_FORMATS[form].shows_one_turn:
+    (format_name,) = formats
+    if options.turn is not None and not EXPORT_FORMATS[format_name].shows_one_turn:
         stills = " or ".join(
-            f"--{name}" for name, one in EXPORT_FORMATS.items() if one.shows_one_turn
+            f"--{name}"
+            for name, export_format in EXPORT_FORMATS.items()
+            if export_format.shows_one_turn
         )
-        raise BadParameter(f"--at: a turn of {stills}, not of --{form}")
-    if options.hint and form != "svg":
-        raise BadParameter(f"--hint: on a picture, --svg, not on --{form}")
-    if options.typed_options and not EXPORT_FORMATS[form].screen_rows:
+        raise BadParameter(f"--at: a turn of {stills}, not of --{format_name}")
+    if options.hint and format_name != "svg":
+        raise BadParameter(f"--hint: on a picture, --svg, not on --{format_name}")
+    if options.typed_options and not EXPORT_FORMATS[format_name].screen_rows:
         raise BadParameter(
-            f"--{options.typed_options[0]}: of a screen, which --{form} does not have"
+            f"--{options.typed_options[0]}: of a screen, which --{format_name} does not have"
         )
-    check_extension(output, form)
+    check_extension(output, format_name)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         check_not_source(output, game.transcript.path)
     width, height, ascii_ = options.viewport
-    room = Viewport(width or DEFAULT_COLUMNS, height or EXPORT_FORMATS[form].screen_rows, ascii_)
+    room = Viewport(
+        width or DEFAULT_COLUMNS, height or EXPORT_FORMATS[format_name].screen_rows, ascii_
+    )
     if room.height:
         room = _fit_viewport(game, room)
     return write_or_print(
-        output, RENDERERS[form](game, options._replace(viewport=room)), force=force
+        output, RENDERERS[format_name](game, options._replace(viewport=room)), force=force
     )

@@ -1,4 +1,4 @@
-"""The games that are kept: what each is, how it stands, and who looked or was helped."""
+"""The report of saved games: problem, players, end reason, peeks and hints."""
 
 from collections import Counter
 from json import dumps
@@ -13,7 +13,7 @@ from dmplay.transcript.report import describe_peeks_and_hints
 
 
 class SavedGame(NamedTuple):
-    """One game."""
+    """A saved game."""
 
     problem: str
     seats: dict[str, str]
@@ -23,31 +23,36 @@ class SavedGame(NamedTuple):
     path: str
 
     def __str__(self) -> str:
-        """One line."""
-        seats = ", ".join(f"{name} {who}" for name, who in self.seats.items())
-        told = "; ".join(
+        """Return the game as one line."""
+        seats = ", ".join(f"{name} {player}" for name, player in self.seats.items())
+        status = "; ".join(
             [
                 describe_end_reason(self.ending),
                 *describe_peeks_and_hints(self.help, peeked=self.peeked),
             ]
         )
-        return f"{self.path}: {self.problem}, {seats}; {told}"
+        return f"{self.path}: {self.problem}, {seats}; {status}"
 
 
 def _summarize_game(transcript: Transcript) -> SavedGame:
-    header, helped = transcript.header, Counter[str]()
+    """Return the summary of the saved game in a transcript."""
+    header, hint_counts = transcript.header, Counter[str]()
     for block in transcript.blocks:
-        if block.kind == "help" and isinstance(told := block["help"], dict):
-            helped.update({name: many for name, many in told.items() if type(many) is int})
-    ending, there = transcript.end_reason or "unfinished", transcript_folder(Path(transcript.path))
-    problem = rebase_name(header.problem, there, CURRENT_FOLDER)
-    seats = {name: rebase_name(who, there, CURRENT_FOLDER) for name, who in header.seats.items()}
-    return SavedGame(problem, seats, ending, header.peeked, dict(helped), transcript.path)
+        if block.kind == "help" and isinstance(counts := block["help"], dict):
+            hint_counts.update(
+                {name: count for name, count in counts.items() if type(count) is int}
+            )
+    ending, folder = transcript.end_reason or "unfinished", transcript_folder(Path(transcript.path))
+    problem = rebase_name(header.problem, folder, CURRENT_FOLDER)
+    seats = {
+        name: rebase_name(player, folder, CURRENT_FOLDER) for name, player in header.seats.items()
+    }
+    return SavedGame(problem, seats, ending, header.peeked, dict(hint_counts), transcript.path)
 
 
 def report_saved_games(*, json: bool) -> str:
-    """The games of people that have no file of their own, the last first, as text or data."""
-    found = [_summarize_game(transcript) for transcript in iter_saves()]
+    """Return the games in the folder of saved games, the last first, as text or JSON."""
+    games = [_summarize_game(transcript) for transcript in iter_saves()]
     if json:
-        return dumps([one._asdict() for one in found])
-    return "\n".join(map(str, found)) or "no game is kept"
+        return dumps([game._asdict() for game in games])
+    return "\n".join(map(str, games)) or "no game is kept"

@@ -1,4 +1,4 @@
-"""A table of what people handed in, for people and programs."""
+"""The report of graded transcripts, as a table, CSV or JSON."""
 
 from collections.abc import Sequence
 from json import dumps
@@ -31,7 +31,7 @@ DATA_KEYS = {
     "other_attempts": "tries",
     "assignment_differences": "unlike",
 }
-LIST_COLUMNS = ("marks", "same", "tries", "unlike")  # of words
+LIST_COLUMNS = ("marks", "same", "tries", "unlike")  # fields that are lists of words
 
 
 def report_grades(
@@ -42,60 +42,73 @@ def report_grades(
     output_format: str = "",
     motion: bool = True,
 ) -> Printout:
-    """The grades of these files and folders, against an assignment where there is one."""
+    """Grade transcripts in files and folders, and return a report.
+
+    The games are compared with an assignment if one is given. The exit code is
+    INTERRUPTED_EXIT_CODE if some files were not graded.
+    """
     files = [*checking.iter_transcript_files(paths)]
-    wanted = read_assignment(assignment) if assignment else None
+    required = read_assignment(assignment) if assignment else None
     with ProgressBar(
         f"grading {format_count(len(files), 'file')}", quiet=bool(output_format), motion=motion
     ) as bar:
-        found = grades(files, wanted, trusted=trusted, progress=bar)
-    whole = found.file_count == len(files)
+        report = grades(files, required, trusted=trusted, progress=bar)
+    is_complete = report.file_count == len(files)
     return Printout(
-        format_grades(found, len(files), output_format),
-        exit_code=0 if whole else INTERRUPTED_EXIT_CODE,
+        format_grades(report, len(files), output_format),
+        exit_code=0 if is_complete else INTERRUPTED_EXIT_CODE,
     )
 
 
 def format_grades(grades: GradingReport, file_count: int, output_format: str = "") -> str:
-    """The grades of so many files as a table, or as data."""
-    rows = [_data_row(one) for one in grades.grades]
+    """Return the grades as a table with notes, or as JSON or CSV."""
+    rows = [_data_row(grade) for grade in grades.grades]
     if output_format == "json":
-        told = {
+        data = {
             "games": rows,
             "missing": grades.missing_seeds,
             "files": grades.file_count,
             "of": file_count,
         }
-        return dumps(told | {"proves": GRADING_LIMITS})
+        return dumps(data | {"proves": GRADING_LIMITS})
     if output_format == "csv":
         return format_csv(
             [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]
         )
-    holds = sum(one.verified for one in grades.grades)
-    head = f"{format_count(len(rows), 'game')}, {holds} verified"
+    verified_count = sum(grade.verified for grade in grades.grades)
+    headline = f"{format_count(len(rows), 'game')}, {verified_count} verified"
     if grades.file_count < file_count:
-        head += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
-    lacking = [
-        f"{who} has no game of seed {_join_words(seeds)}"
-        for who, seeds in grades.missing_seeds.items()
+        headline += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
+    missing_lines = [
+        f"{player} has no game of seed {_join_words(seeds)}"
+        for player, seeds in grades.missing_seeds.items()
     ]
-    games = format_table([_table_row(one) for one in grades.grades])
+    game_table = format_table([_table_row(grade) for grade in grades.grades])
     return "\n\n".join(
-        filter(None, [head, games, "\n".join(lacking), fill(GRADING_LIMITS, PARAGRAPH_COLUMNS)])
+        filter(
+            None,
+            [
+                headline,
+                game_table,
+                "\n".join(missing_lines),
+                fill(GRADING_LIMITS, PARAGRAPH_COLUMNS),
+            ],
+        )
     )
 
 
 def _data_row(grade: Grade) -> Row:
-    """A grade for programs."""
-    return {DATA_KEYS.get(key, key): told for key, told in grade._asdict().items()}
+    """Return a grade as a row of data for JSON and CSV."""
+    return {DATA_KEYS.get(key, key): value for key, value in grade._asdict().items()}
 
 
 def _join_words(value: object) -> object:
+    """Return the items of a sequence joined by commas, or any other value unchanged."""
     return ", ".join(map(str, value)) if isinstance(value, Sequence) else value
 
 
 def _table_row(grade: Grade) -> Row:
-    """A grade with its numbers put together, and its faults last."""
+    """Return a grade as a table row, with combined numbers and all faults in the last column."""
     notes = [grade.fault] if grade.fault else []
     if grade.assignment_differences:
         notes.append(f"not as assigned: {', '.join(grade.assignment_differences)}")

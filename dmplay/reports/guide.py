@@ -1,4 +1,4 @@
-"""The guide, drawn for a terminal or a pipe."""
+"""The pages of the guide, rendered for a terminal or a pipe."""
 
 from collections.abc import Iterable, Iterator
 from io import StringIO
@@ -15,9 +15,9 @@ from rich.theme import Theme
 from dmplay.finding.topics import list_topics, read_topic, topic_title
 from dmplay.terminal import Terminal
 
-MAX_COLUMNS = 100  # columns: longer lines are hard to read
+MAX_COLUMNS = 100  # columns, because longer lines are hard to read
 CODE_INDENT = 4  # columns before code
-HEADING_RULES = {"h1": "━", "h2": "─"}  # below headings
+HEADING_RULES = {"h1": "━", "h2": "─"}  # character of the rule below a heading
 SHELL_PROMPT = "$ "
 MARKDOWN_STYLES = Theme({
     "markdown.h1": "bold",
@@ -43,7 +43,7 @@ class _RuledHeading(Heading):
 
 
 class _UnwrappedCode(CodeBlock):
-    """Code as it is typed, however wide, so that it can be copied; what is printed is wrapped."""
+    """A code block whose code is never wrapped, so that it can be copied; its output is wrapped."""
 
     def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
         code = str(self.text).rstrip()
@@ -59,35 +59,36 @@ class _UnwrappedCode(CodeBlock):
 
 
 def _unwrapped_row(row: Text) -> Text:
-    """A row that is not cut, behind its indentation."""
+    """Return an indented row that is neither wrapped nor cut."""
     return Text(" " * CODE_INDENT, no_wrap=True, overflow="ignore").append_text(row)
 
 
 class _GuideMarkdown(Markdown):
-    """Markdown with these."""
+    """Markdown with ruled headings and unwrapped code."""
 
     elements = Markdown.elements | {"heading_open": _RuledHeading, "fence": _UnwrappedCode}
 
 
 def format_topic_list() -> str:
-    """The name and title of every topic."""
+    """Return the name and title of every topic, one per line."""
     return "\n".join(f"{name:<13}{topic_title(name)}" for name in list_topics())
 
 
 def render_topic(name: str, terminal: Terminal) -> Text:
-    """A topic, for a terminal."""
+    """Return a topic of the guide rendered for a terminal, at most MAX_COLUMNS wide."""
     markdown = read_topic(name).replace("±", "+-" if terminal.ascii else "±")
     return render_markdown(markdown, min(terminal.columns, MAX_COLUMNS))
 
 
 def render_markdown(markdown: str, width: int) -> Text:
-    """Markdown, drawn in so many columns."""
+    """Return Markdown rendered in `width` columns."""
     console = Console(width=width, file=StringIO(), force_terminal=True, theme=MARKDOWN_STYLES)
     segments = console.render(_GuideMarkdown(markdown, hyperlinks=False))
     return Text("\n").join(_iter_text_rows(Segment.split_lines(segments)))
 
 
 def _iter_text_rows(lines: Iterable[list[Segment]]) -> Iterator[Text]:
+    """Yield lines of segments as texts without trailing blanks."""
     for line in lines:
         row = Text.assemble(*((piece.text, piece.style or "") for piece in line))
         row.rstrip()

@@ -1,4 +1,4 @@
-"""What of a tournament is played, kept in a file so that it goes on after it was stopped."""
+"""The results of a tournament, saved in a file so that an interrupted tournament can resume."""
 
 import json
 from collections.abc import Mapping
@@ -12,20 +12,24 @@ from dmplay.errors import BadParameter
 
 
 class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
-    """The returns of each seating, a line of JSON a seating; written as soon as one is played."""
+    """The returns of each seating, also in a file with one line of JSON per seating.
+
+    Each line is written as soon as its seating is played.
+    """
 
     def __init__(self, path: Path, description: Mapping[str, object]) -> None:
-        """What a file holds of this tournament, to be added to.
+        """Read the seatings that a file holds of the tournament with this description.
 
-        Raises BadParameter for a file of something else, and OSError.
+        The file is created with the first new seating. Raise BadParameter if the file is not of
+        this tournament, and OSError if it cannot be read.
         """
         super().__init__()
         self._path, self._byte_count = path, 0
         self._header = f"{json.dumps(description)}\n"
         for number, row in enumerate(read_complete_lines(path) if path.exists() else (), 1):
             if number == 1 and row != self._header:
-                what = "of another tournament; name another file, or remove it"
-                raise BadParameter(f"{path}: {what}")
+                advice = "of another tournament; name another file, or remove it"
+                raise BadParameter(f"{path}: {advice}")
             if number > 1:
                 self._read_row(number, row)
             self._byte_count += len(row.encode())
@@ -33,13 +37,15 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
             raise BadParameter(f"{path}: of no tournament; name another file, or remove it")
 
     def _read_row(self, number: int, row: str) -> None:
+        """Read one seating from a line of the file; raise BadParameter if it is malformed."""
         try:
-            told = json.loads(row)
-            super().__setitem__(tuple(told["seats"]), np.array(told["returns"], float))
+            data = json.loads(row)
+            super().__setitem__(tuple(data["seats"]), np.array(data["returns"], float))
         except (ValueError, TypeError, KeyError):
             raise BadParameter(f"{self._path}:{number}: not a seating; remove the line") from None
 
     def __setitem__(self, seating: tuple[int, ...], returns: Reals) -> None:
+        """Store the returns of a seating, and append them to the file."""
         super().__setitem__(seating, returns)
         if not self._byte_count:
             write_file(self._path, [self._header], force=True)

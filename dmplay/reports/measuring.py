@@ -1,4 +1,4 @@
-"""Measured play for people and programs: `run` and `compare`."""
+"""The reports of `run` and `compare`, as text, JSON or CSV."""
 
 import time
 from collections.abc import Iterator, Sequence
@@ -51,39 +51,55 @@ def report_run(
     selection: TranscriptSelection = NO_TRANSCRIPTS,
     ascii_: bool = False,
 ) -> Printout:
-    """What agents earn, a table for each setting of the parameters."""
+    """Play many games for each setting of the parameters, and report the returns of each seat.
+
+    If a run is cut short after the first setting, the settings played so far are reported.
+    """
     selection.check_options()
-    found: list[SettingResult] = []
-    kept: list[Row] = []
-    settings, short = [*expand_sweep(request)], ""
+    results: list[SettingResult] = []
+    transcript_rows: list[Row] = []
+    settings, shortfall_reason = [*expand_sweep(request)], ""
     with (
         ProgressBar(
             f"running {request.problem}", quiet=bool(request.output_format), motion=request.motion
         ) as bar,
         open_execution_backend(request.engine, request.workers) as (workers, executor),
     ):
-        for place, each in enumerate(settings):
-            game = limit_turns(each)
-            who = make_lineup(game)
+        for index, setting_request in enumerate(settings):
+            limited_request = limit_turns(setting_request)
+            players = make_lineup(limited_request)
             try:
                 result = run(
-                    who.problem, who.policies, episodes=episodes, max_standard_error=max_standard_error,
-                    turns=game.turn_limit, seed=game.seed, workers=workers, executor=executor,
-                    progress=bar.subtask(place, len(settings)),
-                )  # fmt: skip
+                    players.problem,
+                    players.policies,
+                    episodes=episodes,
+                    max_standard_error=max_standard_error,
+                    turns=limited_request.turn_limit,
+                    seed=limited_request.seed,
+                    workers=workers,
+                    executor=executor,
+                    progress=bar.subtask(index, len(settings)),
+                )
             except (RolloutInterrupted, RolloutBlocksLost) as error:
-                if not found:
+                if not results:
                     raise
-                short = str(error)
+                shortfall_reason = str(error)
                 break
-            found.append(
-                SettingResult(game, who, result, game.parameters if len(settings) > 1 else {})
+            results.append(
+                SettingResult(
+                    limited_request,
+                    players,
+                    result,
+                    limited_request.parameters if len(settings) > 1 else {},
+                )
             )
-            kept += record_episodes(found[-1], selection)
-            short = result.shortfall_reason
-            if short:
+            transcript_rows += record_episodes(results[-1], selection)
+            shortfall_reason = result.shortfall_reason
+            if shortfall_reason:
                 break
-    return make_report(_format_run(request, found, kept, ascii_=ascii_), short)
+    return make_report(
+        _format_run(request, results, transcript_rows, ascii_=ascii_), shortfall_reason
+    )
 
 
 def _format_run(
@@ -93,24 +109,24 @@ def _format_run(
     *,
     ascii_: bool,
 ) -> str:
-    """The report in its form; for people with pictures."""
+    """Return the report of a run as JSON, CSV or text; as text, with plots and histograms."""
     if request.output_format:
-        rows = [row for one in results for row in _iter_data_rows(one)]
-        games = {"kept": transcript_rows} if transcript_rows else {}
+        rows = [row for result in results for row in _iter_data_rows(result)]
+        transcripts = {"kept": transcript_rows} if transcript_rows else {}
         common = {
             "parameters": {} if results[0].swept_parameters else request.parameter_values,
             "seed": request.seed,
         }
-        facts = {"problem": request.problem} | common | {"runs": rows} | games
+        facts = {"problem": request.problem} | common | {"runs": rows} | transcripts
         return format_json(facts) if request.output_format == "json" else format_csv(rows)
-    head = (
+    headline = (
         _run_headline(results[0].request, results[0].run)
         if len(results) == 1
         else _sweep_headline(request, results)
     )
-    rows = [row for one in results for row in _iter_table_rows(one)]
-    known = [line for one in results for line in _value_bound_lines(one.lineup)]
-    parts = [head, "\n".join([format_table(rows), *known])]
+    rows = [row for result in results for row in _iter_table_rows(result)]
+    bound_lines = [line for result in results for line in _value_bound_lines(result.lineup)]
+    parts = [headline, "\n".join([format_table(rows), *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
     parts += [format_table(transcript_rows)] if transcript_rows else []
@@ -119,13 +135,17 @@ def _format_run(
 
 
 def _value_bound_lines(lineup: Lineup) -> list[str]:
-    """What those who plan between two bounds know of the value."""
-    each = zip(lineup.agent_names, lineup.policies, strict=True)
-    return [one.describe_bounds(name) for name, one in each if isinstance(one, PointBasedPolicy)]
+    """Return one line with the value bounds of each policy that computes them."""
+    named_policies = zip(lineup.agent_names, lineup.policies, strict=True)
+    return [
+        policy.describe_bounds(name)
+        for name, policy in named_policies
+        if isinstance(policy, PointBasedPolicy)
+    ]
 
 
 def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
-    """What each seat earned, for programs."""
+    """Yield a row of data for each seat of a setting."""
     for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
         yield {
             **(result.request.parameter_values if result.swept_parameters else {}),
@@ -142,75 +162,83 @@ def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
 
 
 def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
-    """The same with its numbers put together."""
+    """Yield a table row for each seat of a setting, with combined numbers."""
     for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
         returns, totals = earned.returns, earned.totals
-        many = np.isfinite(returns.standard_error)
+        has_error = np.isfinite(returns.standard_error)
         yield {
             **result.swept_parameters,
             "seat": earned.seat,
             "agent": name,
             "return": format_mean(returns.mean, returns.standard_error),
-            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}" if many else MISSING_CELL,
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}"
+            if has_error
+            else MISSING_CELL,
             "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
             "total": format_mean(totals.mean, totals.standard_error),
         }
 
 
 def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
+    """Return the headline of a run: problem, games, seed, mean turns, ended games and speed."""
     speed = result.episodes / max(result.seconds, 1e-9)
     return (
         f"{request.title}: {format_count(result.episodes, 'game', ',')} of seed {request.seed}, "
-        f"{append_noun(format_score(result.mean_turns), 'turn')} each, {100 * result.terminated_share:.3g} % of them to an "
+        f"{append_noun(format_score(result.mean_turns), 'turn')} "
+        f"each, {100 * result.terminated_share:.3g} % of them to an "
         f"end; {format_count(speed, 'game', ',.0f')} a second"
     )
 
 
 def _sweep_headline(request: EvaluationRequest, results: Sequence[SettingResult]) -> str:
-    many = sum(one.run.episodes for one in results)
-    games = format_count(many, "game", ",")
+    """Return the headline of several runs: problem, number of settings, games and seed."""
+    game_count = sum(result.run.episodes for result in results)
+    games = format_count(game_count, "game", ",")
     return f"{request.problem}: {len(results)} settings, {games} of seed {request.seed}"
 
 
 def _plot_sweep(results: Sequence[SettingResult]) -> str:
-    """The mean return of the first seat by setting, each with its interval."""
-    each = [one.run.seat_summaries[0].returns for one in results]
-    finite = [x for one in each for x in (one.low, one.mean, one.high) if np.isfinite(x)]
+    """Return a plot of the first seat's mean return by setting, with confidence intervals."""
+    estimates = [item.run.seat_summaries[0].returns for item in results]
+    finite = [x for item in estimates for x in (item.low, item.mean, item.high) if np.isfinite(x)]
     low, high = min(finite), max(finite)
     scale = (PLOT_COLUMNS - 1) / (high - low) if high > low else 0.0
-    wide = max(len(str(one)) for one in results)
+    label_columns = max(len(str(item)) for item in results)
     rows = [f"mean return of {results[0].run.seat_summaries[0].seat}, {low:.4g} to {high:.4g}:"]
-    for setting, one in zip(results, each, strict=True):
-        ends = np.clip([one.low, one.mean, one.high], low, high)
+    for setting, item in zip(results, estimates, strict=True):
+        ends = np.clip([item.low, item.mean, item.high], low, high)
         start, middle, end = (round(float(x - low) * scale) for x in ends)
         line = " " * start + "─" * (end - start + 1)
-        drawn = f"{line[:middle]}●{line[middle + 1 :]}"
-        rows.append(f"{setting!s:<{wide}}  {drawn:<{PLOT_COLUMNS}}  {one.mean:.5g}")
+        marked_line = f"{line[:middle]}●{line[middle + 1 :]}"
+        rows.append(f"{setting!s:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  {item.mean:.5g}")
     return "\n".join(rows)
 
 
 def _format_histograms(results: Sequence[SettingResult]) -> str:
-    """The returns of each seat as a row of bars."""
+    """Return a histogram of the returns for each setting and seat, one per row."""
     rows = ["returns:"]
-    for one in results:
-        for seat, name in enumerate(one.lineup.agent_names):
-            bars, low, high = draw_histogram(one.run.rollout.returns[:, seat])
-            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {one} {name}".rstrip())
+    for result in results:
+        for seat, name in enumerate(result.lineup.agent_names):
+            bars, low, high = draw_histogram(result.run.rollout.returns[:, seat])
+            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {result} {name}".rstrip())
     return "\n".join(rows)
 
 
 def draw_histogram(sample: Reals) -> tuple[str, float, float]:
-    """How many of a sample lie where, as bars between its least and its most."""
+    """Return a histogram of a sample as a string of bars, with the sample's minimum and maximum."""
     low, high = float(sample.min()), float(sample.max())
     counts, _ = np.histogram(sample, HISTOGRAM_BINS, (low, high if high > low else low + 1.0))
-    level = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
-    return "".join(" " if not one else BAR_CHARACTERS[one - 1] for one in level), low, high
+    levels = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
+    return "".join(" " if not level else BAR_CHARACTERS[level - 1] for level in levels), low, high
 
 
 def report_comparison(
     request: EvaluationRequest, entrants: Sequence[str], *, episodes: int, decide: float | None
 ) -> Printout:
-    """Agents in the first seat on the same dice: what each earns, and every pair's difference."""
+    """Compare agents in the first seat on common random numbers, and report their differences.
+
+    Raise BadParameter for fewer than two agents, or if `request` names an agent of the first seat.
+    """
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected two or more to compare")
@@ -218,19 +246,26 @@ def report_comparison(
     for name in parse_settings(request.seats, "--seat"):
         if not problem.seat_index(name):
             raise BadParameter(f"--seat: {name} is the seat of those who are compared")
-    each = [make_lineup(request._replace(agent=name)) for name in entrants]
-    since = time.monotonic()
-    what = f"comparing {' and '.join(entrants)}"
+    lineups = [make_lineup(request._replace(agent=name)) for name in entrants]
+    start_time = time.monotonic()
+    task = f"comparing {' and '.join(entrants)}"
     with (
-        ProgressBar(what, quiet=bool(request.output_format), motion=request.motion) as bar,
+        ProgressBar(task, quiet=bool(request.output_format), motion=request.motion) as bar,
         open_execution_backend(request.engine, request.workers) as (workers, executor),
     ):
         result = compare(
-            problem, [one.policies for one in each], episodes=episodes,
-            decide=decide, turns=request.turn_limit, seed=request.seed, workers=workers, executor=executor,
-            progress=bar, names=entrants,
-        )  # fmt: skip
-    text = _format_comparison(request, entrants, result, decide, time.monotonic() - since)
+            problem,
+            [entry.policies for entry in lineups],
+            episodes=episodes,
+            decide=decide,
+            turns=request.turn_limit,
+            seed=request.seed,
+            workers=workers,
+            executor=executor,
+            progress=bar,
+            names=entrants,
+        )
+    text = _format_comparison(request, entrants, result, decide, time.monotonic() - start_time)
     return make_report(text, result.shortfall_reason)
 
 
@@ -241,12 +276,12 @@ def _format_comparison(
     decide: float | None,
     seconds: float,
 ) -> str:
-    """The comparison in its form."""
-    each = zip(entrants, result.return_estimates, strict=True)
-    earned = [{"agent": name} | estimate_row(one) for name, one in each]
+    """Return the comparison as JSON, CSV or text."""
+    named_estimates = zip(entrants, result.return_estimates, strict=True)
+    earned = [{"agent": name} | estimate_row(first) for name, first in named_estimates]
     rows = [
-        _pair_row(entrants[one], entrants[other], difference)
-        for (one, other), difference in result.differences.items()
+        _pair_row(entrants[first], entrants[second], difference)
+        for (first, second), difference in result.differences.items()
     ]
     if request.output_format == "json":
         common = {
@@ -258,40 +293,55 @@ def _format_comparison(
         return format_json(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
     if request.output_format == "csv":
         return format_csv(rows)
-    played = format_count(len(result.returns), "game", ",")
-    head = f"{request.title}: {played} of seed {request.seed}, on the same dice; {seconds:.3g} s"
+    game_count = format_count(len(result.returns), "game", ",")
+    headline = (
+        f"{request.title}: {game_count} of seed {request.seed}, on the same dice; {seconds:.3g} s"
+    )
     tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
-    return "\n\n".join([head, *tables, *_verdict_lines(entrants, result, decide)])
+    return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decide)])
 
 
 def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
-    more = difference.advantage
+    """Return the difference between two agents as a row of data."""
+    advantage = difference.advantage
     return {
-        "agent": agent, "against": opponent, "difference": more.mean, "standard error": more.standard_error,
-        "low": more.low, "high": more.high, "ahead": difference.share_ahead, "behind": difference.share_behind,
-        "games saved": difference.games_saved_factor if np.isfinite(difference.games_saved_factor) else None, "luck": difference.control_variate_difference,
-    }  # fmt: skip
+        "agent": agent,
+        "against": opponent,
+        "difference": advantage.mean,
+        "standard error": advantage.standard_error,
+        "low": advantage.low,
+        "high": advantage.high,
+        "ahead": difference.share_ahead,
+        "behind": difference.share_behind,
+        "games saved": difference.games_saved_factor
+        if np.isfinite(difference.games_saved_factor)
+        else None,
+        "luck": difference.control_variate_difference,
+    }
 
 
 def _pair_table_row(row: Row) -> Row:
-    saved = row["games saved"]
-    same = row["difference"] == row["standard error"] == 0.0
-    dice = "the same play" if same else f"{saved:.3g} x" if saved else MISSING_CELL
-    many = format_cell(row["standard error"]) != MISSING_CELL
+    """Return the difference between two agents as a table row, from its row of data."""
+    games_saved = row["games saved"]
+    is_same_play = row["difference"] == row["standard error"] == 0.0
+    independent_games = (
+        "the same play" if is_same_play else f"{games_saved:.3g} x" if games_saved else MISSING_CELL
+    )
+    has_error = format_cell(row["standard error"]) != MISSING_CELL
     return {
         "agent": row["agent"],
         "against": row["against"],
         "earns more": format_mean(row["difference"], row["standard error"], "+.4g"),
         "by luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
-        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if many else MISSING_CELL,
+        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if has_error else MISSING_CELL,
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
-        "dice of its own would take": dice,
+        "dice of its own would take": independent_games,
     }
 
 
 def _verdict_lines(entrants: Sequence[str], result: Comparison, decide: float | None) -> list[str]:
-    """Who is ahead, where that was to be decided."""
+    """Return a line with the agent that earns more, or with `undecided`; none without `decide`."""
     if decide is None:
         return []
     if not result.decided:

@@ -1,4 +1,4 @@
-"""A game as a notebook shows it: the board as one seat may know it, as text and as HTML."""
+"""A game in a notebook: the board with one seat's information, as text and as HTML."""
 
 from rich.text import Text
 
@@ -30,47 +30,53 @@ DARK_THEME_SELECTOR = '[data-jp-theme-light="false"] .dmplay, .vscode-dark .dmpl
 
 
 def mime_bundle(game: Session | Playback) -> dict[str, str]:
-    """A game by the type of what it is shown as.
+    """Return a game as a MIME bundle of plain text and HTML.
 
-    While it goes on it is shown as the first seat sees it that is played from outside, or the first
-    of all; as none where several are and see different things. Of a recording nothing is hidden.
+    A running game is shown from the first seat that is played from outside, or from the first seat
+    if there is none. If several seats are played from outside and their information differs, no
+    board is shown. A finished game and a recording are shown with hidden states revealed.
     """
-    session, open_ = (game.session, True) if isinstance(game, Playback) else (game, game.over)
-    secret = session.problem.partially_observable and not open_
-    seat = _visible_seat(session, secret=secret)
+    session, is_revealed = (game.session, True) if isinstance(game, Playback) else (game, game.over)
+    is_private = session.problem.partially_observable and not is_revealed
+    seat = _visible_seat(session, secret=is_private)
     title = f"dmplay {_problem_name(session.problem)}"
     if seat is None:
-        told = f"turn {len(session.turns)}. each seat sees something else: view(seat) has it."
+        message = f"turn {len(session.turns)}. each seat sees something else: view(seat) has it."
         return {
-            "text/plain": f"{title}  {told}",
-            "text/html": _render_html(title, [told], Text("")),
+            "text/plain": f"{title}  {message}",
+            "text/html": _render_html(title, [message], Text("")),
         }
     view = session.view(seat)
-    look = DRAW_OPTIONS._replace(
-        revealed_state=session.state if session.problem.partially_observable and open_ else None
+    options = DRAW_OPTIONS._replace(
+        revealed_state=session.state
+        if session.problem.partially_observable and is_revealed
+        else None
     )
-    board = fit_board(load_view_module(session.problem), view, look)
-    head, facts = f"{title}  {_status_line(session, view)}", _panel_lines(view)
+    board = fit_board(load_view_module(session.problem), view, options)
+    heading, facts = f"{title}  {_status_line(session, view)}", _panel_lines(view)
     plain = "\n".join(row.rstrip() for row in board.plain.split("\n"))
     return {
-        "text/plain": "\n".join([head, plain, *facts]),
-        "text/html": _render_html(head, facts, board),
+        "text/plain": "\n".join([heading, plain, *facts]),
+        "text/html": _render_html(heading, facts, board),
     }
 
 
 def _visible_seat(session: Session, *, secret: bool) -> int | None:
-    """The seat whose view is shown; None where several would see what only one of them may."""
-    played = [seat for seat, agent in enumerate(session.seated_policies) if agent is None] or [0]
-    return None if secret and len(played) > 1 else played[0]
+    """Return the seat whose view is shown, or None if several seats have private information."""
+    outside_seats = [
+        seat for seat, agent in enumerate(session.seated_policies) if agent is None
+    ] or [0]
+    return None if secret and len(outside_seats) > 1 else outside_seats[0]
 
 
 def _problem_name(problem: Problem) -> str:
+    """Return the name of a problem, or the name of its class if it is user-defined."""
     stem = problems.builtin_stem(problem)
     return stem_to_name(stem) if stem else type(problem).__name__
 
 
 def _status_line(session: Session, view: View[Problem]) -> str:
-    """Turn, score where it is known, whose view this is, and how it ended."""
+    """Return a line with the turn, the score if visible, the seat shown and the end reason."""
     parts = [f"turn {view.turns_played}"]
     if view.rewards is not None:
         parts.append(f"{score_label(view.problem)} {session.returns()[view.seat]:.6g}")
@@ -80,7 +86,7 @@ def _status_line(session: Session, view: View[Problem]) -> str:
 
 
 def _panel_lines(view: View[Problem]) -> list[str]:
-    """What the side panel of the screen has."""
+    """Return the rows of the screen's side panel as text."""
     return [
         escape_unprintable(f"{label} {value}")
         for label, value in load_view_module(view.problem).panel_rows(view)
@@ -88,11 +94,14 @@ def _panel_lines(view: View[Problem]) -> list[str]:
 
 
 def _render_html(title: str, facts: list[str], board: Text) -> str:
-    """A box in the colours of the notebook, dark or light; its styles are for it alone."""
-    drawn = render_html_rows(board)
-    lines = "\n".join(drawn)
+    """Return a box in the notebook's colours, dark or light, with styles that apply to it alone."""
+    html_rows = render_html_rows(board)
+    lines = "\n".join(html_rows)
     styles = [
-        f".dmplay {{ {LIGHT_THEME_CSS} {BOX_CSS} pre {{ {BOARD_CSS} }}\n{STYLE_CLASS_CSS}\n{build_palette_css(drawn)} }}",
+        (
+            f".dmplay {{ {LIGHT_THEME_CSS} {BOX_CSS} pre {{ {BOARD_CSS} "
+            f"}}\n{STYLE_CLASS_CSS}\n{build_palette_css(html_rows)} }}"
+        ),
         f"@media (prefers-color-scheme: dark) {{ .dmplay {{ {DARK_THEME_CSS} }} }}",
         f"{LIGHT_THEME_SELECTOR} {{ {LIGHT_THEME_CSS} }}",
         f"{DARK_THEME_SELECTOR} {{ {DARK_THEME_CSS} }}",

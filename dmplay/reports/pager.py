@@ -1,4 +1,4 @@
-"""A long text on a terminal: by the user's pager, a screenful at a time."""
+"""Printing of long texts through the user's pager."""
 
 import os
 import shutil
@@ -13,15 +13,16 @@ from dmplay.game.request import split_words
 from dmplay.terminal import Terminal
 
 DEFAULT_PAGER = "less -RS"
-LESS_OPTIONS = (
-    "-RS"  # what `less` takes for granted where the user says nothing: colours; rows stay whole
-)
+LESS_OPTIONS = "-RS"  # options of `less` if the user sets none: keep colours, do not wrap rows
 
 
 def print_paged(text: str, terminal: Terminal, *, wrap_words: bool = False) -> None:
-    """Prints a text, by the pager where a terminal's screen cannot hold it; words in its rows."""
+    """Print a text, through the pager if the terminal's screen cannot show it.
+
+    `wrap_words` first wraps rows at words to the width of the terminal.
+    """
     if wrap_words and terminal.full_screen:
-        from dmplay.screen.shown import Viewport  # not needed where rows stay as they are
+        from dmplay.screen.shown import Viewport  # not needed unless rows are wrapped
         from dmplay.screen.wrapping import wrap_lines
 
         rows = wrap_lines(text.split("\n"), Viewport(shutil.get_terminal_size().columns + 2, 0))
@@ -34,15 +35,15 @@ def print_paged(text: str, terminal: Terminal, *, wrap_words: bool = False) -> N
         command, stdin=subprocess.PIPE, env={"LESS": LESS_OPTIONS} | os.environ, text=True,
         encoding=sys.stdout.encoding, errors="backslashreplace",
     )  # fmt: skip
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the pager's
+    previous_handler = signal.signal(signal.SIGINT, signal.SIG_IGN)  # the pager handles Ctrl-C
     try:
         pager.communicate(f"{text}\n")
     finally:
-        signal.signal(signal.SIGINT, before)
+        signal.signal(signal.SIGINT, previous_handler)
 
 
 def fits_screen(text: str) -> bool:
-    """Whether the screen holds a text, and a row for the next command."""
+    """Return whether the screen has room for a text and one more row for the next command."""
     columns, lines = shutil.get_terminal_size()
     rows = text.split("\n")
     return len(rows) < lines and all(cell_len(Text.from_ansi(row).plain) <= columns for row in rows)

@@ -1,4 +1,4 @@
-"""The one-shot reports: the table of problems, and all there is to know of one."""
+"""Reports on problems and agents: the table of problems, one problem, and its agents."""
 
 import shutil
 from json import dumps
@@ -19,79 +19,89 @@ from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_
 from dmplay.policies.kinds import SeatPolicy
 from dmplay.terminal import TerminalOptions
 
-PIPE_COLUMNS = 100  # columns of a table that goes into a pipe
-COLUMN_GAP = 1  # columns between two
-MAX_LISTED_NAMES = 12  # names that a line holds
+PIPE_COLUMNS = 100  # columns of a table written to a pipe
+COLUMN_GAP = 1  # columns between two columns of a table
+MAX_LISTED_NAMES = 12  # maximum names in a line
 SCRIPTED_AGENTS = {
     "script:a,b,c": "Written actions, or script:FILE.",
     "replay:FILE": "The seat's actions from a transcript.",
 }
-SpaceDescription = (
-    str | list[str] | dict[str, float]
-)  # what can be done or seen: words, names, a span
+SpaceDescription = str | list[str] | dict[str, float]  # words, names, or the bounds of an interval
 
 
 def problem_table_rows() -> list[dict[str, str]]:
-    """Table F.1: every built-in problem with its kind; those that are installed come last."""
-    known = [(name, problems.load_problem(name)) for name in problem_names()]
-    known += [
-        (name, one) for name, one in problems.iter_installed_problems() if isinstance(one, Problem)
+    """Return the rows of table F.1: the built-in problems, then the installed ones."""
+    named_problems = [(name, problems.load_problem(name)) for name in problem_names()]
+    named_problems += [
+        (name, problem)
+        for name, problem in problems.iter_installed_problems()
+        if isinstance(problem, Problem)
     ]
-    return [{"problem": name, "kind": one.kind} | problem_summary(one) for name, one in known]
+    return [
+        {"problem": name, "kind": problem.kind} | problem_summary(problem)
+        for name, problem in named_problems
+    ]
 
 
 def format_load_failures() -> str:
-    """The installed problems that cannot be loaded, a line each."""
-    told = [
-        f"{name}: {why}" for name, why in problems.iter_installed_problems() if isinstance(why, str)
+    """Return the installed problems that cannot be loaded with their errors, one per line."""
+    lines = [
+        f"{name}: {error}"
+        for name, error in problems.iter_installed_problems()
+        if isinstance(error, str)
     ]
-    return "\n".join(told)
+    return "\n".join(lines)
 
 
 def rows_of_kind(kind: str) -> list[dict[str, str]]:
-    """Table F.1, or its problems of one kind: the beginning of its name, as MDP or simple."""
-    known = problem_table_rows()
-    chosen = [one for one in known if one["kind"].lower().startswith(kind.lower())]
-    if not chosen:
-        raise UnknownName("kind", kind, [*dict.fromkeys(one["kind"] for one in known), "games"])
-    return chosen
+    """Return the rows of table F.1 whose kind begins with `kind`, such as MDP or simple.
+
+    Raise UnknownName if there are none.
+    """
+    rows = problem_table_rows()
+    matching = [row for row in rows if row["kind"].lower().startswith(kind.lower())]
+    if not matching:
+        raise UnknownName("kind", kind, [*dict.fromkeys(row["kind"] for row in rows), "games"])
+    return matching
 
 
 def _render_table(rows: list[dict[str, str]], headings: list[str], width: int) -> Text:
-    """These columns of table F.1 for people."""
+    """Return the given columns of table F.1, rendered for a terminal."""
     grid = Table(box=None, header_style="bold", pad_edge=False, padding=(0, COLUMN_GAP, 0, 0))
     for heading in headings:
         grid.add_column(heading, no_wrap=heading != "kind" and len(headings) > 1, overflow="fold")
-    for one in rows:
-        grid.add_row(*(_shorten_cell(one[heading]) for heading in headings))
+    for row in rows:
+        grid.add_row(*(_shorten_cell(row[heading]) for heading in headings))
     pieces = Console(width=width, highlight=False).render(grid)
-    drawn = Text.assemble(*((piece.text, piece.style or "") for piece in pieces))
-    drawn.right_crop(1)  # the end of its last row
-    return drawn
+    table_text = Text.assemble(*((piece.text, piece.style or "") for piece in pieces))
+    table_text.right_crop(1)  # the line break at the end
+    return table_text
 
 
 def fitting_headings(rows: list[dict[str, str]], width: int) -> list[str]:
-    """As many headings, from the left, as there is room for, at least one; a kind may take two
-    rows.
+    """Return as many headings, from the left, as `width` columns can hold, at least one.
+
+    A kind may take two rows, so only its longest word must fit.
     """
-    shown: list[str] = []
-    left = width + COLUMN_GAP
+    headings: list[str] = []
+    remaining = width + COLUMN_GAP
     for heading in rows[0]:
-        cells = [_shorten_cell(one[heading]) for one in rows]
+        cells = [_shorten_cell(row[heading]) for row in rows]
         words = " ".join(cells).split() if heading == "kind" else cells
-        left -= max(map(len, [heading, *words])) + COLUMN_GAP
-        if left < 0 and shown:
+        remaining -= max(map(len, [heading, *words])) + COLUMN_GAP
+        if remaining < 0 and headings:
             break
-        shown.append(heading)
-    return shown
+        headings.append(heading)
+    return headings
 
 
 def _shorten_cell(cell: str) -> str:
+    """Return a cell with `per agent` shortened to `each`."""
     return cell.replace("per agent", "each")
 
 
 class ProblemInfo(NamedTuple):
-    """Everything about a problem: what it is, its spaces, parameters, agents, keys and source."""
+    """All facts about a problem: kind, description, spaces, parameters, agents and keys."""
 
     problem: str
     kind: str
@@ -103,11 +113,11 @@ class ProblemInfo(NamedTuple):
     turns: int | None
     parameters: dict[str, dict[str, object]]  # name -> default and meaning
     variants: list[str]
-    players: dict[str, str]  # agent -> what it does
+    players: dict[str, str]  # agent -> its description
     keys: dict[str, str]  # key -> action
 
     def __str__(self) -> str:
-        """The same for people."""
+        """Return the facts as text."""
         rows = [f"{self.problem}: {self.kind}", "", *([self.about, ""] if self.about else [])]
         rows += [
             f"seats         {', '.join(self.agents)}",
@@ -120,13 +130,13 @@ class ProblemInfo(NamedTuple):
             "parameters (--set NAME=VALUE)",
         ]
         widest = max(map(len, self.parameters))
-        for name, one in self.parameters.items():
-            shown = str(one["default"])
-            shown = shown if len(shown) <= 24 else f"{shown[:21]}..."
-            rows.append(f"  {name:<{widest}} {shown:<24} {one['meaning']}")
+        for name, parameter in self.parameters.items():
+            default = str(parameter["default"])
+            default = default if len(default) <= 24 else f"{default[:21]}..."
+            rows.append(f"  {name:<{widest}} {default:<24} {parameter['meaning']}")
         players = {"human": "You.", **self.players, **SCRIPTED_AGENTS}
         rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
-        rows += [f"  {name:<22} {does}" for name, does in players.items()]
+        rows += [f"  {name:<22} {description}" for name, description in players.items()]
         keys: dict[str, list[str]] = {}
         for key, label in self.keys.items():
             keys.setdefault(label, []).append(key)
@@ -136,7 +146,7 @@ class ProblemInfo(NamedTuple):
 
 
 def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES) -> ProblemInfo:
-    """Everything about a problem, with the keys in force."""
+    """Return all facts about a problem, with the key bindings in force."""
     problem = problems.load_problem(name)
     return ProblemInfo(
         problem=name,
@@ -158,37 +168,38 @@ def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES)
 
 
 def _willing_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    """The agents of the first seat that do not refuse the problem."""
+    """Return the agents by name that do not refuse the first seat of the problem."""
     return {
-        name: make
-        for name, make in agents.load_roster(problem).agents.items()
-        if not agents.refuses_problem(problem, make)
+        name: agent_class
+        for name, agent_class in agents.load_roster(problem).agents.items()
+        if not agents.refuses_problem(problem, agent_class)
     }
 
 
 def _describe_observations(problem: Problem) -> SpaceDescription:
-    """What the first agent observes."""
+    """Return a description of the first agent's observations: words or a list of labels."""
     if not problem.partially_observable:
         return "the state"
-    known = problem.observations[0]
-    if isinstance(known, Labels):
-        return list(known)
-    return "a line of text" if isinstance(known, TextLine) else format_count(known.size, "number")
+    space = problem.observations[0]
+    if isinstance(space, Labels):
+        return list(space)
+    return "a line of text" if isinstance(space, TextLine) else format_count(space.size, "number")
 
 
 def _first_doc_line(agent_class: object) -> str:
-    """What an agent does."""
+    """Return the first line of an agent's docstring."""
     return (agent_class.__doc__ or "").partition("\n")[0]
 
 
 def _describe_actions(actions: Labels | Interval) -> SpaceDescription:
+    """Return a description of an action space: its labels or its bounds."""
     if isinstance(actions, Interval):
         return {"from": actions.low, "to": actions.high}
     return list(actions)
 
 
 def _format_space(space: SpaceDescription) -> str:
-    """Names with commas between, of many the first and the last; the span of reals."""
+    """Return a space as text; of many names, only the first three and the last."""
     if isinstance(space, str):
         return space
     if isinstance(space, dict):
@@ -197,7 +208,7 @@ def _format_space(space: SpaceDescription) -> str:
 
 
 class AgentInfo(NamedTuple):
-    """An agent that fits a problem: what it does, its parameters and what they mean."""
+    """An agent that can play a problem: its description, parameters and their meanings."""
 
     agent: str
     does: str
@@ -207,7 +218,7 @@ class AgentInfo(NamedTuple):
     partner: bool
 
     def __str__(self) -> str:
-        """The same for people."""
+        """Return the agent as text."""
         pairs = ",".join(f"{key}={value}" for key, value in self.parameters.items())
         marks = [word for word in ("advises", "partner") if getattr(self, word)]
         note = f" ({', '.join(marks)})" if marks else ""
@@ -217,43 +228,51 @@ class AgentInfo(NamedTuple):
 
 
 def load_agent_infos(name: str) -> list[AgentInfo]:
-    """The agents that fit a problem."""
+    """Return the agents that can play a problem."""
     problem = problems.load_problem(name)
     rosters = [agents.load_roster(problem, seat) for seat in range(len(problem.agents))]
     advises = {roster.hint_provider for roster in rosters}
     partners = {roster.default_partner for roster in rosters[1:]}
     return [
         AgentInfo(
-            agent, _first_doc_line(make), agents.default_parameters(make), agents.parameter_meanings(make),
-            agent in advises, agent in partners,
+            agent,
+            _first_doc_line(agent_class),
+            agents.default_parameters(agent_class),
+            agents.parameter_meanings(agent_class),
+            agent in advises,
+            agent in partners,
         )
-        for agent, make in _willing_agents(problem).items()
-    ]  # fmt: skip
+        for agent, agent_class in _willing_agents(problem).items()
+    ]
 
 
 def report_agents(name: str, *, json: bool) -> Printout:
-    """The agents that fit a problem, as text or data."""
-    known = load_agent_infos(name)
-    told = dumps([one._asdict() for one in known]) if json else "\n".join(map(str, known))
-    return Printout(told, paged=not json)
+    """Return a report of the agents that can play a problem, as text or JSON."""
+    agent_infos = load_agent_infos(name)
+    text = (
+        dumps([agent_info._asdict() for agent_info in agent_infos])
+        if json
+        else "\n".join(map(str, agent_infos))
+    )
+    return Printout(text, paged=not json)
 
 
 def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text | str:
-    """Table F.1, or its problems of one kind, and what there was no room for."""
+    """Return table F.1, or its problems of one kind, with a note of the columns left out."""
     rows = rows_of_kind(kind)
     if terminal_options.json:
         return dumps(rows)
     width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
     headings = fitting_headings(rows, width)
-    shown = _render_table(rows, headings, width)
-    left_out = [*rows[0]][len(headings) :]
-    if left_out:
-        told = f"no room for {', '.join(left_out)}; --width or --json has all"
-        shown.append(f"\n{fill(told, width)}")
-    return shown
+    table_text = _render_table(rows, headings, width)
+    omitted = [*rows[0]][len(headings) :]
+    if omitted:
+        note = f"no room for {', '.join(omitted)}; --width or --json has all"
+        table_text.append(f"\n{fill(note, width)}")
+    return table_text
 
 
 def report_problem(name: str, keys: KeyPreferences, *, json: bool) -> Printout:
-    """All about a problem, as text or data."""
-    known = load_problem_info(name, keys)
-    return Printout(dumps(known._asdict()) if json else str(known), paged=not json)
+    """Return a report of all facts about a problem, as text or JSON."""
+    problem_info = load_problem_info(name, keys)
+    return Printout(dumps(problem_info._asdict()) if json else str(problem_info), paged=not json)

@@ -1,4 +1,4 @@
-"""A bar, or a line, on the terminal's error channel while work takes longer than a moment."""
+"""Progress bars on standard error for work that takes longer than a second."""
 
 import sys
 import time
@@ -15,9 +15,10 @@ DELAY_SECONDS = 1.0  # seconds before a bar is drawn
 
 
 class ProgressBar(ExitStack):
-    """How far some work is: drawn once it has taken a moment, and wiped at its end.
+    """A progress bar that is drawn after DELAY_SECONDS of work and erased at the end.
 
-    Without motion, a line that the work goes on.
+    Without motion, one line is printed instead of a bar. Nothing is printed if `quiet` is set or
+    standard error is not a terminal.
     """
 
     def __init__(self, task: str, *, quiet: bool = False, motion: bool = True) -> None:
@@ -29,13 +30,13 @@ class ProgressBar(ExitStack):
         self.rich_progress: Progress | None = None
 
     def __exit__(self, *fault: Any) -> None:
-        """Says that nothing came of the work where it was interrupted."""
+        """Erase the bar, and print a message if the work was interrupted."""
         super().__exit__(*fault)
         if isinstance(fault[1], KeyboardInterrupt):
             print(f"interrupted: {self.task}; nothing was found by then", file=sys.stderr)
 
     def __call__(self, share: float) -> None:
-        """Tells that this share of the work, from 0 to 1, is done."""
+        """Report that a share of the work, from 0 to 1, is done."""
         if not self.is_enabled or time.monotonic() - self.start_time < DELAY_SECONDS:
             return
         if not self.motion:
@@ -43,15 +44,16 @@ class ProgressBar(ExitStack):
             self.is_enabled = False
             return
         if self.rich_progress is None:
-            words, left = TextColumn("{task.description}"), TextColumn("left")
-            columns = words, BarColumn(), TimeElapsedColumn(), TimeRemainingColumn(), left
+            words, suffix = TextColumn("{task.description}"), TextColumn("left")
+            columns = words, BarColumn(), TimeElapsedColumn(), TimeRemainingColumn(), suffix
             progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self.enter_context(exit_on_signals())
-            with TURN_GATE:  # the cursor is hidden and to be given back, or neither
+            # a signal must not come between hiding the cursor and registering its return
+            with TURN_GATE:
                 self.rich_progress = self.enter_context(progress)
             self.rich_progress.add_task(self.task, total=1.0)
         self.rich_progress.update(self.rich_progress.task_ids[0], completed=share)
 
     def subtask(self, number: int, count: int) -> Callable[[float], None]:
-        """What is told of one of so many equal parts of the work."""
+        """Return a progress callback for one of `count` equal parts of the work."""
         return lambda share: self((number + share) / count)

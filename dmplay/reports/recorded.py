@@ -1,4 +1,4 @@
-"""Games of a run that are kept as transcripts: some of all, the worst and the best."""
+"""Transcripts of selected episodes of a run: every n-th, the worst and the best."""
 
 from collections.abc import Iterator
 from pathlib import Path
@@ -15,7 +15,10 @@ from dmplay.solutions.solution import Row
 
 
 class TranscriptSelection(NamedTuple):
-    """Where games are kept, and which: each so many, so many worst and best of the first seat."""
+    """The folder for transcripts, and the episodes to record: every n-th, worst and best.
+
+    The worst and best episodes are those of the first seat's return.
+    """
 
     folder: Path | None = None
     every_nth: int = 0
@@ -23,13 +26,15 @@ class TranscriptSelection(NamedTuple):
     best_count: int = 0
 
     def check_options(self) -> None:
-        """Refuses a folder without games, games without a folder, and one that has files."""
-        wanted = self.every_nth or self.worst_count or self.best_count
-        if wanted and self.folder is None:
+        """Raise BadParameter if folder and episodes are not both given, or the folder is not
+        empty.
+        """
+        selects_episodes = self.every_nth or self.worst_count or self.best_count
+        if selects_episodes and self.folder is None:
             raise BadParameter("--every, --worst and --best: expected --record DIR too")
         if self.folder is None:
             return
-        if not wanted:
+        if not selects_episodes:
             raise BadParameter("--record: expected --every N, --worst N or --best N too")
         if self.folder.exists() and (not self.folder.is_dir() or any(self.folder.iterdir())):
             raise BadParameter(f"--record: {self.folder} is not empty; name another folder")
@@ -39,7 +44,7 @@ NO_TRANSCRIPTS = TranscriptSelection()
 
 
 def record_episodes(setting_result: SettingResult, selection: TranscriptSelection) -> Iterator[Row]:
-    """Plays the games of a run that are wanted again, into transcripts; a row for each."""
+    """Play the selected episodes of a run again, recording transcripts; yield a row for each."""
     if selection.folder is None:
         return
     match, (problem, names, _), result = (
@@ -47,31 +52,46 @@ def record_episodes(setting_result: SettingResult, selection: TranscriptSelectio
         setting_result.lineup,
         setting_result.run,
     )
-    place = selection.folder / str(setting_result)
-    place.mkdir(parents=True, exist_ok=True)
+    folder = selection.folder / str(setting_result)
+    folder.mkdir(parents=True, exist_ok=True)
     seats = [f"{seat}={name}" for seat, name in zip(problem.agents, names, strict=True)]
-    for row, why in _select_rows(result, selection).items():
+    for row, reasons in _select_rows(result, selection).items():
         episode = int(result.episode_numbers[row])
-        path = place / f"game-{episode}.dmt"
+        path = folder / f"game-{episode}.dmt"
         game = start_new_game(
             GameRequest(
-                match.problem, settings=match.settings, seed=match.seed, episode=episode,
-                agent=names[0], seats=seats, turns=match.turn_limit, record_path=path, can_ask=False,
+                match.problem,
+                settings=match.settings,
+                seed=match.seed,
+                episode=episode,
+                agent=names[0],
+                seats=seats,
+                turns=match.turn_limit,
+                record_path=path,
+                can_ask=False,
             )
-        )  # fmt: skip
+        )
         list(game.iter_agent_turns())
         game.finish()
-        told = ", ".join(why)
-        yield {"kept": str(path), "why": told, "return": float(result.rollout.returns[row, 0])}
+        reason_text = ", ".join(reasons)
+        yield {
+            "kept": str(path),
+            "why": reason_text,
+            "return": float(result.rollout.returns[row, 0]),
+        }
 
 
 def _select_rows(result: RunResult, selection: TranscriptSelection) -> dict[int, list[str]]:
-    """Which rows are kept, and why."""
+    """Return the selected rows, each with its reasons: worst, best or every."""
     order = np.argsort(result.rollout.returns[:, 0], kind="stable").tolist()
-    wanted: dict[int, list[str]] = {}
-    every = range(0, len(order), selection.every_nth) if selection.every_nth else ()
+    selected: dict[int, list[str]] = {}
+    nth_rows = range(0, len(order), selection.every_nth) if selection.every_nth else ()
     best = order[::-1][: selection.best_count]
-    for why, rows in (("worst", order[: selection.worst_count]), ("best", best), ("every", every)):
+    for reason, rows in (
+        ("worst", order[: selection.worst_count]),
+        ("best", best),
+        ("every", nth_rows),
+    ):
         for row in rows:
-            wanted.setdefault(row, []).append(why)
-    return wanted
+            selected.setdefault(row, []).append(reason)
+    return selected

@@ -1,4 +1,4 @@
-"""Your best and your last games, as a table or as data."""
+"""The report of the player's best and last games, as a table or JSON."""
 
 from json import dumps
 
@@ -9,23 +9,29 @@ HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
 
 
 def report_records(*, json: bool) -> str:
-    """A row for each problem, variant and set of parameters."""
-    known = load_records()
+    """Return a row for each problem, variant and set of parameters, as a table or JSON."""
+    records = load_records()
     if json:
-        return dumps([one.to_json() for one in known])
-    if not known:
+        return dumps([record.to_json() for record in records])
+    if not records:
         return "no game was played to its end"
-    return "\n".join(align_columns([HEADINGS, *map(_record_row, known)]))
+    return "\n".join(align_columns([HEADINGS, *map(_record_row, records)]))
 
 
 def _record_row(record: ProblemRecord) -> tuple[str, ...]:
+    """Return the table row of a record, with dashes if it has no best game."""
     best = record.best
-    told = (f"{best.discounted_return:.6g}", *map(str, best[1:])) if best else ("-",) * 4
-    return (_problem_label(record), record.seat, *told, f"{record.last.discounted_return:.6g}")
+    best_cells = (f"{best.discounted_return:.6g}", *map(str, best[1:])) if best else ("-",) * 4
+    return (
+        _problem_label(record),
+        record.seat,
+        *best_cells,
+        f"{record.last.discounted_return:.6g}",
+    )
 
 
 def _problem_label(record: ProblemRecord) -> str:
-    """The problem, and what of it is not as usual."""
+    """Return the problem with the parameters and the turn limit that are not the defaults."""
     changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
     limit = [] if record.turns is None else [f"--turns {record.turns}"]
     return " ".join([record.problem, *changed, *limit])

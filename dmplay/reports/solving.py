@@ -1,4 +1,4 @@
-"""Solutions on the terminal: found once, kept, and told."""
+"""Reports of solutions, which are computed once and cached."""
 
 import hashlib
 import os
@@ -21,41 +21,42 @@ from dmplay.solutions.solution import Solution
 def load_or_solve(
     name: str, parameters: Mapping[str, object], simulation_options: SimulationOptions
 ) -> Solution:
-    """The solution, kept in the user's cache folder by name, parameters and the code's state.
+    """Return the solution of a problem, from the user's cache folder if it is there.
 
-    That of a problem from elsewhere is found anew: its code may be another by now.
+    Its key is made of name, parameters, simulation options and the version and file times of the
+    code. Solutions of user-defined problems are not cached, because their code may change.
     """
     loaded = problems.resolve_problem(name, parameters)
     if not problems.builtin_stem(loaded.problem):
         return _solve(loaded.problem, simulation_options)
-    asked = simulation_options.episodes, simulation_options.turns, simulation_options.work
-    made = [loaded.name, loaded.parameters, *asked, __version__, *_source_times()]
-    key = dumps(made, sort_keys=True, default=str)
+    option_values = simulation_options.episodes, simulation_options.turns, simulation_options.work
+    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]
+    key = dumps(key_parts, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
     file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
     try:
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         pass
-    found = _solve(loaded.problem, simulation_options)
+    result = _solve(loaded.problem, simulation_options)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(dumps(found._asdict()), encoding="utf-8")
+        file.write_text(dumps(result._asdict()), encoding="utf-8")
     except OSError:
-        pass  # a solution that is not kept is found again
-    return found
+        pass  # a solution that cannot be saved is computed again
+    return result
 
 
 def _solve(problem: Problem, simulation_options: SimulationOptions) -> Solution:
-    """The solution, in which as much is simulated as was wished; refused where nothing is."""
+    """Solve a problem with simulation options; raise BadParameter if an option has no effect."""
     with use_simulation_options(simulation_options):
-        found = solve_problem(problem)
-    simulation_options.check_options_used(found.method)
-    return found
+        result = solve_problem(problem)
+    simulation_options.check_options_used(result.method)
+    return result
 
 
 def _source_times() -> list[int]:
-    """The times of this package's files: another checkout solves anew."""
+    """Return the modification times of this package's files, so that changed code solves again."""
     return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
 
 
@@ -67,12 +68,12 @@ def report_solution(
     json: bool = False,
     motion: bool = True,
 ) -> str:
-    """The solution of a problem; while it is sought, how far that is."""
+    """Return the solution of a problem as text or JSON; show progress while it is computed."""
     with ProgressBar(f"solving {name}", quiet=json, motion=motion) as bar, report_progress_to(bar):
-        found = load_or_solve(name, parameters, simulation_options)
+        result = load_or_solve(name, parameters, simulation_options)
     if json:
         loaded = problems.resolve_problem(name, parameters)
-        told = {"problem": loaded.name, "parameters": loaded.parameters}
-        return dumps(told | found._asdict())
-    title = " ".join([name, *(f"{key}={one}" for key, one in parameters.items())])
-    return "\n".join([f"{title}: {found.method}", found.result, "", format_table(found.rows, 6)])
+        header = {"problem": loaded.name, "parameters": loaded.parameters}
+        return dumps(header | result._asdict())
+    title = " ".join([name, *(f"{key}={value}" for key, value in parameters.items())])
+    return "\n".join([f"{title}: {result.method}", result.result, "", format_table(result.rows, 6)])

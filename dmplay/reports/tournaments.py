@@ -1,4 +1,4 @@
-"""Everybody against everybody, for people and programs: `tournament`."""
+"""The report of `tournament`, a round robin of agents, as text, JSON or CSV."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -23,7 +23,8 @@ from dmplay.reports.progress import ProgressBar
 from dmplay.reports.tables import format_csv, format_json, format_mean, format_table
 from dmplay.solutions.solution import Row
 
-EQUILIBRIUM_AGENTS = ("equilibrium", "nash")  # agents that are one, where a problem has them
+# agents that play an equilibrium, if a problem has them
+EQUILIBRIUM_AGENTS = ("equilibrium", "nash")
 
 
 def report_tournament(
@@ -34,17 +35,21 @@ def report_tournament(
     orders: str = SEATING_ORDERS[0],
     results_file: Path | None = None,
 ) -> Printout:
-    """Everybody against everybody: the cross table, the standings, and the game this makes."""
+    """Run a round-robin tournament; report the cross table, the standings and the equilibrium.
+
+    Results are saved in `results_file`, if it is given, so that a tournament can resume. Raise
+    BadParameter if an entrant is named twice.
+    """
     if len({*entrants}) < len(entrants):
         raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
     problem = request.load_problem().problem
-    seats = len(problem.agents)
+    seat_count = len(problem.agents)
     policies = {name: _entrant_policies(problem, name, request) for name in entrants}
     facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
-    played = TournamentCheckpoint(results_file, facts) if results_file else {}
-    exact = _equilibrium_agent(problem) if orders == SEATING_ORDERS[0] else ""
+    returns_by_seating = TournamentCheckpoint(results_file, facts) if results_file else {}
+    exact_agent = _equilibrium_agent(problem) if orders == SEATING_ORDERS[0] else ""
     with (
         ProgressBar(
             f"a tournament of {len(entrants)}",
@@ -53,18 +58,29 @@ def report_tournament(
         ) as bar,
         open_execution_backend(request.engine, request.workers) as (workers, executor),
     ):
-        found = run_tournament(
-            problem, policies, equilibrium_policies=_entrant_policies(problem, exact, request) if exact else None,
-            episodes=episodes, turns=request.turn_limit, seed=request.seed, workers=workers,
-            executor=executor, progress=bar, returns_by_seating=played, seating_order=orders,
-        )  # fmt: skip
-    many, games = (
-        len(list_seatings(len(entrants), seats, orders)),
+        result = run_tournament(
+            problem,
+            policies,
+            equilibrium_policies=_entrant_policies(problem, exact_agent, request)
+            if exact_agent
+            else None,
+            episodes=episodes,
+            turns=request.turn_limit,
+            seed=request.seed,
+            workers=workers,
+            executor=executor,
+            progress=bar,
+            returns_by_seating=returns_by_seating,
+            seating_order=orders,
+        )
+    seating_count, game_count = (
+        len(list_seatings(len(entrants), seat_count, orders)),
         format_count(episodes, "game", ","),
     )
-    head = f"{request.title}: {many} seatings of {games} of seed {request.seed}"
+    headline = f"{request.title}: {seating_count} seatings of {game_count} of seed {request.seed}"
     return make_report(
-        _format_tournament(found, request.output_format, head, facts, exact), found.shortfall_reason
+        _format_tournament(result, request.output_format, headline, facts, exact_agent),
+        result.shortfall_reason,
     )
 
 
@@ -75,12 +91,16 @@ def _format_tournament(
     facts: dict[str, object],
     exact_agent: str,
 ) -> str:
-    """The tournament in a form; for people under this headline."""
+    """Return the tournament as JSON, CSV or text; as text, under a headline."""
     standings = _standing_rows(tournament)
     if output_format == "json":
-        rest = {"table": tournament.mean_returns.tolist(), "equilibrium": exact_agent, "exploitability": tournament.exploitability,
-                "standings": standings}  # fmt: skip
-        return format_json(facts | rest)
+        extra = {
+            "table": tournament.mean_returns.tolist(),
+            "equilibrium": exact_agent,
+            "exploitability": tournament.exploitability,
+            "standings": standings,
+        }
+        return format_json(facts | extra)
     if output_format == "csv":
         return format_csv(standings)
     cross = (
@@ -88,64 +108,80 @@ def _format_tournament(
     )
     parts = [headline, *cross, format_table([_standing_table_row(row) for row in standings])]
     if tournament.exploitability is not None and len(tournament.mean_returns.shape) > 3:
-        more = (
+        gain_text = (
             f"more than {format_upper_bound(tournament.exploitability, 2)}"
             if tournament.exploitability
             else "anything"
         )
-        parts.append(f"equilibrium: of this table; by another entrant no seat gains {more} in it")
+        parts.append(
+            f"equilibrium: of this table; by another entrant no seat gains {gain_text} in it"
+        )
     if tournament.exact_regrets:
         parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")
     return "\n\n".join(parts)
 
 
 def _entrant_policies(problem: Problem, name: str, request: EvaluationRequest) -> list[Policy]:
-    """An entrant for every seat."""
+    """Return an entrant's policies for all seats."""
     return [make_policy(problem, seat, name, request) for seat in range(len(problem.agents))]
 
 
 def _equilibrium_agent(problem: Problem) -> str:
-    """The agent that plays an equilibrium of the problem itself; '' where none is known."""
+    """Return the agent that plays an equilibrium of the problem itself, or '' if there is none.
+
+    Only two-agent problems without hidden states are considered.
+    """
     if len(problem.agents) != 2 or problem.partially_observable:
         return ""
-    known = [agents.load_roster(problem, seat).agents for seat in (0, 1)]
-    return next((name for name in EQUILIBRIUM_AGENTS if all(name in one for one in known)), "")
+    agents_by_seat = [agents.load_roster(problem, seat).agents for seat in (0, 1)]
+    return next(
+        (
+            name
+            for name in EQUILIBRIUM_AGENTS
+            if all(name in seat_agents for seat_agents in agents_by_seat)
+        ),
+        "",
+    )
 
 
 def _cross_table(tournament: TournamentResult) -> list[Row]:
-    """What the first seat and the second earn, the first seat's entrants as rows."""
+    """Return a table of the mean returns of both seats, with the first seat's entrants as rows."""
     rows: list[Row] = []
-    for name, paid in zip(tournament.entrants, tournament.mean_returns, strict=True):
+    for name, row_returns in zip(tournament.entrants, tournament.mean_returns, strict=True):
         row: Row = {"first seat": name}
-        for other, pair in zip(tournament.entrants, paid, strict=True):
-            row[other] = "-" if np.isnan(pair).any() else "{:.4g}, {:.4g}".format(*pair)
+        for opponent, returns in zip(tournament.entrants, row_returns, strict=True):
+            row[opponent] = "-" if np.isnan(returns).any() else "{:.4g}, {:.4g}".format(*returns)
         rows.append(row)
     return rows
 
 
 def _standing_rows(tournament: TournamentResult) -> list[Row]:
-    """The entrants, the best first, and last those who did not play."""
+    """Return the entrants as rows of data, the best first, those that did not play last."""
     rows: list[Row] = []
-    for who in np.argsort(
-        [-one.mean for one in tournament.return_estimates], kind="stable"
+    for index in np.argsort(
+        [-estimate.mean for estimate in tournament.return_estimates], kind="stable"
     ).tolist():
-        one = tournament.return_estimates[who]
-        row: Row = {"entrant": tournament.entrants[who]} | estimate_row(one)
+        estimate = tournament.return_estimates[index]
+        row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
         if tournament.best_replies is not None:
-            row["best reply to it"] = tournament.entrants[tournament.best_replies[who]]
+            row["best reply to it"] = tournament.entrants[tournament.best_replies[index]]
         if tournament.equilibrium is not None and tournament.regrets is not None:
-            share = float(np.mean([mix[who] for mix in tournament.equilibrium]))
-            row |= {"share in equilibrium": share, "regret": float(tournament.regrets[who])}
+            equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
+            row |= {
+                "share in equilibrium": equilibrium_share,
+                "regret": float(tournament.regrets[index]),
+            }
         if tournament.exact_regrets is not None:
-            lost = tournament.exact_regrets[who]
-            row |= {"exact regret": lost.mean, "exact error": lost.standard_error}
+            regret = tournament.exact_regrets[index]
+            row |= {"exact regret": regret.mean, "exact error": regret.standard_error}
         rows.append(row)
     return rows
 
 
 def _standing_table_row(row: Row) -> Row:
-    shown = {key: value for key, value in row.items() if key not in ("low", "high")}
-    shown["mean return"] = format_mean(shown["mean return"], shown.pop("standard error"))
-    if "exact regret" in shown:
-        shown["exact regret"] = format_mean(shown["exact regret"], shown.pop("exact error"), ".4g")
-    return shown
+    """Return a table row of the standings, with means and standard errors combined."""
+    cells = {key: value for key, value in row.items() if key not in ("low", "high")}
+    cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))
+    if "exact regret" in cells:
+        cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), ".4g")
+    return cells

@@ -1,4 +1,4 @@
-"""What is done on the play screen: actions, looks ahead, real time, agents' turns, typed lines."""
+"""Actions of the play screen: turns, lookahead, the real-time clock, typed commands."""
 
 from dmplay.describe import format_count
 from dmplay.screen.modes import Mode, ModeEvent
@@ -7,36 +7,42 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.words.commands import PlayerQuit, iter_commands_until_handover, run_line
 from dmplay.words.game_commands import preview_action
 
-MIN_SPEED, MAX_SPEED = 0.1, 50.0  # turns a second
+MIN_SPEED, MAX_SPEED = 0.1, 50.0  # turns per second
 GAME_OVER_MESSAGE = "the game is over"
-MAX_UNSAVED_TURNS = 20  # turns that nobody wants to lose by one key
+MAX_UNSAVED_TURNS = 20  # number of unsaved turns that one key may discard
 
 
 def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> None:
-    """Plays an action, or shows what it may bring; in real time, keeps it for the clock."""
+    """Play an action, preview it in lookahead mode, or in real time let the clock repeat it.
+
+    The message tells when the other players must still choose in a game with open views.
+    """
     game = screen.game
     if screen.modes.display_mode is Mode.LOOKAHEAD:
-        mine = seat in (None, game.viewing_seat)
-        screen.message = preview_action(game, action) if mine else "another's key"
-        screen.lookahead_message = screen.message if mine else ""
+        is_own_key = seat in (None, game.viewing_seat)
+        screen.message = preview_action(game, action) if is_own_key else "another's key"
+        screen.lookahead_message = screen.message if is_own_key else ""
         return
     if screen.realtime_rate:
         screen.clock.repeated_action = action
         start_clock(screen)
         return
-    played = game.choose(action, seat)
+    turn_played = game.choose(action, seat)
     screen.log_new_turns()
-    if played:
+    if turn_played:
         _start_animation(screen)
     if not (
-        played or game.has_private_views or game.choosing_seat is None
-    ):  # a curtain tells it in private
+        turn_played or game.has_private_views or game.choosing_seat is None
+    ):  # With private views the handover screen announces the next player.
         name = game.problem.agents[game.choosing_seat]
         screen.message = f"{name} chooses; the other choice stays hidden until both are in"
 
 
 def start_lookahead(screen: PlayScreen) -> None:
-    """Asks for an action, to show what it may bring."""
+    """Start the lookahead mode, in which the next action is previewed and not played.
+
+    Show a message if no person chooses or the clock runs. Raise an error if hints are forbidden.
+    """
     game = screen.game
     game.check_hints_allowed("whatif")
     if game.choosing_seat is None:
@@ -51,22 +57,22 @@ def start_lookahead(screen: PlayScreen) -> None:
 
 
 def start_clock(screen: PlayScreen) -> None:
-    """Lets real time begin, once."""
+    """Start the countdown of the real-time clock, if it has not started yet."""
     screen.message = screen.clock.start(len(screen.game.session.turns)) or screen.message
 
 
 def clock_rate(screen: PlayScreen) -> float:
-    """Beats of the clock a second."""
+    """Return the current rate of the real-time clock in beats per second."""
     return screen.clock.beats_per_second(len(screen.game.session.turns))
 
 
 def tick_clock(screen: PlayScreen) -> None:
-    """A beat of the clock in real time: it counts down, then the last push repeats."""
+    """Process one beat of the real-time clock: count down, then repeat the last pressed action."""
     if screen.modes.play_mode is not Mode.REALTIME or screen.game.choosing_seat is None:
         return
-    told = screen.clock.count_down()
-    if told is not None:
-        screen.message = told
+    countdown_message = screen.clock.count_down()
+    if countdown_message is not None:
+        screen.message = countdown_message
     elif screen.clock.repeated_action is not None:
         with screen.errors_as_messages():
             screen.game.choose(screen.clock.repeated_action)
@@ -74,7 +80,10 @@ def tick_clock(screen: PlayScreen) -> None:
 
 
 def toggle_pause(screen: PlayScreen) -> None:
-    """Lets agents play or stops them; stops the clock of real time or lets it go on."""
+    """Toggle between play and pause: of agents that play alone, or of the real-time clock.
+
+    Show a message if the game is over or nothing runs by itself.
+    """
     game = screen.game
     if game.session.over:
         screen.message = GAME_OVER_MESSAGE
@@ -83,32 +92,35 @@ def toggle_pause(screen: PlayScreen) -> None:
     elif game.human_seats and not screen.realtime_rate:
         screen.message = "the game waits for you; there is nothing to pause"
     else:
-        moving = screen.modes.play_mode in (Mode.AUTOPLAY, Mode.REALTIME)
-        screen.modes.handle_event(ModeEvent.STOPPED if moving else ModeEvent.STARTED)
-        screen.message = "paused; P goes on" if moving else ""
+        was_running = screen.modes.play_mode in (Mode.AUTOPLAY, Mode.REALTIME)
+        screen.modes.handle_event(ModeEvent.STOPPED if was_running else ModeEvent.STARTED)
+        screen.message = "paused; P goes on" if was_running else ""
 
 
 def step_agents(screen: PlayScreen) -> None:
-    """A turn of a game without people."""
+    """Play one turn of a game without people, and animate it unless the speed is high."""
     session = screen.game.session
     if session.over:
         screen.message = GAME_OVER_MESSAGE
         return
-    before = len(session.turns)
+    previous_turn_count = len(session.turns)
     screen.game.play_agent_turn()
     screen.log_new_turns()
-    if len(screen.game.session.turns) > before and screen.speed * ANIMATION_SECONDS < 1:
+    if (
+        len(screen.game.session.turns) > previous_turn_count
+        and screen.speed * ANIMATION_SECONDS < 1
+    ):
         _start_animation(screen)
 
 
 def _start_animation(screen: PlayScreen) -> None:
-    """Has the last turn seen to happen, where its view can draw that and things may move."""
+    """Start animating the last turn, if the terminal allows motion and the view can animate."""
     if screen.terminal.motion and getattr(screen.game.view_module, "HAS_MOTION", False):
         screen.animation.start()
 
 
 def autoplay_turn(screen: PlayScreen) -> None:
-    """A turn of a game that plays by itself; an error stops it."""
+    """Play one turn in autoplay; an error stops autoplay."""
     screen.modes.handle_event(ModeEvent.STOPPED)
     with screen.errors_as_messages():
         step_agents(screen)
@@ -116,13 +128,16 @@ def autoplay_turn(screen: PlayScreen) -> None:
 
 
 def change_speed(screen: PlayScreen, factor: float) -> None:
-    """Lets agents play so many times as fast."""
+    """Multiply the autoplay speed by `factor`, within MIN_SPEED and MAX_SPEED."""
     screen.speed = min(max(screen.speed * factor, MIN_SPEED), MAX_SPEED)
     screen.message = f"{format_count(screen.speed, 'turn', '.3g')} a second"
 
 
 def run_typed_line(screen: PlayScreen, line: str) -> None:
-    """Does what a line of the command row says; raises Leave."""
+    """Run the commands typed in the command row; raise PlayerQuit if one of them quits.
+
+    Stop before the rest of the line once the keyboard goes to another player.
+    """
     screen.modes.handle_event(ModeEvent.CLOSED)
     with screen.errors_as_messages():
         for part in iter_commands_until_handover(screen.controller, line):
@@ -130,10 +145,10 @@ def run_typed_line(screen: PlayScreen, line: str) -> None:
 
 
 def quit_game(screen: PlayScreen) -> None:
-    """Leaves the game; where many turns of it are not kept, only when asked twice."""
+    """Raise PlayerQuit; if more than MAX_UNSAVED_TURNS would be lost, only warn the first time."""
     recorder = screen.game.recorder
-    unkept = 0 if recorder and not recorder.write_error else len(screen.game.session.turns)
-    if unkept <= MAX_UNSAVED_TURNS or screen.modes.display_mode is Mode.QUIT_WARNING:
+    unsaved_turns = 0 if recorder and not recorder.write_error else len(screen.game.session.turns)
+    if unsaved_turns <= MAX_UNSAVED_TURNS or screen.modes.display_mode is Mode.QUIT_WARNING:
         raise PlayerQuit
     screen.modes.handle_event(ModeEvent.QUIT_WARNED)
-    screen.message = f"{unkept} turns are not kept; q once more leaves"
+    screen.message = f"{unsaved_turns} turns are not kept; q once more leaves"

@@ -1,41 +1,46 @@
-"""Real time: it begins with a key, counts down, goes slowly at first and quickens."""
+"""The real-time clock: started by a key, then a countdown, then a rising rate."""
 
 COUNTDOWN_BEATS, COUNTDOWN_BEATS_PER_SECOND = (
     3,
     2.0,
-)  # beats before it begins, and how many a second
+)  # number of beats in the countdown; beats per second
 INITIAL_RATE_SHARE, RAMP_TURNS = (
     0.1,
     100,
-)  # it begins at this share of its rate; all of it after so many turns
+)  # share of the full rate at the start; turns until the full rate
 CLOCK_START_HINT = "the clock starts with a key; P stops it"
 
 
 class RealtimeClock:
-    """What repeats the action that was chosen last, once it was started."""
+    """The real-time clock, which repeats the last pressed action at a rising rate."""
 
     def __init__(self, rate: float | None) -> None:
-        self.rate = rate  # turns a second; None where each turn waits for a key
-        self.repeated_action: float | None = None  # the action that repeats
+        self.rate = rate  # turns per second; None if each turn waits for a key
+        self.repeated_action: float | None = None  # None before the first action
         self._countdown_left: int | None = (
-            None  # beats of the countdown; None before the key that starts it
+            None  # beats left in the countdown; None before the clock starts
         )
-        self._start_turn = 0  # the turn at which it was started
+        self._start_turn = 0  # number of turns played when the clock started
 
     @property
     def is_started(self) -> bool:
-        """Whether it counts down or goes."""
+        """True once the countdown has started."""
         return self._countdown_left is not None
 
     def start(self, turn_count: int) -> str:
-        """Begins to count down after so many turns; what it says, nothing where it goes."""
+        """Start the countdown and return its message; return '' if the clock has started before."""
         if self.is_started:
             return ""
         self._countdown_left, self._start_turn = COUNTDOWN_BEATS, turn_count
         return f"{COUNTDOWN_BEATS} ..."
 
     def beats_per_second(self, turn_count: int) -> float:
-        """Beats a second: of the countdown; then of turns, slow at first, faster as they go on."""
+        """Return the number of beats per second after `turn_count` turns of the game.
+
+        The countdown has its own fixed rate. After it the rate rises linearly, from
+        INITIAL_RATE_SHARE of
+        `rate` to all of it over RAMP_TURNS turns.
+        """
         if self._countdown_left or not self.rate:
             return COUNTDOWN_BEATS_PER_SECOND
         return self.rate * min(
@@ -45,7 +50,7 @@ class RealtimeClock:
         )
 
     def count_down(self) -> str | None:
-        """Counts down by a beat; what it says, None once it is through."""
+        """Count down by one beat; return the message to show, or None if the countdown is over."""
         if not self._countdown_left:
             return None
         self._countdown_left -= 1

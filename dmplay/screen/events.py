@@ -1,4 +1,4 @@
-"""What happened, in the rows that there are for it: the last of it, or what was before."""
+"""The rows of the event log: the latest events, or earlier ones after scrolling back."""
 
 from collections.abc import Sequence
 from itertools import chain, repeat
@@ -12,11 +12,11 @@ from dmplay.screen.wrapping import wrap_line, wrap_lines
 from dmplay.styles import ScreenLine
 from dmplay.terminal import escape_unprintable
 
-MIN_LOG_ROWS = 2  # rows at least
+MIN_LOG_ROWS = 2  # rows
 
 
 def list_events(game: Game, log: Sequence[str]) -> list[str]:
-    """What happened; after the game, what was hidden, what the moves were worth, how it ended."""
+    """Return the log; once the game is over, append the debriefing, the review and the result."""
     lines = [
         *log,
         *map(format_facts, game.narrator.debrief_rows()),
@@ -25,7 +25,7 @@ def list_events(game: Game, log: Sequence[str]) -> list[str]:
     return [*lines, f"over: {game.narrator.describe_result()}"] if game.session.over else lines
 
 
-def layout_log(  # noqa: PLR0913 - what is told, where, and from which row on
+def layout_log(  # noqa: PLR0913 - the log, its viewport and the scroll state
     game: Game,
     viewport: Viewport,
     long_messages: list[str],
@@ -34,63 +34,84 @@ def layout_log(  # noqa: PLR0913 - what is told, where, and from which row on
     *,
     is_side_column: bool = False,
 ) -> Sequence[ScreenLine]:
-    """The last events, wrapped, or those before them; a message too long for its row."""
+    """Return the wrapped log rows that fit the viewport, the latest or those scrolled back to.
+
+    Messages too long for their own row, `long_messages`, follow the log. A log that is scrolled
+    back, or that overflows once the game is over, ends with a row that names the visible rows.
+    """
     height, over = viewport.height, game.session.over
-    told = log if over or scroll_offset else log[-height:]
+    visible_log = log if over or scroll_offset else log[-height:]
     lines = (
-        [*list_events(game, told), *map(escape_unprintable, long_messages)]
+        [*list_events(game, visible_log), *map(escape_unprintable, long_messages)]
         if over or long_messages
-        else told
+        else visible_log
     )
     if height > (1 if scroll_offset else MIN_LOG_ROWS + 1) and (over or scroll_offset):
-        many = sum(len(wrap_line(line, viewport.width)) for line in lines)
-        if many > height:
+        row_count = sum(len(wrap_line(line, viewport.width)) for line in lines)
+        if row_count > height:
             return _scrolled_rows(
                 wrap_lines(lines[-height - scroll_offset :], viewport),
-                many,
+                row_count,
                 viewport,
                 scroll_offset,
             )
-    moved = _column_rows(log, viewport) if is_side_column and not (over or long_messages) else []
-    return moved or _last_rows(lines, viewport)
+    column_rows = (
+        _column_rows(log, viewport) if is_side_column and not (over or long_messages) else []
+    )
+    return column_rows or _last_rows(lines, viewport)
 
 
 def _last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
-    """The last lines that there is room for, each told whole unless there is none for one."""
-    told = [
+    """Return the last lines that fit, none of them cut unless even the last one does not fit."""
+    rows_by_line = [
         *map(
             wrap_line, lines[-viewport.height :] if viewport.height else [], repeat(viewport.width)
         )
     ]
-    left = viewport.height - sum(map(len, told))
-    while left < 0 and len(told) > 1:
-        left += len(told.pop(0))
-    return [*chain(*told)] if left >= 0 else _truncate_rows(told[0], viewport.height, viewport)
+    free_rows = viewport.height - sum(map(len, rows_by_line))
+    while free_rows < 0 and len(rows_by_line) > 1:
+        free_rows += len(rows_by_line.pop(0))
+    return (
+        [*chain(*rows_by_line)]
+        if free_rows >= 0
+        else _truncate_rows(rows_by_line[0], viewport.height, viewport)
+    )
 
 
 def _column_rows(log: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
-    """The last events, which move up by several at a time: most turns write one row more."""
+    """Return the last events in a side column, which scrolls by several rows at a time.
+
+    Most turns then only append a row, so little is repainted. Return [] if no start row fits.
+    """
     step = max(viewport.height // 6, 1)
     first = max(-(-(len(log) - viewport.height) // step) * step, 0)
-    parts = (wrap_lines(log[at:], viewport) for at in range(first, len(log), step))
-    return next((told for told in parts if len(told) <= viewport.height), [])
+    candidates = (wrap_lines(log[start:], viewport) for start in range(first, len(log), step))
+    return next((rows for rows in candidates if len(rows) <= viewport.height), [])
 
 
 def _scrolled_rows(
     last_rows: list[str], row_count: int, viewport: Viewport, scroll_offset: int
 ) -> Sequence[ScreenLine]:
-    """The last of so many rows, or those so many before them, and which they are."""
-    end, before = max(row_count - scroll_offset, viewport.height - 1), row_count - len(last_rows)
+    """Return the rows at a scroll offset from the end, and a row with their numbers.
+
+    `last_rows` holds the last of all `row_count` rows, enough for this window.
+    """
+    end, skipped_rows = (
+        max(row_count - scroll_offset, viewport.height - 1),
+        row_count - len(last_rows),
+    )
     begin = end - viewport.height + 1
-    told = f" rows {begin + 1}-{end} of {row_count}: PgUp"
+    position = f" rows {begin + 1}-{end} of {row_count}: PgUp"
     keys = (" PgDn Home End", " PgDn")
-    more = next((some for some in keys if len(told + some) <= viewport.width), "")
-    return [*last_rows[begin - before : end - before], ((told + more, "dim"),)]
+    key_help = next(
+        (keys_text for keys_text in keys if len(position + keys_text) <= viewport.width), ""
+    )
+    return [*last_rows[begin - skipped_rows : end - skipped_rows], ((position + key_help, "dim"),)]
 
 
 def _truncate_rows(lines: Sequence[str], max_rows: int, viewport: Viewport) -> Sequence[ScreenLine]:
-    """As many rows as there is room for, the last with the sign that it goes on."""
-    *before, last = lines[:max_rows]
-    cut = Text(last)
-    cut.truncate(viewport.width - 1)
-    return [*before, cut.append("…")]
+    """Return the first `max_rows` lines, the last one with an ellipsis."""
+    *head, last = lines[:max_rows]
+    truncated = Text(last)
+    truncated.truncate(viewport.width - 1)
+    return [*head, truncated.append("…")]

@@ -1,4 +1,4 @@
-"""The last row of the screen: the keys that count now."""
+"""The last row of the play screen: the keys that work now."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cache, lru_cache
@@ -27,11 +27,11 @@ COMMAND_KEYS = (
     ("hint", "help", "quit"),
     ("help", "quit"),
 )
-SHORT_LABEL_COLUMNS = (7, 4)  # columns of a label where not all have room
+SHORT_LABEL_COLUMNS = (7, 4)  # maximum label columns to try when the full labels do not fit
 
 
 class ActionKey(NamedTuple):
-    """A key that plays: how it is shown, its action, whether it is legal, what is lost by it."""
+    """A key that plays an action: its name, the action's label, legality and regret as text."""
 
     key: str
     label: str
@@ -40,98 +40,132 @@ class ActionKey(NamedTuple):
 
     @property
     def text(self) -> str:
-        """Key, action and loss between blanks; in their place brackets where it is not legal."""
+        """The key, label and regret between blanks; key and label in brackets if illegal."""
         key = KEY_SYMBOLS.get(self.key, self.key)
-        told = self.label if self.key == self.label else f"{key} {self.label}".strip()
-        return f" {told}{self.regret_text} " if self.is_legal else f"[{told}]"
+        label = self.label if self.key == self.label else f"{key} {self.label}".strip()
+        return f" {label}{self.regret_text} " if self.is_legal else f"[{label}]"
 
 
 def format_footer(
     game: Game, viewport: Viewport, frame_state: FrameState = EMPTY_FRAME_STATE
 ) -> Text:
-    """The keys that count now, the game's before the shell's; help and quit are always there."""
+    """Return the footer row: the game's action keys, then the command keys.
+
+    The help and quit keys are always included. Before a handover it has only Enter and quit.
+    """
     if frame_state.handover_agent:
         return fit_text(Text(" Enter shows the board  q quit"), viewport)
-    # A recording is never over: one goes back in it.
-    ended = game.request is not None and game.session.over
-    over, waits = bool(frame_state.is_lookback or ended), game.choosing_seat is not None
-    unneeded = 0 if over else 3 if game.hints_forbidden else not waits
-    barred = "undo" * bool(game.undo_forbidden_reason)
-    tails = _format_command_tails(
-        _navigation_keys(game, frame_state, is_game_over=ended), unneeded, barred, is_game_over=over
+    # A replayed transcript never counts as over, because the player can step back in it.
+    has_ended = game.request is not None and game.session.over
+    uses_game_over_keys, is_choosing = (
+        bool(frame_state.is_lookback or has_ended),
+        game.choosing_seat is not None,
+    )
+    skipped_count = 0 if uses_game_over_keys else 3 if game.hints_forbidden else not is_choosing
+    excluded_command = "undo" * bool(game.undo_forbidden_reason)
+    command_rows = _format_command_tails(
+        _navigation_keys(game, frame_state, is_game_over=has_ended),
+        skipped_count,
+        excluded_command,
+        is_game_over=uses_game_over_keys,
     )
     return (
-        _fit_footer(_iter_key_rows(game, frame_state.hint), tails, viewport)
-        if waits
-        else _format_commands_only(tails, viewport)
+        _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
+        if is_choosing
+        else _format_commands_only(command_rows, viewport)
     )
 
 
 @lru_cache(16)
 def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
-    """The shell's keys alone; nobody writes into the row."""
+    """Return the footer with only the command keys; cached, so callers must not modify it."""
     return _fit_footer([Text("")], command_rows, viewport)
 
 
 def _fit_footer(forms: Iterable[Text], command_rows: Sequence[str], viewport: Viewport) -> Text:
-    """The first form that there is room for, else the last, and as many of the shell's keys."""
-    left, row = viewport.width - len(command_rows[-1]) - 1, Text()
+    """Join the first form of the action keys that fits with the fullest command keys that fit.
+
+    If no form fits, the last one is cut with an ellipsis.
+    """
+    available, row = viewport.width - len(command_rows[-1]) - 1, Text()
     for row in forms:
-        if len(row.plain) <= left:
+        if len(row.plain) <= available:
             break
-    if len(row.plain) > left > 1:
-        row.truncate(left - 1, overflow="ellipsis")
+    if len(row.plain) > available > 1:
+        row.truncate(available - 1, overflow="ellipsis")
         row.append(" ")
-    tail = next(
-        (tail for tail in command_rows if len(row.plain) + 1 + len(tail) <= viewport.width),
+    command_row = next(
+        (
+            command_row
+            for command_row in command_rows
+            if len(row.plain) + 1 + len(command_row) <= viewport.width
+        ),
         command_rows[-1],
     )
-    return fit_text(row.append(" ").append(tail, style="dim"), viewport)
+    return fit_text(row.append(" ").append(command_row, style="dim"), viewport)
 
 
 def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
-    """The keys that play, in words and in fewer."""
+    """Yield the rows of action keys, from the fullest form to the shortest.
+
+    For typed numbers these are instructions. With a hint, rows ranked by regret come first.
+    """
     if game.keyboard.is_number_entry(game.viewing_seat):
         nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
-        best = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
-        yield Text(f"{best} type a number, Enter plays it  {nudges} nudge it ")
-        yield Text(f"{best} a number, Enter ")
+        recommendation = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
+        yield Text(f"{recommendation} type a number, Enter plays it  {nudges} nudge it ")
+        yield Text(f"{recommendation} a number, Enter ")
     else:
-        legal = [ActionKey(*one) for one in game.keyboard.list_actions_with_keys(game.view())]
+        legal = [
+            ActionKey(*action_key)
+            for action_key in game.keyboard.list_actions_with_keys(game.view())
+        ]
         yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
         yield _join_keys(legal)
-        for most in (*SHORT_LABEL_COLUMNS, 0):
-            cut = [one._replace(label=_truncate_label(one.label, most)) for one in legal]
-            if not most or len({one.label for one in cut}) == len(cut):  # tells them apart
-                yield _join_keys(cut)
+        for max_width in (*SHORT_LABEL_COLUMNS, 0):
+            short_keys = [
+                action_key._replace(label=_truncate_label(action_key.label, max_width))
+                for action_key in legal
+            ]
+            # The shortened labels must stay distinct.
+            if not max_width or len({action_key.label for action_key in short_keys}) == len(
+                short_keys
+            ):
+                yield _join_keys(short_keys)
 
 
 def _truncate_label(label: str, max_width: int) -> str:
+    """Return a label cut to at most `max_width` columns with an ellipsis; '' if the width is 0."""
     return label if len(label) <= max_width else f"{label[: max_width - 1]}…" if max_width else ""
 
 
 def _join_keys(actions: Sequence[ActionKey]) -> Text:
+    """Join the texts of action keys into one row."""
     return Text("".join(action.text for action in actions))
 
 
 def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterator[list[ActionKey]]:
-    """The legal actions, the best first, each with what it loses as a bar, with names or numbers
-    or both or neither.
+    """Yield the legal actions ranked by regret, best first, each with its regret as a bar.
+
+    The rows come with names and numbers, with only one of them, then with neither. Yield nothing if
+    the hint has no regrets.
     """
-    both = hint.ranked_actions if hint else []
-    if not both or hint is None:
+    ranking = hint.ranked_actions if hint else []
+    if not ranking or hint is None:
         return
-    most, places = both[-1][1], count_fewest_decimals([loss for _, loss in both])
-    for numbers, names in product((True, False), repeat=2):
+    max_regret, decimals = ranking[-1][1], count_fewest_decimals([regret for _, regret in ranking])
+    for with_numbers, with_names in product((True, False), repeat=2):
         ranked = []
-        for number, loss in both:
-            equal = names and hint.action not in {None, number}
-            lost = f" {EQUALLY_GOOD_LABEL if equal else BEST_LABEL}"
-            if loss:
-                bar = BAR_LEVELS[min(int(len(BAR_LEVELS) * loss / most), len(BAR_LEVELS) - 1)]
-                lost = f" {bar}{format_fixed(-loss, places) if numbers else ''}"
-            label = actions[number].label if names else ""
-            ranked.append(actions[number]._replace(label=label, regret_text=lost))
+        for action, regret in ranking:
+            is_equally_good = with_names and hint.action not in {None, action}
+            regret_text = f" {EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL}"
+            if regret:
+                bar = BAR_LEVELS[
+                    min(int(len(BAR_LEVELS) * regret / max_regret), len(BAR_LEVELS) - 1)
+                ]
+                regret_text = f" {bar}{format_fixed(-regret, decimals) if with_numbers else ''}"
+            label = actions[action].label if with_names else ""
+            ranked.append(actions[action]._replace(label=label, regret_text=regret_text))
         yield ranked
 
 
@@ -139,19 +173,23 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
 def _format_command_tails(
     navigation_keys: Sequence[str], skipped_count: int, excluded_command: str, *, is_game_over: bool
 ) -> tuple[str, ...]:
-    """The shell's keys but one, most of them first, but for so many of these rows."""
+    """Return the command keys as texts, from the fullest row to the shortest.
+
+    The `navigation_keys` come first, `excluded_command` is left out, and the first `skipped_count`
+    rows are not used.
+    """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
-    names = [[name for name in row if name != excluded_command] for row in rows]
+    command_rows = [[name for name in row if name != excluded_command] for row in rows]
     tails = [
-        "  ".join([*navigation_keys, *map(_format_command_key, some), COMMAND_KEY_HELP])
-        for some in names
+        "  ".join([*navigation_keys, *map(_format_command_key, command_row), COMMAND_KEY_HELP])
+        for command_row in command_rows
     ]
-    tails += ["  ".join([*navigation_keys, *map(_format_command_key, names[-1])])]
-    return (*tails, "  ".join(map(_format_command_key, names[-1])))
+    tails += ["  ".join([*navigation_keys, *map(_format_command_key, command_rows[-1])])]
+    return (*tails, "  ".join(map(_format_command_key, command_rows[-1])))
 
 
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
-    """The keys that lead through a game nobody plays, or that is over."""
+    """Return the keys that step through a replay, a finished game, or a game of agents alone."""
     if frame_state.is_lookback:
         return ("← → turns", *["Enter plays on"] * (not game.strict))
     if game.human_seats:
@@ -161,4 +199,5 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
 
 @cache
 def _format_command_key(command_name: str) -> str:
+    """Return the key and name of a command, such as 'Bksp undo'."""
     return f"{find_command(command_name).key_label} {command_name}"

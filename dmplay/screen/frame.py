@@ -1,4 +1,4 @@
-"""The play screen as text: title, board and side panel, log, message and keys, to the column."""
+"""The play screen as rows of text: title, goal, board and side panel, log, message and keys."""
 
 from collections.abc import Sequence
 from functools import lru_cache
@@ -25,24 +25,25 @@ from dmplay.views.style import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
     4,
     20,
-)  # rows from which on there is a board, and the goal is always told
-MAX_LOG_ROWS_BELOW = 8  # rows of the log below the board at most
-MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # columns from which on the log is beside the board
-MIN_LOG_COLUMNS = 36  # columns that it then has at least
-PanelFacts = tuple[tuple[str, str], ...]  # of the side panel, with their names
-ScreenRows = Sequence[ScreenLine]  # rows of the screen; a tuple where they come again
+)  # rows from which the screen has a board; rows from which the goal has its own row
+MAX_LOG_ROWS_BELOW = 8  # maximum rows of the log below the board while the game goes on
+MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # screen columns from which the log is beside the board
+MIN_LOG_COLUMNS = 36  # columns reserved for the log beside the board
+PanelFacts = tuple[tuple[str, str], ...]  # (name, value) rows of the side panel
+# rows of the screen; a tuple if the same rows appear in several frames
+ScreenRows = Sequence[ScreenLine]
 BLANK_ROW = " "
 
 
 def compose_frame(
     game: Game, viewport: Viewport, frame_state: FrameState, log: Sequence[str]
 ) -> Text:
-    """The whole screen: exactly `height` rows, none wider than the room."""
+    """Return the play screen as text: `viewport.height` rows, none wider than the viewport."""
     return _join_parts(Frame(game, viewport, frame_state, log).compose_parts(), viewport)
 
 
 class Frame:
-    """A game as it stands, in the room there is, with what the front end adds."""
+    """One frame of the play screen: a game, the viewport, and the state that the screen adds."""
 
     def __init__(
         self,
@@ -60,93 +61,115 @@ class Frame:
         )
         self._log_shows_message = (
             long and viewport.height > MIN_BOARD_ROWS + MIN_LOG_ROWS
-        )  # whether the log tells the message
+        )  # The log shows the message.
 
     def compose_parts(self) -> list[ScreenRows]:
-        """The whole screen before its rows are fitted; most that comes again is the same object.
+        """Return the screen as groups of rows, before they are cut to the viewport's width.
 
-        Under four rows: what is most urgent in one, below it the keys, above it the title.
+        Rows that did not change are mostly the same objects, so they are cheap to compare. A screen
+        of fewer than four rows has the most urgent row, the keys below it, and the title above if
+        it fits.
         """
-        height, below = (
+        height, footer = (
             self._viewport.height,
             format_footer(self._game, self._viewport, self._state),
         )
         if height < MIN_BOARD_ROWS:
-            rows = [self._most_urgent_row(), below][:height]
+            rows = [self._most_urgent_row(), footer][:height]
             return [[self._title_row(), *rows][-height:]]
-        return [*self._upper_parts(), [self._message_row(), below]]
+        return [*self._upper_parts(), [self._message_row(), footer]]
 
     def render_upper(self) -> Text:
-        """All but the command row and the key row."""
+        """Return the screen as text without the command row and the key row."""
         return _join_parts(self._upper_parts(), self._viewport)
 
     def max_scroll_offset(self) -> int:
-        """How many rows the log can be scrolled back."""
-        laid = self._cached_layout()
-        inside = (
+        """Return the maximum number of rows by which the log can be scrolled back."""
+        layout = self._cached_layout()
+        log_viewport = (
             Viewport(self._viewport.width, self._body_height - 1)
-            if isinstance(laid, TooSmallNotice)
-            else laid.log_viewport
+            if isinstance(layout, TooSmallNotice)
+            else layout.log_viewport
         )
         return max(
-            len(wrap_lines(list_events(self._game, self._log), inside)) - inside.height + 1, 0
+            len(wrap_lines(list_events(self._game, self._log), log_viewport))
+            - log_viewport.height
+            + 1,
+            0,
         )
 
     def _title_row(self) -> ScreenLine:
+        """Return the title row."""
         return heading.title_row(self._game, self._snapshot, self._viewport)
 
     def _most_urgent_row(self) -> ScreenLine:
-        """One row: the curtain, a row of a page, the message, what happened last, how it stands."""
-        room, shown = self._viewport, self._state
-        if shown.handover_agent:
-            return _handover_rows(shown.handover_agent, room)[0]
-        if shown.page_rows:
-            return _current_page(room, shown)[0]
-        if shown.message or self._log:
-            return f" {escape_unprintable(shown.message or self._log[-1])}"
+        """Return the most urgent content as one row.
+
+        In this order: the handover notice, the first row of the page, the message or the last
+        event, and else the situation, after a notice if the board needs more space.
+        """
+        viewport, state = self._viewport, self._state
+        if state.handover_agent:
+            return _handover_rows(state.handover_agent, viewport)[0]
+        if state.page_rows:
+            return _current_page(viewport, state)[0]
+        if state.message or self._log:
+            return f" {escape_unprintable(state.message or self._log[-1])}"
         board = self._game.draw_board(
-            DrawOptions(room.width, 1, room.ascii_only, reserved_rows=MIN_LOG_ROWS + MIN_BOARD_ROWS)
+            DrawOptions(
+                viewport.width, 1, viewport.ascii_only, reserved_rows=MIN_LOG_ROWS + MIN_BOARD_ROWS
+            )
         )
-        needed = [board.plain] if isinstance(board, TooSmallNotice) else []
-        return " " + ". ".join([*needed, self._game.narrator.describe_situation(self._snapshot)])
+        notice = [board.plain] if isinstance(board, TooSmallNotice) else []
+        return " " + ". ".join([*notice, self._game.narrator.describe_situation(self._snapshot)])
 
     def _message_row(self) -> ScreenLine:
-        """The row that answers the last key; empty where the log has room for a long answer."""
-        told = "" if self._log_shows_message else self._state.message
-        if self._viewport.height == MIN_BOARD_ROWS and not (told or self._state.handover_agent):
-            told = self._default_message()
-        return fit_line(f" {escape_unprintable(told)}", self._viewport) if told else BLANK_ROW
+        """Return the message row; it is empty if the log shows the message.
+
+        On a screen of four rows, a default message takes the place of an empty one.
+        """
+        message = "" if self._log_shows_message else self._state.message
+        if self._viewport.height == MIN_BOARD_ROWS and not (message or self._state.handover_agent):
+            message = self._default_message()
+        return fit_line(f" {escape_unprintable(message)}", self._viewport) if message else BLANK_ROW
 
     def _default_message(self) -> str:
-        """What the row of messages tells where the body has one row alone."""
+        """Return the page number, the last event, or the situation, as a default message."""
         if self._state.page_rows:
-            many = len(split_pages(self._viewport, self._state))
-            return f"part {min(self._state.page_index, many - 1) + 1} of {many}. Space goes on"
+            part_count = len(split_pages(self._viewport, self._state))
+            return (
+                f"part {min(self._state.page_index, part_count - 1) + 1} "
+                f"of {part_count}. Space goes on"
+            )
         return (
             self._log[-1] if self._log else self._game.narrator.describe_situation(self._snapshot)
         )
 
     def _upper_parts(self) -> list[ScreenRows]:
-        """Exactly `height - 2` rows.
+        """Return the rows above the command row, exactly `height - 2` of them.
 
-        Fit order: the side panel goes first, then the log shrinks to two rows, then the board to
-        its smaller forms, at last to one line of text.
+        If space is short, the side panel goes first, then the log shrinks to two rows, then the
+        board takes its smaller forms, and finally one line of text.
         """
-        room, shown = self._viewport, self._state
-        if shown.handover_agent:
+        viewport, state = self._viewport, self._state
+        if state.handover_agent:
             parts: list[ScreenRows] = [
                 [heading.name_row(self._game)],
-                _handover_rows(shown.handover_agent, room),
+                _handover_rows(state.handover_agent, viewport),
             ]
-        elif shown.page_rows:
-            parts = [[self._title_row()], _current_page(room, shown)]
+        elif state.page_rows:
+            parts = [[self._title_row()], _current_page(viewport, state)]
         else:
             parts = [[self._title_row()], *self._board_and_log_parts()]
-        left = room.height - 2 - sum(map(len, parts))
-        return [*parts, [""] * left] if left >= 0 else [[*chain(*parts)][: room.height - 2]]
+        blank_count = viewport.height - 2 - sum(map(len, parts))
+        return (
+            [*parts, [""] * blank_count]
+            if blank_count >= 0
+            else [[*chain(*parts)][: viewport.height - 2]]
+        )
 
     def _goal_rows(self, snapshot: SeatSnapshot) -> list[ScreenLine]:
-        """The row of the goal, where it has one."""
+        """Return the goal row as a list, or [] if the goal has no row of its own."""
         return (
             [heading.goal_row(self._game, snapshot, self._viewport)]
             if has_goal_row(self._viewport)
@@ -154,60 +177,65 @@ class Frame:
         )
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
-        """The goal, board, panel and log."""
-        game, room, laid = self._game, self._viewport, self._cached_layout()
-        long = [self._state.message] if self._log_shows_message else []
-        if isinstance(laid, TooSmallNotice):
-            return self._too_small_parts(laid, long)
-        told = self._log or self._remaining_goal_lines(laid.log_viewport)
+        """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
+        game, viewport, layout = self._game, self._viewport, self._cached_layout()
+        long_messages = [self._state.message] if self._log_shows_message else []
+        if isinstance(layout, TooSmallNotice):
+            return self._too_small_parts(layout, long_messages)
+        events_or_goal = self._log or self._remaining_goal_lines(layout.log_viewport)
         log = layout_log(
             game,
-            laid.log_viewport,
-            long,
-            told,
+            layout.log_viewport,
+            long_messages,
+            events_or_goal,
             self._state.scroll_offset,
-            is_side_column=laid.is_log_beside,
+            is_side_column=layout.is_log_beside,
         )
-        if not laid.is_log_beside:
-            return [laid.rows, log]
-        rows = [*laid.rows]
-        width, first = (
-            room.width - laid.log_viewport.width,
-            has_goal_row(room) + self._body_height - laid.log_viewport.height,
+        if not layout.is_log_beside:
+            return [layout.rows, log]
+        rows = [*layout.rows]
+        width, first_row = (
+            viewport.width - layout.log_viewport.width,
+            has_goal_row(viewport) + self._body_height - layout.log_viewport.height,
         )
-        rows += [" " * width] * (first + len(log) - len(rows))
-        for place, line in enumerate(log, first):
-            rows[place] = to_rich_text(rows[place]).copy().append_text(to_rich_text(line))
+        rows += [" " * width] * (first_row + len(log) - len(rows))
+        for index, line in enumerate(log, first_row):
+            rows[index] = to_rich_text(rows[index]).copy().append_text(to_rich_text(line))
         return [rows]
 
     def _too_small_parts(
         self, notice: TooSmallNotice, long_messages: list[str]
     ) -> list[ScreenRows]:
-        """What the board needs in its place, and the log or how the game stands."""
-        game, room, now = self._game, self._viewport, self._snapshot
-        left = Viewport(room.width, max(self._body_height - 1, 0), room.ascii_only)
-        top: ScreenRows = [*self._goal_rows(now), notice]
+        """Return the notice that the board does not fit, then the log or the situation."""
+        game, viewport, snapshot = self._game, self._viewport, self._snapshot
+        log_viewport = Viewport(viewport.width, max(self._body_height - 1, 0), viewport.ascii_only)
+        top: ScreenRows = [*self._goal_rows(snapshot), notice]
         if self._log or long_messages:
             return [
                 top,
-                layout_log(game, left, long_messages, self._log, self._state.scroll_offset),
+                layout_log(game, log_viewport, long_messages, self._log, self._state.scroll_offset),
             ]
-        stands = wrap_lines(
-            [game.narrator.describe_situation(now), *self._remaining_goal_lines(left)], room
+        situation_rows = wrap_lines(
+            [game.narrator.describe_situation(snapshot), *self._remaining_goal_lines(log_viewport)],
+            viewport,
         )
-        return [top, stands[: left.height]]
+        return [top, situation_rows[: log_viewport.height]]
 
     def _remaining_goal_lines(self, log_viewport: Viewport) -> list[str]:
-        """What of the goal has no room above, before the first turn."""
-        game, room = self._game, self._viewport
+        """Return the part of the goal that its row cannot hold, before the first turn; else []."""
+        game, viewport = self._game, self._viewport
         if game.session.turns:
             return []
         return heading.remaining_goal_lines(
-            game, self._snapshot, room if has_goal_row(room) else None, log_viewport
+            game, self._snapshot, viewport if has_goal_row(viewport) else None, log_viewport
         )
 
     def _cached_layout(self) -> "_BoardLayout | TooSmallNotice":
-        """The board and what is around it; of a game that is only looked at that comes again."""
+        """Return the layout of board, panel and log, or a notice if the board does not fit.
+
+        The layout is cached for a game without people and ghost while the screen adds nothing to
+        it.
+        """
         game = self._game
         if game.human_seats or game.ghost or self._state != EMPTY_FRAME_STATE:
             return self._compute_layout(self._snapshot)
@@ -217,117 +245,122 @@ class Frame:
             if hidden
             else self._snapshot.observation_key
         )
-        wanted = (self._viewport, self._body_height, state)
+        cache_key = (self._viewport, self._body_height, state)
         return game.narrator.view_cache.get_or_compute(
-            "laid", self._snapshot, self._compute_layout, wanted
+            "laid", self._snapshot, self._compute_layout, cache_key
         )
 
     def _compute_layout(self, snapshot: SeatSnapshot) -> "_BoardLayout | TooSmallNotice":
-        """From so many columns on the log is beside the board, else below; what the board needs."""
-        room, body = self._viewport, self._body_height
-        known, aim = self._panel_facts(snapshot), self._goal_rows(snapshot)
-        if room.width >= MIN_SIDE_LOG_SCREEN_COLUMNS:
-            board = self._draw_board(snapshot, room.width - MIN_LOG_COLUMNS, body)
+        """Compute the layout of board, panel and log; return a notice if the board does not fit.
+
+        From MIN_SIDE_LOG_SCREEN_COLUMNS columns the log is beside the board, if it fits; else
+        below.
+        """
+        viewport, body_height = self._viewport, self._body_height
+        panel_facts, goal_rows = self._panel_facts(snapshot), self._goal_rows(snapshot)
+        if viewport.width >= MIN_SIDE_LOG_SCREEN_COLUMNS:
+            board = self._draw_board(snapshot, viewport.width - MIN_LOG_COLUMNS, body_height)
             if not isinstance(board, TooSmallNotice):
-                laid = _layout_log_beside(known, board, room, body)
-                if laid.log_viewport.height >= MIN_LOG_ROWS:
-                    return laid._replace(rows=(*aim, *laid.rows))
-        board = self._draw_board(snapshot, room.width, max(body - MIN_LOG_ROWS - 1, 1))
+                layout = _layout_log_beside(panel_facts, board, viewport, body_height)
+                if layout.log_viewport.height >= MIN_LOG_ROWS:
+                    return layout._replace(rows=(*goal_rows, *layout.rows))
+        board = self._draw_board(snapshot, viewport.width, max(body_height - MIN_LOG_ROWS - 1, 1))
         if isinstance(board, TooSmallNotice):
             return board
-        laid = _layout_log_below(
-            known, board, room, body, is_game_over=snapshot.end_reason is not None
+        layout = _layout_log_below(
+            panel_facts, board, viewport, body_height, is_game_over=snapshot.end_reason is not None
         )
-        return laid._replace(rows=(*aim, *laid.rows))
+        return layout._replace(rows=(*goal_rows, *layout.rows))
 
     def _draw_board(self, snapshot: SeatSnapshot, width: int, height: int) -> Text:
-        """The drawing in a part of the room."""
-        game, room, shown = self._game, self._viewport, self._state
-        advised = (
-            shown.hint.action if shown.hint and shown.typed_action is None else shown.typed_action
+        """Draw the board in `width` x `height` cells, or return a notice if it does not fit."""
+        game, viewport, state = self._game, self._viewport, self._state
+        suggested_action = (
+            state.hint.action if state.hint and state.typed_action is None else state.typed_action
         )
-        look = DrawOptions(
+        options = DrawOptions(
             width,
             height,
-            room.ascii_only,
-            game.hint_provider.build_overlay(shown.overlay),
-            show_keys=game.choosing_seat is not None and snapshot.turn < shown.last_key_hint_turn,
-            reserved_rows=room.height - self._body_height + MIN_LOG_ROWS + 1,
+            viewport.ascii_only,
+            game.hint_provider.build_overlay(state.overlay),
+            show_keys=game.choosing_seat is not None and snapshot.turn < state.last_key_hint_turn,
+            reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
-            regret=shown.hint.regrets if shown.hint else None,
-            suggested_action=advised,
-            forecast=shown.forecast,
-            motion_progress=shown.motion_progress,
-            panel_columns=max(MIN_PANEL_COLUMNS + 2 - (room.width - width), 0),
+            regret=state.hint.regrets if state.hint else None,
+            suggested_action=suggested_action,
+            forecast=state.forecast,
+            motion_progress=state.motion_progress,
+            panel_columns=max(MIN_PANEL_COLUMNS + 2 - (viewport.width - width), 0),
         )
-        return game.draw_board(look, snapshot)
+        return game.draw_board(options, snapshot)
 
     def _panel_facts(self, snapshot: SeatSnapshot) -> PanelFacts:
-        """The facts of the side panel."""
-        game, shown = self._game, self._state
-        advised = not game.session.over and game.human_seats and not game.hints_forbidden
-        best = [("best", shown.best_return)] if shown.best_return else []
+        """Return the side panel's facts: of the view, the best return, the ghost and the hint."""
+        game, state = self._game, self._state
+        shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
+        best = [("best", state.best_return)] if state.best_return else []
         facts = [*game.narrator.view_cache.panel_rows(snapshot), *best, *_ghost_facts(game)]
-        return (*facts, *(_hint_facts(shown.hint) if advised else []))
+        return (*facts, *(_hint_facts(state.hint) if shows_hint else []))
 
 
 def has_goal_row(viewport: Viewport) -> bool:
-    """Whether the goal has a row of its own; else the log begins with it."""
+    """Return whether the goal has a row of its own; if not, the log begins with the goal."""
     return viewport.height >= MIN_GOAL_ROWS
 
 
 def _current_page(viewport: Viewport, frame_state: FrameState) -> ScreenRows:
-    """The part of the page that is shown; the last where a larger screen needs fewer."""
+    """Return the current page of a long message; the last page if there are fewer pages by now."""
     parts = split_pages(viewport, frame_state)
     return parts[min(frame_state.page_index, len(parts) - 1)]
 
 
 def split_pages(viewport: Viewport, frame_state: FrameState) -> list[ScreenRows]:
-    """An answer of several lines, in parts that the screen holds."""
+    """Split a long message into pages that fit the viewport, with page numbers if several."""
     rows = wrap_lines([*map(escape_unprintable, frame_state.page_rows)], viewport)
     body = max(viewport.height - 3, 1)
     if len(rows) <= body:
         return [rows]
     if body == 1:
         return [[row] for row in rows]
-    held = body - 1
-    many = -(-len(rows) // held)
+    page_height = body - 1
+    page_count = -(-len(rows) // page_height)
     parts: list[ScreenRows] = []
-    for number in range(1, many + 1):
-        part = rows[(number - 1) * held : number * held]
-        does = "Space goes on" if number < many else "any key goes back"
-        last = (f" part {number} of {many}. {does}", "dim")
-        parts.append([*part, *[""] * (held - len(part)), (last,)])
+    for page_number in range(1, page_count + 1):
+        part = rows[(page_number - 1) * page_height : page_number * page_height]
+        key_help = "Space goes on" if page_number < page_count else "any key goes back"
+        page_label = (f" part {page_number} of {page_count}. {key_help}", "dim")
+        parts.append([*part, *[""] * (page_height - len(part)), (page_label,)])
     return parts
 
 
 def _handover_rows(agent: str, viewport: Viewport) -> ScreenRows:
-    """What hides one person's board from the other while they change places."""
-    told = (
+    """Return the notice that hides a player's board until the keyboard is passed to `agent`."""
+    notice = (
         f"{escape_unprintable(agent)} is next: nobody else should look now. Enter shows the board."
     )
-    rows = wrap_lines([told], viewport)
+    rows = wrap_lines([notice], viewport)
     return ["", *rows] if len(rows) < viewport.height - 3 else rows
 
 
 def _join_parts(parts: Sequence[ScreenRows], viewport: Viewport) -> Text:
+    """Join groups of rows into one text, each row cut to the viewport's width."""
     return Text("\n", no_wrap=True).join(
         [to_rich_text(fit_line(row, viewport)) for row in chain(*parts)]
     )
 
 
 class _BoardLayout(NamedTuple):
-    """The goal, the board with the panel beside it, and where the log has its place."""
+    """The rows of goal, board and panel, and the position and size of the log."""
 
     rows: tuple[ScreenLine, ...]
     log_viewport: Viewport
-    is_log_beside: bool  # whether the log is at the right, in rows that reach to its first column
+    is_log_beside: bool  # If True, the log is at the right, in rows padded to its first column.
 
 
 def _layout_log_beside(
     panel_facts: PanelFacts, board: Text, viewport: Viewport, body_height: int
 ) -> _BoardLayout:
-    """The panel at the right of the board, the log under it."""
+    """Lay out the panel at the right of the board, and the log under the panel."""
     width = viewport.width - measure_text(board)[0] - 2
     facts = format_panel(panel_facts, width)
     rows = [
@@ -336,12 +369,12 @@ def _layout_log_beside(
             board.plain, tuple(board.spans), panel_facts, width, body_height
         )
     ]
-    first = measure_text(board)[0] + 1
+    log_column = measure_text(board)[0] + 1
     for row in rows[len(facts) :]:
-        row.append(" " * (first - len(row)))
+        row.append(" " * (log_column - len(row)))
     return _BoardLayout(
         (*rows,),
-        Viewport(viewport.width - first, body_height - len(facts) - 1, viewport.ascii_only),
+        Viewport(viewport.width - log_column, body_height - len(facts) - 1, viewport.ascii_only),
         is_log_beside=True,
     )
 
@@ -354,16 +387,19 @@ def _layout_log_below(
     *,
     is_game_over: bool,
 ) -> _BoardLayout:
-    """The panel at the right where it has room; the log below, not high while the game goes on."""
+    """Lay out the panel at the right of the board, if it fits, and the log below.
+
+    The log has at most MAX_LOG_ROWS_BELOW rows until the game is over.
+    """
     width = viewport.width - measure_text(board)[0] - 2
     facts = panel_facts if width >= MIN_PANEL_COLUMNS else ()
     rows = _join_board_and_panel(
         board.plain, tuple(board.spans), facts, width, max(body_height - MIN_LOG_ROWS - 1, 0)
     )
-    left = max(body_height - len(rows) - 1, 0)
-    high = left if is_game_over else min(left, MAX_LOG_ROWS_BELOW)
+    free_rows = max(body_height - len(rows) - 1, 0)
+    log_height = free_rows if is_game_over else min(free_rows, MAX_LOG_ROWS_BELOW)
     return _BoardLayout(
-        (*rows, ""), Viewport(viewport.width, high, viewport.ascii_only), is_log_beside=False
+        (*rows, ""), Viewport(viewport.width, log_height, viewport.ascii_only), is_log_beside=False
     )
 
 
@@ -371,17 +407,21 @@ def _layout_log_below(
 def _join_board_and_panel(
     plain: str, spans: tuple[Span, ...], panel_facts: PanelFacts, width: int, max_rows: int
 ) -> tuple[Text, ...]:
-    """The rows of a drawing with facts beside them; a game shows few that differ, often."""
+    """Return the rows of a drawing with the panel at its right.
+
+    A panel longer than the drawing has at most `max_rows` rows. The result is cached: a game shows
+    few different drawings, and each of them many times.
+    """
     rows, facts = split_styled_rows(plain, spans), format_panel(panel_facts, width)
-    first = max(map(len, rows)) + 2
+    panel_column = max(map(len, rows)) + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), max_rows))]
     for row, fact in zip(rows, facts, strict=False):
-        row.append(" " * (first - len(row))).append(fact)
+        row.append(" " * (panel_column - len(row))).append(fact)
     return tuple(rows)
 
 
 def _ghost_facts(game: Game) -> list[tuple[str, str]]:
-    """What the ghost came to so far, and how far the person is ahead."""
+    """Return the panel facts of a visible ghost: its score and the player's lead."""
     ghost = game.ghost
     if ghost is None or not ghost.is_shown_during_play:
         return []
@@ -390,7 +430,7 @@ def _ghost_facts(game: Game) -> list[tuple[str, str]]:
 
 
 def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
-    """The key of hints; once one was given, what it values the actions at, the best first."""
+    """Return the panel facts of the hint: action values, best first, or else the hint key."""
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
     return [("worth", ""), *((f"  {label}", number) for label, number in hint.value_rows)]

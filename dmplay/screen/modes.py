@@ -1,63 +1,69 @@
-"""What the screen is doing: what it shows, and what moves without a key."""
+"""The modes of the play screen: a display mode, and a play mode for what runs without a key."""
 
 from enum import Enum, auto
 
 
 class Mode(Enum):
-    """A state of either kind."""
+    """A display mode or a play mode of the screen."""
 
-    BOARD = auto()  # the game
-    PAGE = auto()  # help, or an answer of several rows, in its place
-    QUIT_WARNING = auto()  # the game, and that leaving it loses turns
-    LOOKAHEAD = auto()  # the game, and what an action may bring
-    LOOKBACK = auto()  # an earlier turn of a game that is over
-    WAIT_FOR_KEY = auto()  # every turn waits for a key
-    AUTOPLAY = auto()  # agents play turn after turn
-    REALTIME = auto()  # the action pressed last repeats with the clock
-    PAUSED = auto()  # the clock stands
+    BOARD = auto()  # display: the game
+    PAGE = auto()  # display: help, or a message of several rows, in place of the game
+    QUIT_WARNING = auto()  # display: the game, and a warning that quitting loses turns
+    LOOKAHEAD = auto()  # display: the game, and a preview of an action
+    LOOKBACK = auto()  # display: an earlier turn of a finished game
+    WAIT_FOR_KEY = auto()  # play: every turn waits for a key
+    AUTOPLAY = auto()  # play: agents play turn after turn
+    REALTIME = auto()  # play: the clock repeats the last pressed action
+    PAUSED = auto()  # play: the clock is stopped
 
 
 class ModeEvent(Enum):
-    """What takes the screen from one state to another."""
+    """An event that changes the display mode or the play mode."""
 
-    PAGE_OPENED = auto()  # a page
-    CLOSED = auto()  # its last part, or a look ahead or back
-    LOOKBACK_STARTED = auto()  # at a turn of a game that is over
-    LOOKAHEAD_STARTED = auto()  # what an action may bring
-    QUIT_WARNED = auto()  # that leaving loses turns
-    KEY_PRESSED = auto()  # a key
-    STARTED = auto()  # what can move does
-    STOPPED = auto()  # what moves stops
+    PAGE_OPENED = auto()  # a page was opened
+    CLOSED = auto()  # a page, the lookahead or the lookback was closed
+    LOOKBACK_STARTED = auto()  # an earlier turn of a finished game was opened
+    LOOKAHEAD_STARTED = auto()  # a preview of an action was requested
+    QUIT_WARNED = auto()  # the warning that quitting loses turns was shown
+    KEY_PRESSED = auto()  # any key
+    STARTED = auto()  # autoplay or the clock was started
+    STOPPED = auto()  # autoplay or the clock was stopped
 
 
-MODE_TRANSITIONS = {  # of what it shows, and of what moves
+MODE_TRANSITIONS = {  # display modes first, then play modes
     Mode.BOARD: {
-        ModeEvent.PAGE_OPENED: Mode.PAGE, ModeEvent.QUIT_WARNED: Mode.QUIT_WARNING, ModeEvent.LOOKAHEAD_STARTED: Mode.LOOKAHEAD,
+        ModeEvent.PAGE_OPENED: Mode.PAGE,
+        ModeEvent.QUIT_WARNED: Mode.QUIT_WARNING,
+        ModeEvent.LOOKAHEAD_STARTED: Mode.LOOKAHEAD,
         ModeEvent.LOOKBACK_STARTED: Mode.LOOKBACK,
     },
     Mode.LOOKAHEAD: {ModeEvent.CLOSED: Mode.BOARD, ModeEvent.PAGE_OPENED: Mode.PAGE},
-    Mode.LOOKBACK: {ModeEvent.CLOSED: Mode.BOARD, ModeEvent.PAGE_OPENED: Mode.PAGE, ModeEvent.QUIT_WARNED: Mode.QUIT_WARNING},
+    Mode.LOOKBACK: {
+        ModeEvent.CLOSED: Mode.BOARD,
+        ModeEvent.PAGE_OPENED: Mode.PAGE,
+        ModeEvent.QUIT_WARNED: Mode.QUIT_WARNING,
+    },
     Mode.PAGE: {ModeEvent.PAGE_OPENED: Mode.PAGE, ModeEvent.CLOSED: Mode.BOARD},
     Mode.QUIT_WARNING: {ModeEvent.KEY_PRESSED: Mode.BOARD, ModeEvent.PAGE_OPENED: Mode.PAGE},
     Mode.WAIT_FOR_KEY: {ModeEvent.STARTED: Mode.AUTOPLAY},
     Mode.AUTOPLAY: {ModeEvent.STOPPED: Mode.WAIT_FOR_KEY},
     Mode.REALTIME: {ModeEvent.STOPPED: Mode.PAUSED},
     Mode.PAUSED: {ModeEvent.STARTED: Mode.REALTIME},
-}  # fmt: skip
+}
 
 
 class ScreenModes:
-    """What is shown, and what moves."""
+    """The current display mode and play mode."""
 
     def __init__(self) -> None:
         self.display_mode = Mode.BOARD
         self.play_mode = Mode.WAIT_FOR_KEY
 
     def handle_event(self, event: ModeEvent) -> None:
-        """Goes on to where an event leads; stays where it leads nowhere."""
+        """Apply the transitions of an event; a mode without one for it stays."""
         self.display_mode = MODE_TRANSITIONS[self.display_mode].get(event, self.display_mode)
         self.play_mode = MODE_TRANSITIONS[self.play_mode].get(event, self.play_mode)
 
     def start_game(self, *, is_realtime: bool) -> None:
-        """Another game moves with the clock, or waits."""
+        """Set the play mode of a new game: driven by the clock, or waiting for keys."""
         self.play_mode = Mode.REALTIME if is_realtime else Mode.WAIT_FOR_KEY

@@ -1,4 +1,4 @@
-"""A number that is typed or nudged on the screen before Enter plays it."""
+"""A number that the player types or changes by steps before Enter plays it."""
 
 from contextlib import suppress
 
@@ -11,13 +11,17 @@ NO_NUMBER_MESSAGE = "no number is written yet"
 
 
 class NumberInput:
-    """What is written of a number so far."""
+    """The text of a number that the player is entering."""
 
     def __init__(self) -> None:
         self.text = ""
 
     def handle_key(self, game: Game, key: str) -> bool:
-        """Writes, nudges, takes back, or has nothing to play; False if the key does none of it."""
+        """Handle a key that types, steps or erases the number; return whether the key was used.
+
+        Enter counts as used if actions are typed numbers: with an empty text there is nothing to
+        play.
+        """
         keyboard = game.keyboard
         if key in keyboard.number_steps:
             self.text = self._nudge(game, keyboard.number_steps[key])
@@ -30,7 +34,7 @@ class NumberInput:
         return True
 
     def describe_input(self, game: Game) -> str:
-        """The number; where another person must not read it, nothing but that it is one."""
+        """Describe the number, or the error in it; only its presence if several people play."""
         if len(game.human_seats) > 1:
             return "a hidden number   Enter plays it"
         try:
@@ -43,39 +47,42 @@ class NumberInput:
             return f"{self.text}: expected {str(error).partition('expected ')[2]}"
 
     def read_action(self, game: Game) -> float | None:
-        """The action that is written, if it is one and everybody may see it."""
+        """Return the action of the typed number; None if it is not legal or several people play."""
         with suppress(DmplayError):
             if self.text and len(game.human_seats) == 1:
                 return game.keyboard.parse_action(game.view(), self.text)
         return None
 
     def _describe_action(self, game: Game) -> str:
-        """What the action costs, if a view says; else which it is, if written otherwise."""
+        """Describe the action by its expected reward, or by its name if written otherwise."""
         action = game.keyboard.parse_action(game.view(), self.text)
         name = game.session.format_action(game.viewing_seat, action)
-        other = f", that is {name}" if float(self.text) != float(name) else ""
-        return game.describe_expected_reward(action) or other
+        name_note = f", that is {name}" if float(self.text) != float(name) else ""
+        return game.describe_expected_reward(action) or name_note
 
     def take_text(self) -> str:
-        """What was written; nothing is from now on."""
+        """Return the text of the number and clear it."""
         text, self.text = self.text, ""
         return text
 
     def _nudge(self, game: Game, step: float) -> str:
-        """The number written, or the last one played, moved by a step within its bounds."""
+        """Return the number, or else the last action, changed by `step` within the bounds, as text.
+
+        Before the first turn, an untyped whole number starts in the middle of the range.
+        """
         actions, view = game.problem.actions[game.viewing_seat], game.view()
-        last = (
+        last_action = (
             game.problem.format_action(game.viewing_seat, view.actions[-1])
             if view.turns_played
             else "0"
         )
         try:
-            value = float(self.text or last)
+            value = float(self.text or last_action)
         except ValueError:
             value = 0.0
         if isinstance(actions, Interval):
             return f"{min(max(value + step, actions.low), actions.high):.9g}"
         numbers = [int(label) for label in actions]
-        fresh = not self.text and not view.turns_played
-        value = numbers[len(numbers) // 2] if fresh else value + step
+        is_first_number = not self.text and not view.turns_played
+        value = numbers[len(numbers) // 2] if is_first_number else value + step
         return str(int(min(max(value, numbers[0]), numbers[-1])))

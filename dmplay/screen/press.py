@@ -1,4 +1,4 @@
-"""What each key does on the play screen."""
+"""Handle the keys of the play screen."""
 
 from collections.abc import Callable
 from math import copysign, inf, isinf
@@ -20,15 +20,18 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.screen.shown import KEY_HINT_TURNS, NEXT_PAGE_KEYS
 from dmplay.words.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 
-SPEED_FACTOR = 1.5  # the speed times this
-SCROLL_ROWS_BY_KEY = {  # rows back, by keys that scroll the log, where they play nothing, and pages
+SPEED_FACTOR = 1.5  # speed factor of one key press
+SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
     "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
 SCROLL_HELP = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
 
 
 def handle_key(screen: PlayScreen, key: str) -> None:
-    """Does what a key says; raises Leave."""
+    """Handle a key on the play screen; raise PlayerQuit if it quits.
+
+    Before a handover only Enter, Space and q work. On a page, keys turn the pages or close it.
+    """
     screen.message = ""
     screen.animation.stop()
     if key != "q":
@@ -44,7 +47,7 @@ def handle_key(screen: PlayScreen, key: str) -> None:
 
 
 def _dispatch_key(screen: PlayScreen, key: str) -> None:
-    """Plays, looks ahead or back, or does what the shell does."""
+    """Try a key as an action, in the lookahead, in the lookback, then as a command."""
     if screen.game.choosing_seat is not None and (
         _handle_number_key(screen, key) or _handle_action_key(screen, key)
     ):
@@ -56,6 +59,7 @@ def _dispatch_key(screen: PlayScreen, key: str) -> None:
 
 
 def _turn_page(screen: PlayScreen, key: str) -> None:
+    """Turn the page forward or back, or close it after the last part or with any other key."""
     rows = _scroll_rows(key)
     if rows:
         screen.turn_page(-rows if isinf(rows) else -copysign(1, rows))
@@ -64,7 +68,7 @@ def _turn_page(screen: PlayScreen, key: str) -> None:
 
 
 def _handle_number_key(screen: PlayScreen, key: str) -> bool:
-    """Writes or nudges a number, and plays it on Enter."""
+    """Type or step a number, or play it with Enter; return whether the key was used."""
     if key == "enter" and screen.number_input.text:
         with conceal_choice_errors(screen.controller):
             play_action(
@@ -74,24 +78,26 @@ def _handle_number_key(screen: PlayScreen, key: str) -> bool:
                 ),
             )
         return True
-    ahead = (
+    plays_preview = (
         key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
-    )  # plays what was looked at
-    if ahead or not screen.number_input.handle_key(screen.game, key):
+    )  # Enter then plays the previewed action.
+    if plays_preview or not screen.number_input.handle_key(screen.game, key):
         return False
     screen.message = screen.number_input.describe_input(screen.game)
     return True
 
 
 def _handle_action_key(screen: PlayScreen, key: str) -> bool:
-    """Plays the action of a key, or of two arrows for a diagonal."""
+    """Play the action of a key or of two arrow keys; return whether the key was used."""
     keyboard, combination = screen.game.keyboard, f"{screen.key_prefix} {key}".strip()
     screen.key_prefix = ""
-    found = keyboard.find_key_action(screen.game.viewing_seat, combination)
-    if found is not None:
-        seat, action = found
+    seat_and_action = keyboard.find_key_action(screen.game.viewing_seat, combination)
+    if seat_and_action is not None:
+        seat, action = seat_and_action
         play_action(screen, action, seat)
-    elif key in ("up", "down") and any(" " in one for one in keyboard.key_maps.first_player_keys):
+    elif key in ("up", "down") and any(
+        " " in action_key for action_key in keyboard.key_maps.first_player_keys
+    ):
         screen.key_prefix = key
         screen.message = f"{key}, then left or right: a diagonal"
     else:
@@ -100,55 +106,60 @@ def _handle_action_key(screen: PlayScreen, key: str) -> bool:
 
 
 def _handle_lookahead_key(screen: PlayScreen, key: str) -> bool:
-    """Looks ahead no more: Enter plays what was shown, other keys do what they always do."""
-    adviser = screen.game.hint_provider
-    foreseen = adviser.current_forecast
+    """End the lookahead; Enter plays the previewed action. Return whether the key was used."""
+    hint_provider = screen.game.hint_provider
+    forecast = hint_provider.current_forecast
     screen.modes.handle_event(ModeEvent.CLOSED)
-    adviser.clear_forecast()
-    if key == "enter" and foreseen:
-        play_action(screen, foreseen.action)
+    hint_provider.clear_forecast()
+    if key == "enter" and forecast:
+        play_action(screen, forecast.action)
     return key in ("enter", "escape", "W")
 
 
 def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
-    """Steps through the turns of a game that is over; plays on from one."""
-    past, whole = screen.timeline, screen.post_game_review.timeline
-    if past and key == "enter":
-        screen.show_reply(find_command("branch").run(screen.controller, str(past.turns_played)))
+    """Step through a finished game or branch off; return whether the key was used."""
+    timeline, full_timeline = screen.timeline, screen.post_game_review.timeline
+    if timeline and key == "enter":
+        screen.show_reply(find_command("branch").run(screen.controller, str(timeline.turns_played)))
         return True
-    if past and key == "escape":
+    if timeline and key == "escape":
         screen.modes.handle_event(ModeEvent.CLOSED)
         return True
-    if not past and _is_game_key(
+    if not timeline and _is_game_key(
         screen.game, key
-    ):  # whoever plays fast presses it after the end too
+    ):  # A fast player may press an action key after the end; it must not open the lookback.
         return False
-    turn = screen.post_game_review.turn_for_key(key, past.turns_played if past else None)
-    if turn is None or whole is None:
+    turn = screen.post_game_review.turn_for_key(key, timeline.turns_played if timeline else None)
+    if turn is None or full_timeline is None:
         return False
     screen.scroll_offset = 0
-    if turn == whole.turn_count:
+    if turn == full_timeline.turn_count:
         screen.modes.handle_event(ModeEvent.CLOSED)
     else:
-        whole.go_to_turn(turn)
+        full_timeline.go_to_turn(turn)
         screen.modes.handle_event(ModeEvent.LOOKBACK_STARTED)
     return True
 
 
 def _is_game_key(game: Game, key: str) -> bool:
-    """Whether a key is one of the game's own."""
+    """Return whether a key is one of the game's action keys."""
     return key in game.keyboard.number_steps or bool(
         game.keyboard.find_key_action(game.viewing_seat, key)
     )
 
 
 def _handle_command_key(screen: PlayScreen, key: str) -> None:
-    """Does what a key of the screen or of the shell says."""
+    """Run a key of the screen, scroll the log, run a command's key, or report an unknown key.
+
+    In real time, any other key starts the clock.
+    """
     game = screen.game
-    own = next((one for one in SCREEN_KEYS if one.is_active_for(key, game)), None)
-    command = next((one for one in COMMANDS if one.key == key), None)
-    if own:
-        own.handler(screen)
+    screen_key = next(
+        (candidate for candidate in SCREEN_KEYS if candidate.is_active_for(key, game)), None
+    )
+    command = next((candidate for candidate in COMMANDS if candidate.key == key), None)
+    if screen_key:
+        screen_key.handler(screen)
     elif _scroll_rows(key):
         screen.scroll_log(_scroll_rows(key))
     elif command:
@@ -156,47 +167,71 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
     elif key.isprintable():
-        late = game.session.over and _is_game_key(game, key)
-        screen.message = f"{key}: {GAME_OVER_MESSAGE if late else 'no such key; ? shows them'}"
+        is_late_action = game.session.over and _is_game_key(game, key)
+        screen.message = (
+            f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? shows them'}"
+        )
 
 
 def _scroll_rows(key: str) -> float:
-    """How many rows back a key scrolls, with Shift or Ctrl or without; 0 where it does not."""
+    """Return the rows that a key scrolls back, with or without Shift or Ctrl; 0 for other keys."""
     return SCROLL_ROWS_BY_KEY.get(key.removeprefix("s-").removeprefix("c-"), 0)
 
 
 def _show_help(screen: PlayScreen) -> None:
-    """The keys of the game, of the screen and of the commands; commands without one."""
-    own = [(key.label, key.name, key.help) for key in SCREEN_KEYS if key.help]
-    screen.open_page(format_help_page(screen.game, [*own, SCROLL_HELP]))
+    """Show the help page: the keys of the game, of the screen, and the commands.
+
+    The board then shows its keys again for some turns.
+    """
+    screen_keys = [(key.label, key.name, key.help) for key in SCREEN_KEYS if key.help]
+    screen.open_page(format_help_page(screen.game, [*screen_keys, SCROLL_HELP]))
     screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
 
 
 class ScreenKey(NamedTuple):
-    """A key that only the screen has: which, how it is shown, its name, what it does."""
+    """A key that only the play screen has: its names, label, description and handler."""
 
     keys: tuple[str, ...]
     label: str
     name: str
-    help: str  # '' where the shell's command of this key tells
+    help: str  # '' if the command of the same key describes it
     handler: Callable[[PlayScreen], None]
-    is_agents_only: bool = False  # only where nobody plays
+    is_agents_only: bool = False  # only for games without human players
 
     def is_active_for(self, key: str, game: Game) -> bool:
-        """Whether this is the key, and it does something in this game."""
+        """Return whether this is the pressed key and it works in this game."""
         return key in self.keys and not (self.is_agents_only and game.human_seats)
 
 
 SCREEN_KEYS = (
     ScreenKey(
-        ("V",), "V", "overlay", "values, policy or states on the board, where it has them",
+        ("V",),
+        "V",
+        "overlay",
+        "values, policy or states on the board, where it has them",
         PlayScreen.show_next_overlay,
     ),
-    ScreenKey(("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead),
+    ScreenKey(
+        ("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead
+    ),
     ScreenKey(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause),
-    ScreenKey(("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True),
-    ScreenKey(("+",), "+", "faster", "agents play faster", lambda screen: change_speed(screen, SPEED_FACTOR)),
-    ScreenKey(("-",), "-", "slower", "agents play slower", lambda screen: change_speed(screen, 1 / SPEED_FACTOR)),
+    ScreenKey(
+        ("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True
+    ),
+    ScreenKey(
+        ("+",),
+        "+",
+        "faster",
+        "agents play faster",
+        lambda screen: change_speed(screen, SPEED_FACTOR),
+    ),
+    ScreenKey(
+        ("-",),
+        "-",
+        "slower",
+        "agents play slower",
+        lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
+    ),
     ScreenKey(("?",), "?", "help", "", _show_help),
     ScreenKey(("q",), "q", "quit", "", quit_game),
-)  # fmt: skip
+)

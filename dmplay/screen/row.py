@@ -1,4 +1,4 @@
-"""The command row of the play screen, with history and completion, as prompt-toolkit edits it."""
+"""The command row of the play screen, edited by prompt_toolkit with history and completion."""
 
 from collections.abc import Callable
 
@@ -38,7 +38,7 @@ from dmplay.styles import to_fragments
 from dmplay.words.commands import PlayerQuit
 from dmplay.words.completion.candidates import CommandCompleter
 
-MAX_COMPLETION_ROWS = 8  # rows of completions
+MAX_COMPLETION_ROWS = 8  # rows
 HIDDEN_INPUT_PROMPT = " :(what is typed is not shown) "
 PROMPT_STYLE = Style.from_dict(
     {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}
@@ -46,22 +46,22 @@ PROMPT_STYLE = Style.from_dict(
 
 
 class HiddenInputProcessor(Processor):
-    """Shows nothing of what is typed, not even how much."""
+    """A processor that hides the typed text and its length."""
 
     def apply_transformation(self, transformation_input: TransformationInput) -> Transformation:
-        """An empty line, with the cursor at its beginning."""
-        return Transformation([], lambda place: 0, lambda place: 0)
+        """Return an empty line with the cursor at its start."""
+        return Transformation([], lambda position: 0, lambda position: 0)
 
 
 class _NestedScreenOutput(Vt100_Output):
-    """A terminal whose alternate screen is taken already."""
+    """A terminal output that is already on the alternate screen."""
 
     def enter_alternate_screen(self) -> None:
-        """To its beginning, where the toolkit expects to be."""
+        """Move the cursor to the top left, where prompt_toolkit expects it."""
         self.write_raw("\x1b[m\x1b[H")
 
     def quit_alternate_screen(self) -> None:
-        """Not yet."""
+        """Stay on the alternate screen: the play screen still uses it."""
 
 
 def create_application(
@@ -71,11 +71,16 @@ def create_application(
     history: History,
     suspend: Callable[[], None],
 ) -> Application[str | None]:
-    """Comes to the line that is typed; None where Esc closes the row. Raises Leave on Ctrl-C."""
-    secret = screen.controller.is_input_hidden  # nobody reads another's choice, nor finds it later
-    line = Buffer(
+    """Create the application that reads one command line.
+
+    Its result is the line, or None after Esc; it raises PlayerQuit on Ctrl-C. While several people
+    share the keyboard, the input is hidden and not saved in the history.
+    """
+    # Other players must not read a choice, now or later in the history.
+    is_hidden = screen.controller.is_input_hidden
+    input_buffer = Buffer(
         completer=FuzzyCompleter(CommandCompleter(screen.controller), WORD=True),
-        history=DummyHistory() if secret else history,
+        history=DummyHistory() if is_hidden else history,
         multiline=False,
     )
 
@@ -83,13 +88,13 @@ def create_application(
         columns, rows = painter.get_size()
         return Size(rows, columns)
 
-    color = screen.terminal.theme != "mono"
+    has_color = screen.terminal.theme != "mono"
     return Application(
-        layout=_build_layout(screen, painter, line, is_input_hidden=secret),
-        key_bindings=_build_key_bindings(line, suspend),
+        layout=_build_layout(screen, painter, input_buffer, is_input_hidden=is_hidden),
+        key_bindings=_build_key_bindings(input_buffer, suspend),
         style=PROMPT_STYLE,
         full_screen=True,
-        color_depth=ColorDepth.DEPTH_4_BIT if color else ColorDepth.DEPTH_1_BIT,
+        color_depth=ColorDepth.DEPTH_4_BIT if has_color else ColorDepth.DEPTH_1_BIT,
         include_default_pygments_style=False,
         input=input_,
         output=_NestedScreenOutput(painter.stream, get_size, enable_cpr=False),
@@ -99,7 +104,13 @@ def create_application(
 def _build_layout(
     screen: PlayScreen, painter: Painter, input_buffer: Buffer, *, is_input_hidden: bool
 ) -> Layout:
+    """Return the layout: the screen above, the command row, the key row and the completion menu.
+
+    Only the command row if the terminal has no more rows.
+    """
+
     def upper_fragments() -> StyleAndTextTuples:
+        """Return the screen above the command row for prompt_toolkit."""
         return [
             *to_fragments(
                 screen.render_upper(screen.measure_viewport(painter)), screen.terminal.theme
@@ -107,27 +118,30 @@ def _build_layout(
         ]
 
     def footer_fragments() -> StyleAndTextTuples:
-        shown = format_footer(screen.game, screen.measure_viewport(painter), screen.frame_state)
-        return [*to_fragments(shown, screen.terminal.theme)]
+        """Return the key row for prompt_toolkit."""
+        footer = format_footer(screen.game, screen.measure_viewport(painter), screen.frame_state)
+        return [*to_fragments(footer, screen.terminal.theme)]
 
-    shown: list[Processor] = (
+    processors: list[Processor] = (
         [HiddenInputProcessor(), BeforeInput(HIDDEN_INPUT_PROMPT)]
         if is_input_hidden
         else [BeforeInput(" :")]
     )
-    typed = BufferControl(input_buffer, input_processors=shown)
+    command_control = BufferControl(input_buffer, input_processors=processors)
     rows = [
         Window(FormattedTextControl(upper_fragments)),
-        Window(typed, height=1, get_horizontal_scroll=lambda window: 0),  # no further than it must
+        # no horizontal scrolling
+        Window(command_control, height=1, get_horizontal_scroll=lambda window: 0),
         Window(FormattedTextControl(footer_fragments), height=1),
     ]
-    if painter.get_size()[1] < len(rows):  # no room beside what is typed
+    if painter.get_size()[1] < len(rows):  # too few rows for anything but the input
         rows = rows[1:2]
     menu = Float(CompletionsMenu(max_height=MAX_COMPLETION_ROWS), xcursor=True, ycursor=True)
-    return Layout(FloatContainer(HSplit(rows), [menu]), focused_element=typed)
+    return Layout(FloatContainer(HSplit(rows), [menu]), focused_element=command_control)
 
 
 def _build_key_bindings(input_buffer: Buffer, suspend: Callable[[], None]) -> KeyBindings:
+    """Return the key bindings of the command row: Enter, Esc, Ctrl-C and Ctrl-Z."""
     bindings = KeyBindings()
 
     @bindings.add("c-z")

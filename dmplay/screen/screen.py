@@ -1,4 +1,4 @@
-"""The play screen: the game at a table as it is seen, and what is said beside it."""
+"""The play screen: the state of the full-screen user interface of a game."""
 
 import contextlib
 from collections.abc import Iterator, Sequence
@@ -26,14 +26,14 @@ from dmplay.thought import TaskInfo, run_cancellable
 from dmplay.timeline import GameTimeline, PostGameReview
 
 OVERLAYS = ("", "values", "policy", "states")
-HINT_OVERLAYS = ("values", "policy")  # of them
+HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 VALUES_TASK = TaskInfo("valuing every state")
 
 
 class PlayScreen:
-    """The state of the play screen beside the game's own, and how it is shown."""
+    """The play screen: its state in addition to the game's, and its painting."""
 
-    thinking_delay_seconds = 0.1  # seconds after which what the game does is shown as thinking
+    thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
 
     def __init__(
         self,
@@ -46,18 +46,19 @@ class PlayScreen:
         controller.is_interactive = True
         controller.on_intermediate_turn = self.log_new_turns
         self.terminal = terminal
-        self.speed = speed  # turns a second in autoplay
+        self.speed = speed  # turns per second in autoplay
         self.realtime_rate = (
-            realtime_rate  # turns a second in real time; None where each turn waits for a key
+            realtime_rate  # turns per second in real time; None if each turn waits for a key
         )
         self.modes = ScreenModes()
         self.message = ""
-        self.lookahead_message = ""  # what an action may bring, in words
-        self.progress_message = ""  # what is computed now, in place of the message
+        self.lookahead_message = ""  # the previewed action in words
+        self.progress_message = ""  # progress of the running task, shown in place of the message
         self.overlay_index = 0
-        self._recorded_overlay: tuple[object, ...] = ()  # where an overlay was counted last
-        self.page_rows: list[str] = []  # an answer of several lines
-        self.page_index = 0  # of the page
+        # overlay, game, turn and seat of the last recorded hint
+        self._recorded_overlay: tuple[object, ...] = ()
+        self.page_rows: list[str] = []  # rows of a long message
+        self.page_index = 0  # index of the visible page
         self._viewport = Viewport(80, 24)
         self._reset_for_game()
         if (
@@ -69,16 +70,17 @@ class PlayScreen:
         self.message = controller.game.warning or self.message
 
     def _reset_for_game(self) -> None:
-        """Forgets the game before this one."""
+        """Reset the state that belongs to one game, when a new game starts."""
         game = self.game
         self._event_log = EventLog(game)
-        self.number_input = NumberInput()  # that is being typed
-        self.key_prefix = ""  # the first arrow of a diagonal
-        self.last_key_hint_turn = KEY_HINT_TURNS  # the turn from which on the board names no keys
+        self.number_input = NumberInput()  # number that the player is typing
+        self.key_prefix = ""  # first arrow of a diagonal
+        # turn from which the board no longer shows the keys
+        self.last_key_hint_turn = KEY_HINT_TURNS
         self.clock = RealtimeClock(self.realtime_rate)
-        self.post_game_review = PostGameReview()  # once it is over
+        self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
-        self.scroll_offset = 0  # rows that the log is scrolled back
+        self.scroll_offset = 0  # rows by which the log is scrolled back
         record = records.record_for_game(game)
         self._best_return = (
             format_score(record.best.discounted_return) if record and record.best else ""
@@ -87,46 +89,48 @@ class PlayScreen:
 
     @property
     def game(self) -> Game:
-        """The game that is played now."""
+        """The current game."""
         return self.controller.game
 
     def measure_viewport(self, painter: Painter) -> Viewport:
-        """The terminal, of the size that it has now."""
+        """Measure the terminal and return its viewport, which is also saved."""
         self._viewport = Viewport(*painter.get_size(), self.terminal.ascii)
         return self._viewport
 
     def paint(self, painter: Painter) -> None:
-        """Brings the screen as it is now onto the terminal."""
+        """Paint the current screen onto the terminal."""
         self._record_overlay_hint()
-        room = self.measure_viewport(painter)
-        drawn = frame.compose_frame(self.timeline or self.game, room, self.frame_state, self.log)
-        painter.paint(drawn, find_cursor(drawn))
+        viewport = self.measure_viewport(painter)
+        frame_text = frame.compose_frame(
+            self.timeline or self.game, viewport, self.frame_state, self.log
+        )
+        painter.paint(frame_text, find_cursor(frame_text))
 
     def _record_overlay_hint(self) -> None:
-        """Counts the advice of an overlay once for each turn that it lies on."""
-        game, shown = self.game, self.frame_state
-        now = (shown.overlay, game, len(game.session.turns), game.viewing_seat)
-        lies = shown.overlay in HINT_OVERLAYS and not (
-            shown.page_rows or shown.handover_agent or game.session.over
+        """Record a visible overlay of values or policy as a hint, once per turn."""
+        game, frame_state = self.game, self.frame_state
+        overlay_key = (frame_state.overlay, game, len(game.session.turns), game.viewing_seat)
+        is_visible = frame_state.overlay in HINT_OVERLAYS and not (
+            frame_state.page_rows or frame_state.handover_agent or game.session.over
         )
         if (
-            lies
-            and now != self._recorded_overlay
-            and game.hint_provider.build_overlay(shown.overlay)
+            is_visible
+            and overlay_key != self._recorded_overlay
+            and game.hint_provider.build_overlay(frame_state.overlay)
         ):
-            self._recorded_overlay = now
+            self._recorded_overlay = overlay_key
             game.record_hint()
 
     @property
     def frame_state(self) -> FrameState:
-        """What the screen adds to the game."""
-        game, adviser, past = self.game, self.game.hint_provider, self.timeline
-        drawn = adviser.is_overlay_ready and not game.hints_forbidden
-        unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
-        starts = CLOCK_START_HINT if unstarted and game.choosing_seat is not None else ""
-        shown = FrameState(
-            self.progress_message or self._displayed_message or starts,
-            OVERLAYS[self.overlay_index] if drawn else "",
+        """The state that the screen adds to the game in the current frame."""
+        game, adviser, timeline = self.game, self.game.hint_provider, self.timeline
+        can_overlay = adviser.is_overlay_ready and not game.hints_forbidden
+        is_unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
+        start_hint = CLOCK_START_HINT if is_unstarted and game.choosing_seat is not None else ""
+        state = FrameState(
+            self.progress_message or self._displayed_message or start_hint,
+            OVERLAYS[self.overlay_index] if can_overlay else "",
             self.page_rows if self.modes.display_mode is Mode.PAGE else (),
             self.page_index,
             self.scroll_offset,
@@ -137,35 +141,36 @@ class PlayScreen:
             motion_progress=self.animation.progress,
             best_return=self._best_return,
         )
-        if past:
-            return shown._replace(hint=past.move_hints, is_lookback=True)
-        written = self.number_input.read_action(game) if self.number_input.text else None
-        return shown._replace(
-            hint=adviser.current_hint, typed_action=written, forecast=adviser.current_forecast
+        if timeline:
+            return state._replace(hint=timeline.move_hints, is_lookback=True)
+        typed_action = self.number_input.read_action(game) if self.number_input.text else None
+        return state._replace(
+            hint=adviser.current_hint, typed_action=typed_action, forecast=adviser.current_forecast
         )
 
     @property
     def _displayed_message(self) -> str:
-        """The message; of what an action may bring, where the board has room for it, or no row has,
-        how to go on.
+        """The message, shortened to the next keys if it is a preview that the board shows as well.
+
+        A preview also has its short form if its message is too long for the row.
         """
         if not self.lookahead_message or self.message != self.lookahead_message:
             return self.message
-        numbers = isinstance(self.game.problem.state_count, ContinuousStates)
+        is_continuous = isinstance(self.game.problem.state_count, ContinuousStates)
         if len(self.message) < self._viewport.width and not (
-            numbers or frame.has_goal_row(self._viewport)
+            is_continuous or frame.has_goal_row(self._viewport)
         ):
             return self.message
         return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
 
     @property
     def timeline(self) -> GameTimeline | None:
-        """The game at the turn that is looked back at."""
+        """The game at the earlier turn that is shown, or None."""
         return self.post_game_review.timeline if self.modes.display_mode is Mode.LOOKBACK else None
 
     @property
     def log(self) -> list[str]:
-        """What happened, as the one before the screen may know it."""
+        """The rows of the event log, limited to the information of the viewing player."""
         return (
             self.timeline.review_rows(self._viewport.width)
             if self.timeline
@@ -173,42 +178,52 @@ class PlayScreen:
         )
 
     def _build_frame(self, viewport: Viewport) -> frame.Frame:
-        """What is seen now, in a room."""
+        """Return the current frame for a viewport."""
         return frame.Frame(self.timeline or self.game, viewport, self.frame_state, self.log)
 
     def render_upper(self, viewport: Viewport) -> Text:
-        """The screen above its command row."""
+        """Return the current screen as text without the command row and the key row."""
         return self._build_frame(viewport).render_upper()
 
     def scroll_log(self, rows: float) -> None:
-        """Goes so many rows back in the log, or on."""
+        """Scroll the log back by `rows`, or forward if negative, within its bounds."""
         if not self.controller.awaiting_handover:
-            most = self._build_frame(self._viewport).max_scroll_offset()
-            self.scroll_offset = int(min(max(self.scroll_offset + rows, 0), most))
+            max_offset = self._build_frame(self._viewport).max_scroll_offset()
+            self.scroll_offset = int(min(max(self.scroll_offset + rows, 0), max_offset))
 
     def turn_page(self, page_count: float) -> bool:
-        """Goes so many parts on in the page, or back; whether it went on."""
-        before, last = self.page_index, len(frame.split_pages(self._viewport, self.frame_state)) - 1
-        self.page_index = int(min(max(before + page_count, 0), last))
-        return self.page_index > before
+        """Turn `page_count` pages forward, or back if negative; return whether it moved forward."""
+        previous_index, last_index = (
+            self.page_index,
+            len(frame.split_pages(self._viewport, self.frame_state)) - 1,
+        )
+        self.page_index = int(min(max(previous_index + page_count, 0), last_index))
+        return self.page_index > previous_index
 
     def show_next_overlay(self) -> None:
-        """Goes on to what else the board can show, at last nothing; says so if it never can."""
+        """Show the next overlay that changes the board, or none after the last one.
+
+        Show a message if the board has no overlays. Raise an error if hints are forbidden.
+        """
         self.game.check_hints_allowed("overlay")
         run_cancellable(VALUES_TASK, self.game.hint_provider.prepare_overlay)
-        before, self.overlay_index = self.overlay_index, 0
-        bare = self.render_upper(self._viewport).plain
-        for number in range(before + 1, len(OVERLAYS)):
-            self.overlay_index = number
-            if self.render_upper(self._viewport).plain != bare:
-                self.message = f"overlay: {OVERLAYS[number]}"
+        previous_overlay, self.overlay_index = self.overlay_index, 0
+        plain_screen = self.render_upper(self._viewport).plain
+        for index in range(previous_overlay + 1, len(OVERLAYS)):
+            self.overlay_index = index
+            if self.render_upper(self._viewport).plain != plain_screen:
+                self.message = f"overlay: {OVERLAYS[index]}"
                 return
         self.overlay_index = 0
-        self.message = "overlay: none" if before else "this board has no overlays"
+        self.message = "overlay: none" if previous_overlay else "this board has no overlays"
 
     @contextlib.contextmanager
     def errors_as_messages(self) -> Iterator[None]:
-        """Turns an error into a message, and logs what happened before it; readies the overlay."""
+        """Run the block with its errors shown as messages.
+
+        Turns played before an error are logged. Without an error, the visible overlay is prepared;
+        after one, an overlay that is not ready is removed.
+        """
         try:
             yield
             if self.overlay_index:
@@ -221,30 +236,35 @@ class PlayScreen:
             self.message = str(error) or "cancelled"
 
     def show_reply(self, reply: str) -> None:
-        """Shows an answer: in its row, or as a page that any key closes; logs what it tells of."""
+        """Show a command's reply: in the message row, or as a page if it has several rows.
+
+        Reports of turns go into the log only. A hint is shortened, because its values are on the
+        board.
+        """
         rows = reply.split("\n") if isinstance(reply, Page) else []
-        advice = self.game.hint_provider.current_hint
+        hint = self.game.hint_provider.current_hint
         if rows and not isinstance(reply, TurnReports):
             self.open_page(rows)
         else:
             self.modes.handle_event(ModeEvent.CLOSED)
             self.message = "" if rows else reply
-            if advice and reply == str(advice):  # its values are marked
-                cost = (
-                    ""
-                    if advice.action is None
-                    else self.game.describe_expected_reward(advice.action)
+            if hint and reply == str(hint):  # The board and the keys show the values.
+                price_text = (
+                    "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
-                self.message = f"{advice.summary}{cost}"
+                self.message = f"{hint.summary}{price_text}"
         self.log_new_turns(rows)
 
     def open_page(self, rows: list[str]) -> None:
-        """Shows rows in place of the board."""
+        """Open a page of rows in place of the board."""
         self.message, self.page_rows, self.page_index = "", rows, 0
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
     def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
-        """Logs what happened since the last time; `told` are the turns of an answer."""
+        """Log the new turns, review a finished game, and report a transcript write error.
+
+        `turn_rows` are these turns' reports in a command's reply. A new game resets the screen.
+        """
         if self._event_log.game is not self.game:
             self._reset_for_game()
         elif self._event_log.add_new_turns(turn_rows):
@@ -256,12 +276,16 @@ class PlayScreen:
             self.message = f"cannot write {recorder.path}: {recorder.write_error.strerror}"
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
-        """Tells what is thought of, and how far it is where things may move."""
-        told = f"{task_info.message} ... {progress if self.terminal.motion else ''}"
-        cure = "Ctrl-C cancels"
-        self.progress_message = f"{told}{cure}" if len(told + cure) < self._viewport.width else told
+        """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""
+        message = f"{task_info.message} ... {progress if self.terminal.motion else ''}"
+        cancel_help = "Ctrl-C cancels"
+        self.progress_message = (
+            f"{message}{cancel_help}"
+            if len(message + cancel_help) < self._viewport.width
+            else message
+        )
 
     def abandon_task(self) -> None:
-        """Goes on without what was cancelled and does not stop."""
+        """Abandon a task that was cancelled but does not stop, and recreate the game's agents."""
         self.game.recreate_agents()
         self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"

@@ -1,4 +1,4 @@
-"""The full screen from its first frame to its last."""
+"""Run a full screen from its first frame to its last."""
 
 import contextlib
 import sys
@@ -10,19 +10,23 @@ from dmplay.terminal import has_background_erase, mute_typed_keys
 
 
 def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:
-    """Shows the screen until the player leaves; returns the exit code."""
+    """Show the screen until the player quits, and return the exit code.
+
+    The terminal is restored in any case.
+    """
     terminal, out = screen.terminal, sys.stdout
     painter = Painter(
         out, terminal.theme, terminal.width, erases_with_color=has_background_erase(out)
     )
     try:
         with mute_typed_keys(sys.stdin):
-            # The first frame stands before the toolkit, a tenth of a second, is imported.
+            # Paint the first frame before prompt_toolkit is imported, which takes a tenth of a
+            # second.
             painter.enter_screen()
             screen.paint(painter)
             from dmplay.screen import toolkit
 
             return toolkit.run_event_loop(screen, painter)
     finally:
-        with contextlib.suppress(OSError):  # the terminal itself may be gone
+        with contextlib.suppress(OSError):  # The terminal may be gone.
             painter.leave_screen()

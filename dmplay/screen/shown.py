@@ -1,4 +1,4 @@
-"""What a frame is composed of beside the game: the room there is, and what the front end adds."""
+"""The viewport and the frame state: the input of a frame in addition to the game."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -11,12 +11,12 @@ from dmplay.styles import ScreenLine, to_plain_text, to_rich_text
 from dmplay.views.canvas import ASCII_TRANSLATION
 from dmplay.views.style import Forecast
 
-KEY_HINT_TURNS = 5  # turns for which the board names the keys
-NEXT_PAGE_KEYS = ("space", "down", "enter")  # keys that turn a page
+KEY_HINT_TURNS = 5  # turns for which the board shows the action keys
+NEXT_PAGE_KEYS = ("space", "down", "enter")  # keys that turn to the next page
 
 
 class Viewport(NamedTuple):
-    """The terminal: its size and whether it can draw."""
+    """The space for a drawing: its size in columns and rows, and whether it is limited to ASCII."""
 
     width: int
     height: int
@@ -24,28 +24,28 @@ class Viewport(NamedTuple):
 
 
 class FrameState(NamedTuple):
-    """What the front end adds: a message, the overlay, a page in place of the board."""
+    """The state that the play screen adds to a game, such as a message, a page or an overlay."""
 
     message: str = ""
     overlay: str = ""
-    page_rows: Sequence[str] = ()  # an answer of several lines, in place of the board
-    page_index: int = 0  # which part of it, where it is longer than the screen
-    scroll_offset: int = 0  # rows that the log is scrolled back
-    handover_agent: str = ""  # the agent before whose turn nothing is shown
-    last_key_hint_turn: int = KEY_HINT_TURNS  # the turn from which on the board names no keys
+    page_rows: Sequence[str] = ()  # rows of a long message, shown in place of the board
+    page_index: int = 0  # index of the visible page, if they need several
+    scroll_offset: int = 0  # rows by which the log is scrolled back
+    handover_agent: str = ""  # agent to whom the keyboard is passed; '' if it is not
+    last_key_hint_turn: int = KEY_HINT_TURNS  # turn from which the board no longer shows the keys
     hint: Hint | None = None  # marked on the board and the keys
-    typed_action: float | None = None  # the number that is written, which Enter would play
-    forecast: Forecast | None = None  # what an action may bring
-    is_lookback: bool = False  # whether an earlier turn of a game that is over is shown
-    motion_progress: float = 1.0  # the share of the last turn's motion that is over
-    best_return: str = ""  # your best return of such a game before this one
+    typed_action: float | None = None  # number typed so far, which Enter would play
+    forecast: Forecast | None = None  # outcomes of the previewed action
+    is_lookback: bool = False  # an earlier turn of a finished game is shown
+    motion_progress: float = 1.0  # completed share of the last turn's animation
+    best_return: str = ""  # the player's best earlier return in this game
 
 
 EMPTY_FRAME_STATE = FrameState()
 
 
 def fit_line(row: ScreenLine, viewport: Viewport) -> ScreenLine:
-    """A row as it is where it is no wider than the room, else cut."""
+    """Return a row unchanged if it fits the viewport; cut it otherwise."""
     if not isinstance(row, Text):
         plain = row if isinstance(row, str) else to_plain_text(row)
         if plain.isascii() and len(plain) <= viewport.width:
@@ -54,10 +54,10 @@ def fit_line(row: ScreenLine, viewport: Viewport) -> ScreenLine:
 
 
 def fit_text(row: Text, viewport: Viewport) -> Text:
-    """A row no wider than the room; nothing is cut silently."""
-    plain = row.plain.isascii()
-    width = len(row.plain) if plain else row.cell_len
-    if width > viewport.width or (viewport.ascii_only and not plain):
+    """Return a row cut to the viewport's width with an ellipsis, in ASCII if required."""
+    is_ascii = row.plain.isascii()
+    width = len(row.plain) if is_ascii else row.cell_len
+    if width > viewport.width or (viewport.ascii_only and not is_ascii):
         row = row.copy()
         row.truncate(viewport.width, overflow="ellipsis")
         row.plain = row.plain.translate(ASCII_TRANSLATION) if viewport.ascii_only else row.plain
@@ -65,12 +65,15 @@ def fit_text(row: Text, viewport: Viewport) -> Text:
 
 
 def find_cursor(frame: Text) -> ScreenPosition | None:
-    """Where the player stands, the first reversed cell: screen readers follow the real cursor."""
+    """Return the first reversed cell that is not blank, which marks the player, or None.
+
+    The real cursor is put there, because screen readers follow it.
+    """
     plain = frame.plain
     reversed_ = (span for span in frame.spans if "reverse" in str(span.style))
-    cell = min(reversed_, default=None)
-    if cell is None:
+    first_span = min(reversed_, default=None)
+    if first_span is None:
         return None
-    shown = plain[cell.start : cell.end]
-    at = cell.start + len(shown) - len(shown.lstrip())
-    return ScreenPosition(at - plain.rfind("\n", 0, at) - 1, plain.count("\n", 0, at))
+    reversed_text = plain[first_span.start : first_span.end]
+    index = first_span.start + len(reversed_text) - len(reversed_text.lstrip())
+    return ScreenPosition(index - plain.rfind("\n", 0, index) - 1, plain.count("\n", 0, index))

@@ -1,4 +1,4 @@
-"""What a full screen offers to whatever shows it."""
+"""Protocols of the full screens that the event loop runs."""
 
 from typing import Protocol
 
@@ -8,24 +8,24 @@ from dmplay.thought import TaskInfo
 
 
 class FullScreen(Protocol):
-    """A screen: it is painted, and tells what it thinks of."""
+    """A full screen that can be painted and can show the progress of a background task."""
 
     terminal: Terminal
-    thinking_delay_seconds: float  # seconds after which what a key does is shown as thinking
-    progress_message: str  # what is computed now
+    thinking_delay_seconds: float  # seconds a key may take before progress is shown
+    progress_message: str  # progress of the running task; '' if none runs
 
     def paint(self, painter: Painter) -> None:
-        """Brings the screen as it is now onto the terminal."""
+        """Paint the current screen onto the terminal."""
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
-        """Tells what is thought of, and how far it is."""
+        """Show a running task and its progress."""
 
     def abandon_task(self) -> None:
-        """Goes on without what was cancelled and does not stop."""
+        """Abandon a task that was cancelled but does not stop."""
 
 
 class KeyDrivenScreen(FullScreen, Protocol):
-    """A screen that takes keys itself, and no typed lines."""
+    """A full screen that handles every key itself and has no command row."""
 
     def handle_key(self, key: str) -> None:
-        """Does what a key says; raises Leave."""
+        """Handle a key; raise PlayerQuit if it quits."""

@@ -1,4 +1,4 @@
-"""Which solution fits a problem."""
+"""The choice of the solution method for a problem."""
 
 import math
 from collections.abc import Callable
@@ -22,35 +22,42 @@ SolveFunction = Callable[[Any], Solution]
 
 
 def solve_problem(problem: Problem) -> Solution:
-    """The solution of a problem by the method that fits it; a simulation where none does."""
+    """Return the solution of a problem by the first method that fits; simulation fits all."""
     return next(solve for fits, solve in SOLUTION_METHODS if fits(problem))(problem)
 
 
 def _is_small_single_agent(problem: Problem, max_states: float = math.inf) -> bool:
-    """Whether one agent has so few states, and may go by what it believes of them."""
-    few = isinstance(problem.state_count, int) and problem.state_count <= max_states
-    return few and len(problem.agents) == 1 and not has_legal_action_leak(problem)
+    """Return whether one agent has at most `max_states` states and may use its belief.
+
+    It may not if the legal actions reveal hidden information.
+    """
+    is_small = isinstance(problem.state_count, int) and problem.state_count <= max_states
+    return is_small and len(problem.agents) == 1 and not has_legal_action_leak(problem)
 
 
 def _is_two_player_matrix_game(problem: Problem) -> bool:
+    """Return whether a problem is a one-state game of two agents."""
     return matrix_game.is_simple_game(problem) and len(problem.agents) == 2
 
 
 def _is_one_on_one_hunt(problem: Problem) -> bool:
+    """Return whether a problem is a small, discounted hunt of one predator and one prey."""
     if not isinstance(problem, PredatorPrey) or problem.walker_count != 2:
         return False
     return problem.discount < 1.0 and problem.state_count <= markov_game.MAX_STATES
 
 
 def _is_general_team_problem(problem: Problem) -> bool:
+    """Return whether agents can plan jointly, except in collaborative predator-prey."""
     return team.can_plan_jointly(problem) and not isinstance(problem, CollaborativePredatorPrey)
 
 
 def _is_shared_reward_problem(problem: Problem) -> bool:
-    alike = (
+    """Return whether agents share a discounted reward and the outcomes are few enough to list."""
+    is_shared = (
         isinstance(problem.state_count, int) and problem.shared_reward and problem.discount < 1.0
     )
-    return alike and sparse.count_outcomes(problem) <= sparse.MAX_OUTCOMES
+    return is_shared and sparse.count_outcomes(problem) <= sparse.MAX_OUTCOMES
 
 
 SOLUTION_METHODS: list[tuple[Callable[[Problem], bool], SolveFunction]] = [

@@ -1,4 +1,4 @@
-"""What agents earn where nothing is solved."""
+"""Simulated returns of agents, for problems that are not solved."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -22,16 +22,14 @@ from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
 
 DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1
-EXTERNAL_SEARCH_EPISODES = (
-    10  # games of those who search in what another library plays, which is done turn by turn
-)
-DEFAULT_TURNS = 20  # of a game that has no end of its own, and is played or planned
+EXTERNAL_SEARCH_EPISODES = 10  # if agents search in an external environment, which is slow
+DEFAULT_TURNS = 20  # of a game without an end of its own, when it is played or planned
 EPISODES_PER_BATCH = 100
 OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
 
 class SimulatedReturns(NamedTuple):
-    """The returns of some games, and how long each was."""
+    """The returns and lengths of some games."""
 
     returns: Reals  # [E, n]
     turns: Ints  # [E]
@@ -39,20 +37,20 @@ class SimulatedReturns(NamedTuple):
 
 @dataclass
 class SimulationOptions:
-    """How much is to be simulated, by how many; what is None is as each solution has it."""
+    """The user's options for simulations; None stands for the default of each solution."""
 
     episodes: int | None = None
     turns: int | None = None
     workers: WorkerCount | None = None
-    work: float | None = None  # times the usual, between bounds
-    used_options: set[str] = field(default_factory=set)  # what of these was heard
+    work: float | None = None  # times the default, for bounds on values
+    used_options: set[str] = field(default_factory=set)  # names of the options that had an effect
 
     def check_options_used(self, method_name: str) -> None:
-        """Refuses a number of games, turns or workers where nothing heard it, and work likewise."""
+        """Raise BadParameter for an option that was set and had no effect."""
         for name in ("episodes", "turns", "workers", "work"):
             if getattr(self, name) not in (None, "auto") and name not in self.used_options:
-                done = OPTION_USES.get(name, "simulated")
-                raise BadParameter(f"--{name}: nothing is {done} here; the method is {method_name}")
+                use = OPTION_USES.get(name, "simulated")
+                raise BadParameter(f"--{name}: nothing is {use} here; the method is {method_name}")
 
 
 _options: ContextVar[SimulationOptions | None] = ContextVar("wish", default=None)
@@ -60,78 +58,91 @@ _options: ContextVar[SimulationOptions | None] = ContextVar("wish", default=None
 
 @contextmanager
 def use_simulation_options(options: SimulationOptions) -> Iterator[None]:
-    """Has what is simulated meanwhile be simulated so."""
-    before = _options.set(options)
+    """Run the block with these options for simulations."""
+    token = _options.set(options)
     try:
         yield
     finally:
-        _options.reset(before)
+        _options.reset(token)
 
 
 def simulate_games(
     problem: Problem, policies: Sequence[Policy], *, episodes: int, turns: int | None
 ) -> SimulatedReturns:
-    """Games of one seed, some at a time where one process plays them all."""
-    wish = _options.get() or SimulationOptions()
-    wish.used_options |= {"episodes", "turns", "workers"}
-    episodes, turns, workers = wish.episodes or episodes, wish.turns or turns, wish.workers or 1
-    at_a_time = EPISODES_PER_BATCH if workers == 1 else episodes
+    """Play games of one seed and return their returns and lengths.
+
+    One process plays them in batches, so that progress is reported.
+    """
+    options = _options.get() or SimulationOptions()
+    options.used_options |= {"episodes", "turns", "workers"}
+    episodes, turns, workers = (
+        options.episodes or episodes,
+        options.turns or turns,
+        options.workers or 1,
+    )
+    batch_size = EPISODES_PER_BATCH if workers == 1 else episodes
     parts = []
-    for first in range(0, episodes, at_a_time):
-        many = min(at_a_time, episodes - first)
-        with scale_progress(first / episodes, (first + many) / episodes):
-            played = rollout(
-                problem, policies, episodes=many, seed=SIMULATION_SEED, first_episode=first, turn_limit=turns,
+    for start in range(0, episodes, batch_size):
+        count = min(batch_size, episodes - start)
+        with scale_progress(start / episodes, (start + count) / episodes):
+            batch = rollout(
+                problem,
+                policies,
+                episodes=count,
+                seed=SIMULATION_SEED,
+                first_episode=start,
+                turn_limit=turns,
                 workers=workers,
-            )  # fmt: skip
-        parts.append(SimulatedReturns(played.returns, played.turn_counts))
+            )
+        parts.append(SimulatedReturns(batch.returns, batch.turn_counts))
     returns, lengths = zip(*parts, strict=True)
     return SimulatedReturns(np.concatenate(returns), np.concatenate(lengths))
 
 
 def resolve_horizon(default_turns: int | None) -> int | None:
-    """The turns of a game that is planned whole: as many as wished, or the usual ones; None
-    for a game without end.
+    """Return the number of turns to plan, as set by the user or else the default.
+
+    None stands for a game without end.
     """
-    wish = _options.get() or SimulationOptions()
-    wish.used_options.add("turns")
-    return wish.turns or default_turns
+    options = _options.get() or SimulationOptions()
+    options.used_options.add("turns")
+    return options.turns or default_turns
 
 
 def resolve_work() -> float:
-    """How much is done to bring a value between bounds, in times of the usual."""
-    wish = _options.get() or SimulationOptions()
-    wish.used_options.add("work")
-    return wish.work or 1.0
+    """Return the work for bounds on values, as a multiple of the default."""
+    options = _options.get() or SimulationOptions()
+    options.used_options.add("work")
+    return options.work or 1.0
 
 
 def mean_with_error(sample: Reals) -> dict[str, object]:
-    """A mean with its standard error."""
+    """Return the mean of a sample and its standard error, as columns of a row."""
     error = sample.std(ddof=1) / np.sqrt(len(sample))
     return {"mean return": float(sample.mean()), "standard error": float(error)}
 
 
 def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solution:
-    """What these agents earn, or the usual ones."""
+    """Return the mean returns of these agents in simulated games, or of the default agents."""
     names = agents or [default_agent(problem, seat) for seat in range(len(problem.agents))]
     policies = [load_agent(problem, seat, name) for seat, name in enumerate(names)]
-    searching = any(isinstance(one, TreeSearch) for one in policies)
-    slow = searching and isinstance(problem, ExternalProblem)
-    ends = problem.state_count == math.inf and searching == slow  # as far as is known
-    turns = problem.horizon or (None if ends else DEFAULT_TURNS)
-    played = simulate_games(
+    has_search = any(isinstance(policy, TreeSearch) for policy in policies)
+    is_slow = has_search and isinstance(problem, ExternalProblem)
+    has_end = problem.state_count == math.inf and has_search == is_slow  # as far as is known
+    turns = problem.horizon or (None if has_end else DEFAULT_TURNS)
+    simulated = simulate_games(
         problem,
         policies,
-        episodes=EXTERNAL_SEARCH_EPISODES if slow else DEFAULT_EPISODES,
+        episodes=EXTERNAL_SEARCH_EPISODES if is_slow else DEFAULT_EPISODES,
         turns=turns,
     )
     rows: list[Row] = [
-        {"seat": player, "agent": name} | mean_with_error(played.returns[:, seat])
+        {"seat": player, "agent": name} | mean_with_error(simulated.returns[:, seat])
         for seat, (player, name) in enumerate(zip(problem.agents, names, strict=True))
     ]
-    many, long = (
-        format_count(len(played.turns), "game"),
-        append_noun(format_score(played.turns.mean()), "turn"),
+    game_text, length_text = (
+        format_count(len(simulated.turns), "game"),
+        append_noun(format_score(simulated.turns.mean()), "turn"),
     )
-    told = f"{many} of seed {SIMULATION_SEED}, {long} each"
-    return Solution("simulation of its agents: no exact solution is known here", told, rows)
+    summary = f"{game_text} of seed {SIMULATION_SEED}, {length_text} each"
+    return Solution("simulation of its agents: no exact solution is known here", summary, rows)

@@ -1,4 +1,4 @@
-"""What every solution is, and how it names actions."""
+"""The solution of a problem, and the formatting of its actions."""
 
 from typing import NamedTuple
 
@@ -7,13 +7,13 @@ import numpy as np
 from dmplay.chance import Bools, Reals
 from dmplay.core import Problem
 
-MIN_SHOWN_PROBABILITY = 1e-4  # a probability that is not worth telling
+MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities are not printed.
 
 Row = dict[str, object]
 
 
 class Solution(NamedTuple):
-    """A method, what it came to, and a row a state, vector, plan or equilibrium."""
+    """A method, its result, and one row per state, vector, plan or equilibrium."""
 
     method: str
     result: str
@@ -21,12 +21,12 @@ class Solution(NamedTuple):
 
 
 def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) -> str:
-    """The names of a seat's actions that are marked."""
+    """Return the names of a seat's marked actions, separated by spaces."""
     return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(marked_actions))
 
 
 def format_mixed_strategy(problem: Problem, seat: int, probabilities: Reals) -> str:
-    """A strategy as the names of its actions, with their probabilities where they are below 1."""
+    """Return a strategy as the names of its actions, with their probabilities if below 1."""
     return " ".join(
         problem.format_action(seat, float(a))
         + (f" {probabilities[a]:.4g}" if probabilities[a] < 1 - MIN_SHOWN_PROBABILITY else "")

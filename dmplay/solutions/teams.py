@@ -1,4 +1,4 @@
-"""Solutions of problems of several agents whose state is hidden, beside what nobody can exceed."""
+"""Solutions of problems of several agents with hidden states, and upper bounds."""
 
 from collections.abc import Iterator
 from math import ceil, log
@@ -31,16 +31,16 @@ from dmplay.solvers.pooled_beliefs import CentralizedPomdp
 from dmplay.solvers.team import PlanLayer
 from dmplay.tabular import Tables, tabulate
 
-MAX_PLAN_TURNS = 4  # turns of a joint plan
-MAX_SIMULATED_EPISODES, MAX_SIMULATED_TURNS = 200, 100  # of a team that is simulated, at most
-MIN_TURN_WEIGHT = 0.005  # weight of a turn from which on games are not simulated
-MAX_LISTED_NODES = 200  # nodes of a joint plan that are told
+MAX_PLAN_TURNS = 4  # of a joint plan
+MAX_SIMULATED_EPISODES, MAX_SIMULATED_TURNS = 200, 100  # of a simulated team
+MIN_TURN_WEIGHT = 0.005  # discount factor of a turn at which simulated games end
+MAX_LISTED_NODES = 200  # of a joint plan
 SIMULATED_AGENTS = ("qmdp", "sweep")
-INFORMED_BOUND_WORK, HUNT_PLAN_NODES = 7e9, 3  # work for the bound of a hunt, and nodes of its plan
+INFORMED_BOUND_WORK, HUNT_PLAN_NODES = 7e9, 3  # for the bound of a hunt, and per turn of its plan
 
 
 class TeamValue(NamedTuple):
-    """What a team earns, and how that is known."""
+    """The value of a team, and the evidence for it."""
 
     team: str
     value: float
@@ -48,38 +48,44 @@ class TeamValue(NamedTuple):
 
 
 def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
-    """Joint plans of one turn and more, beside one planner for both and one who sees the baby."""
+    """Return the values of joint plans of 1 to MAX_PLAN_TURNS turns, and two upper bounds.
+
+    The bounds are one planner for both agents, and one that sees the state of the baby.
+    """
     b, tables = belief.initial_belief(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
     with scale_progress_part(0, 2):
-        found = joint_plans.run_dynamic_programming(problem, MAX_PLAN_TURNS)
+        stages = joint_plans.run_dynamic_programming(problem, MAX_PLAN_TURNS)
     with scale_progress_part(1, 2):
-        heard = alpha_vectors.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
+        planner_stages = alpha_vectors.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
     rows: list[Row] = []
-    for turns, (stage, planner) in enumerate(zip(found, heard, strict=True), 1):
-        worth = np.einsum("s,sij->ij", b, stage.pair_values)
+    for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):
+        pair_values = np.einsum("s,sij->ij", b, stage.pair_values)
         pair = np.unravel_index(
-            int(value_iteration.select_greedy_actions(worth.reshape(-1))), worth.shape
+            int(value_iteration.select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
         )
         row: Row = {
             "turns": turns,
             "plans": " x ".join(str(len(plans.first_actions)) for plans in stage.plans_by_agent),
-            "value": float(worth.max()),
+            "value": float(pair_values.max()),
             "one planner": float((planner.alpha_vectors @ b).max()),
             "one who sees": float(
                 b @ value_iteration.compute_finite_horizon_values(team, problem.discount, turns)
             ),
         }
         for seat, agent in enumerate(problem.agents):
-            plan = stage.plans_by_agent[seat].first_actions[pair[seat]]
-            row[f"{agent} first"] = problem.format_action(seat, float(plan))
+            action = stage.plans_by_agent[seat].first_actions[pair[seat]]
+            row[f"{agent} first"] = problem.format_action(seat, float(action))
         rows.append(row)
-    told = f"value {rows[-1]['value']:.6g} of {MAX_PLAN_TURNS} turns{_format_infinite_horizon_bound(problem, team, b)}"
-    return Solution("joint plans by dynamic programming, for both rewards together", told, rows)
+    summary = (
+        f"value {rows[-1]['value']:.6g} of {MAX_PLAN_TURNS} "
+        f"turns{_format_infinite_horizon_bound(problem, team, b)}"
+    )
+    return Solution("joint plans by dynamic programming, for both rewards together", summary, rows)
 
 
 def _format_infinite_horizon_bound(problem: Problem, team: Tables, b: Reals) -> str:
-    """What one planner for both earns in a game without end, where it has a value."""
+    """Return text on the value of one planner without a last turn; '' without a discount."""
     if problem.discount >= 1.0:
         return ""
     vectors = alpha_vectors.solve_infinite_horizon(team, problem.discount).alpha_vectors
@@ -87,89 +93,104 @@ def _format_infinite_horizon_bound(problem: Problem, team: Tables, b: Reals) -> 
 
 
 def solve_joint_plans(problem: Problem) -> Solution:
-    """The best joint plan that is found of as many turns as wished, beside what none exceeds."""
-    many = resolve_horizon(problem.horizon) or DEFAULT_TURNS
-    found = solve_joint_plan(problem, many)
-    value = f"value {found.value:.6g} of {format_count(many, 'turn')} at the start"
-    bound = "the optimum" if found.is_optimal else f"at most {found.upper_bound:.6g}"
-    told = f"{value}, {bound}; one planner who sees what all see has at most {found.centralized_bound:.6g}"
+    """Return the best joint plan found for the planned turns, and an upper bound."""
+    turn_count = resolve_horizon(problem.horizon) or DEFAULT_TURNS
+    solution = solve_joint_plan(problem, turn_count)
+    value = f"value {solution.value:.6g} of {format_count(turn_count, 'turn')} at the start"
+    bound = "the optimum" if solution.is_optimal else f"at most {solution.upper_bound:.6g}"
+    summary = (
+        f"{value}, {bound}; one planner who sees what all "
+        f"see has at most {solution.centralized_bound:.6g}"
+    )
     rows = [
-        _build_node_row(problem, seat, turn, node, found.plans[seat][turn], last=turn == many - 1)
-        for turn in range(many)
+        _build_node_row(
+            problem, seat, turn, node, solution.plans[seat][turn], last=turn == turn_count - 1
+        )
+        for turn in range(turn_count)
         for seat in range(len(problem.agents))
-        for node in range(len(found.plans[seat][turn].actions))
+        for node in range(len(solution.plans[seat][turn].actions))
     ]
-    method = "multi-agent A* over joint plans" if found.is_optimal else "the best joint plan found"
-    return Solution(method, told, rows[:MAX_LISTED_NODES])
+    method = (
+        "multi-agent A* over joint plans" if solution.is_optimal else "the best joint plan found"
+    )
+    return Solution(method, summary, rows[:MAX_LISTED_NODES])
 
 
-def _build_node_row(  # noqa: PLR0913 - what it is a node of
+def _build_node_row(  # noqa: PLR0913 - they identify the node
     problem: Problem, seat: int, turn: int, node: int, layer: PlanLayer, *, last: bool
 ) -> Row:
-    """What an agent's plan has at a node, and where what it observes leads."""
+    """Return a row with the action of a plan's node and the next node of each observation."""
     row: Row = {"turn": turn + 1, "agent": problem.agents[seat], "node": node}
     row["action"] = problem.format_action(seat, float(layer.actions[node]))
     labels = problem.observations[seat]
     assert isinstance(labels, Labels)
-    each = zip(labels, layer.next_nodes[node], strict=True)
-    row["then"] = "" if last else " ".join(f"{label}:{then}" for label, then in each)
+    next_nodes = zip(labels, layer.next_nodes[node], strict=True)
+    row["then"] = "" if last else " ".join(f"{label}:{target}" for label, target in next_nodes)
     return row
 
 
 def solve_shared_reward_team(problem: Problem) -> Solution:
-    """What teams earn from anywhere, the one first that sees all and whom none exceeds."""
-    hunted = problem if isinstance(problem, CollaborativePredatorPrey) else None
+    """Return the mean values of several teams, best first; one planner that sees all is a bound."""
+    hunt_problem = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with scale_progress(0.0, 0.2):
-        model, q = solve_fully_observed(hunted) if hunted else sparse.solve_sparse_mdp(problem)
-    random = sparse.evaluate_policy(model, problem.discount, np.full(q.shape, 1 / q.shape[1]))
+        model, q = (
+            solve_fully_observed(hunt_problem) if hunt_problem else sparse.solve_sparse_mdp(problem)
+        )
+    random_values = sparse.evaluate_policy(
+        model, problem.discount, np.full(q.shape, 1 / q.shape[1])
+    )
     teams = [
         TeamValue("one planner who sees all", float(q.max(axis=1).mean()), "exact"),
-        TeamValue("random", float(random.mean()), "exact"),
+        TeamValue("random", float(random_values.mean()), "exact"),
     ]
-    if hunted and hunted.predators == 2:
+    if hunt_problem and hunt_problem.predators == 2:
         with scale_progress(0.2, 0.5):
-            teams += _iter_pair_values(hunted)
-    known = [name for name in SIMULATED_AGENTS if name in agents.load_roster(problem).agents]
+            teams += _iter_pair_values(hunt_problem)
+    names = [name for name in SIMULATED_AGENTS if name in agents.load_roster(problem).agents]
     turns = min(
         MAX_SIMULATED_TURNS,
         ceil(log(MIN_TURN_WEIGHT) / log(max(problem.discount, MIN_TURN_WEIGHT))),
     )
-    for place, name in enumerate(known):
-        seated = [agents.load_agent(problem, seat, name) for seat in range(len(problem.agents))]
-        share = 0.5 / len(known)
-        with scale_progress(0.5 + share * place, 0.5 + share * (place + 1)):
-            played = simulate_games(problem, seated, episodes=MAX_SIMULATED_EPISODES, turns=turns)
-        sample, many = played.returns[:, 0], format_count(len(played.turns), "game")
+    for index, name in enumerate(names):
+        policies = [agents.load_agent(problem, seat, name) for seat in range(len(problem.agents))]
+        share = 0.5 / len(names)
+        with scale_progress(0.5 + share * index, 0.5 + share * (index + 1)):
+            simulated = simulate_games(
+                problem, policies, episodes=MAX_SIMULATED_EPISODES, turns=turns
+            )
+        sample, game_text = simulated.returns[:, 0], format_count(len(simulated.turns), "game")
         error = sample.std(ddof=1) / np.sqrt(len(sample))
-        told = f"{many} of {format_count(played.turns.max(), 'turn')}, +- {error:.2g}"
-        teams.append(TeamValue(name, float(sample.mean()), told))
-    rows = [one._asdict() for one in sorted(teams, key=lambda one: -one.value)]
-    told = f"mean {q.max(axis=1).mean():.6g} over {format_count(len(q), 'state')}"
-    told += ": no team that does not see has more"
-    return Solution("policy iteration of one planner who sees all, an upper bound", told, rows)
+        text = f"{game_text} of {format_count(simulated.turns.max(), 'turn')}, +- {error:.2g}"
+        teams.append(TeamValue(name, float(sample.mean()), text))
+    rows = [entry._asdict() for entry in sorted(teams, key=lambda entry: -entry.value)]
+    text = f"mean {q.max(axis=1).mean():.6g} over {format_count(len(q), 'state')}"
+    text += ": no team that does not see has more"
+    return Solution("policy iteration of one planner who sees all, an upper bound", text, rows)
 
 
 def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:
-    """Two that hunt: what rules and plans made for them earn, and what bounds it."""
+    """Yield the values of rules and plans for two hunters, and of a planner that bounds them."""
     with scale_progress_part(0, 3):
         value = reactive_team.optimize_reactive_team(problem).mean_value
     yield TeamValue("reactive", value, "exact, if the first state is sensed too")
     if problem.sighted:
         return
-    hunting, budget = (
+    hunting_team, budget = (
         PredatorPreyDecPomdp.from_predator_prey(problem),
         Budget("a bound", "try fewer hexes", 5e10),
     )
     with scale_progress_part(1, 3):
-        most = CentralizedPomdp(
-            hunting, MAX_SIMULATED_TURNS, budget, INFORMED_BOUND_WORK
+        upper_bound = CentralizedPomdp(
+            hunting_team, MAX_SIMULATED_TURNS, budget, INFORMED_BOUND_WORK
         ).upper_bound
-    yield TeamValue("one planner who senses for both", most, "at most, by a fast informed bound")
+    yield TeamValue(
+        "one planner who senses for both", upper_bound, "at most, by a fast informed bound"
+    )
     with scale_progress_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=HUNT_PLAN_NODES).plans
-    earned = plan_graphs.evaluate_plans(hunting, plans, budget)
+    plan_value = plan_graphs.evaluate_plans(hunting_team, plans, budget)
     yield TeamValue(
         f"joint-plan:nodes={HUNT_PLAN_NODES}",
-        earned,
+        plan_value,
         f"exact, of {format_count(len(plans[0]), 'turn')}",
     )

@@ -1,10 +1,9 @@
-"""What bounds the values of beliefs: vectors of plans from below, single beliefs from above.
+"""Lower and upper bounds on the values of beliefs: vectors of plans, and a sawtooth bound.
 
-What a belief is worth is convex, and grows with the belief when this is scaled. So a belief that
-holds a share of a point and something else is worth no more than that share of the point's value
-and the bound of the rest (a sawtooth, whose teeth stand on the fast informed bound instead of on
-its corners). Of the many points that might lower a bound, a few of each point's likeliest states
-tell which cannot.
+The value function is convex, and homogeneous in unnormalized beliefs. So if a belief contains a
+fraction of a point's belief, its value is at most that fraction of the point's value plus the bound
+of the remainder (a sawtooth bound, based on the fast informed bound instead of the corners). Only
+points whose likeliest states all occur in the belief are compared with it.
 """
 
 from dataclasses import dataclass
@@ -14,16 +13,17 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK
 from dmplay.chance import Array, Ints, Reals
 
-LIKELIEST_STATE_COUNT = 3  # of a point's likeliest states; with how many it holds possible
-MIN_DIVISOR = 1e-300  # in place of 0
+# likeliest states stored per point, followed by its number of possible states
+LIKELIEST_STATE_COUNT = 3
+MIN_DIVISOR = 1e-300  # instead of 0 in a division
 NUMBERS_PER_BLOCK = 2**18  # numbers of points that are compared in one go
 SINGLE_THREAD_PRODUCTS = (
     2**18
-)  # products of numbers that BLAS does not share out between threads, which costs more
+)  # multiplications up to which BLAS uses one thread; for such products more threads are slower
 
 
 class GrowingColumns:
-    """Rows of numbers that grow to the right, `[rows, N]`."""
+    """An array `[rows, N]` that grows by columns."""
 
     def __init__(self, rows: int, dtype: type = float) -> None:
         self.column_count = 0
@@ -31,11 +31,11 @@ class GrowingColumns:
 
     @property
     def array(self) -> Array:
-        """Those that there are."""
+        """The columns added so far `[rows, N]`, as a view."""
         return self._storage[:, : self.column_count]
 
     def append(self, column: Array) -> int:
-        """Takes one more; its place."""
+        """Append a column and return its index."""
         if self.column_count == self._storage.shape[1]:
             self._storage = np.hstack([self._storage, np.zeros_like(self._storage)])
         self._storage[:, self.column_count] = column
@@ -43,81 +43,90 @@ class GrowingColumns:
         return self.column_count - 1
 
     def keep_only(self, indices: Ints) -> None:
-        """Forgets all others."""
+        """Keep only the columns at these indices."""
         self._storage, self.column_count = self.array[:, indices], len(indices)
 
 
 @dataclass(frozen=True, eq=False)
 class BeliefBatch:
-    """Some beliefs, by the states that any of them holds possible."""
+    """A batch of K beliefs over the U states that are possible in any of them."""
 
     support_states: Ints  # [U]
     probabilities: Reals  # [K, U]
 
 
 class BoundLayer:
-    """What bounds the values of beliefs, with as many turns to go."""
+    """Bounds on the values of beliefs with the same number of turns left."""
 
     def __init__(self, lower_vectors: Reals, upper_vectors: Reals, observation_count: int) -> None:
-        """Begins with vectors `[A, S]` from below and from above, for so many observations."""
-        many, states = lower_vectors.shape
+        """Create bounds from vectors `[A, S]` of plans (lower) and of actions (upper).
+
+        Plan `a` repeats action `a` after each of the `observation_count` observations.
+        """
+        action_count, state_count = lower_vectors.shape
         self.upper_vectors = upper_vectors
         self.plan_vectors, self._plan_facts = (
-            GrowingColumns(states),
+            GrowingColumns(state_count),
             GrowingColumns(2 + observation_count, int),
         )
         self.sawtooth_points, self._likeliest_states = (
-            GrowingColumns(states),
+            GrowingColumns(state_count),
             GrowingColumns(LIKELIEST_STATE_COUNT + 1, int),
         )
-        self._point_values, self._point_drops = GrowingColumns(1 + many), GrowingColumns(1)
-        self._latest_points: dict[int, int] = {}  # point of each belief that is one
+        self._point_values, self._point_drops = GrowingColumns(1 + action_count), GrowingColumns(1)
+        self._latest_points: dict[int, int] = {}  # index of the latest point of each node
         for action, vector in enumerate(lower_vectors):
             self.add_plan(vector, action, np.full(observation_count, action), -1)
 
     @property
     def plan_actions(self) -> Ints:
-        """With what each plan begins."""
+        """The first action of each plan."""
         return np.asarray(self._plan_facts.array[0])
 
     @property
     def source_beliefs(self) -> Ints:
-        """The belief for which each plan was made; -1 of those at the beginning."""
+        """The belief for which each plan was built; -1 for the initial plans."""
         return np.asarray(self._plan_facts.array[1])
 
     @property
     def next_plans(self) -> Ints:
-        """The plan `[kinds, N]` with which each goes on after each observation."""
+        """The plan `[O, N]` that each plan follows after each observation."""
         return self._plan_facts.array[2:]
 
     def add_plan(self, vector: Reals, action: int, next_plans: Ints, source_belief: int) -> int:
-        """Takes a plan; its place."""
+        """Add a plan and return its index."""
         self._plan_facts.append(np.concatenate([[action, source_belief], next_plans]))
         return self.plan_vectors.append(vector)
 
     def keep_plans(self, plans: Ints, new_next_plans: Ints) -> None:
-        """Forgets all other plans; those of the turn after have other places."""
+        """Keep only these plans, and renumber their next plans by `new_next_plans`."""
         self.plan_vectors.keep_only(plans)
         self._plan_facts.keep_only(plans)
         self.next_plans[:] = new_next_plans[self.next_plans]
 
     def add_point(self, node: int, belief: Reals, value: float) -> None:
-        """Takes the belief `[S]` of this number, which is worth no more."""
+        """Add the belief `[S]` of a node as a point, with an upper bound on its value.
+
+        It replaces an earlier point of the same node.
+        """
         q = self.upper_vectors @ belief
-        place = self.sawtooth_points.append(belief)
-        many = np.count_nonzero(belief)
-        likeliest = np.argsort(-belief, kind="stable")[:many]
+        point_index = self.sawtooth_points.append(belief)
+        support_size = np.count_nonzero(belief)
+        likeliest = np.argsort(-belief, kind="stable")[:support_size]
         self._likeliest_states.append(
-            np.append(np.resize(likeliest[:LIKELIEST_STATE_COUNT], LIKELIEST_STATE_COUNT), many)
+            np.append(
+                np.resize(likeliest[:LIKELIEST_STATE_COUNT], LIKELIEST_STATE_COUNT), support_size
+            )
         )
         self._point_values.append(np.append(value, q))
         self._point_drops.append(q.max() - value)
-        if node in self._latest_points:  # the lower replaces it
+        # The new bound is lower, so the earlier point is switched off.
+        if node in self._latest_points:
             self._point_drops.array[0, self._latest_points[node]] = 0.0
-        self._latest_points[node] = place
+        self._latest_points[node] = point_index
 
     def evaluate_plans(self, beliefs: BeliefBatch, first_plan: int) -> Reals:
-        """What the plans from this place on are worth `[K, N]`."""
+        """Return the values `[K, N]` of the plans from index `first_plan` on."""
         step = max(SINGLE_THREAD_PRODUCTS // beliefs.probabilities.size, 1)
         parts = (
             slice(n, n + step) for n in range(first_plan, self.plan_vectors.column_count, step)
@@ -130,46 +139,67 @@ class BoundLayer:
         )
 
     def compute_informed_bounds(self, beliefs: BeliefBatch) -> Reals:
-        """What each action is worth at the most `[K, A]`, in sight of the state from then on."""
+        """Return the fast informed bound `[K, A]` on each action's value.
+
+        It assumes that the agent sees the state once its next action is chosen.
+        """
         return np.asarray(beliefs.probabilities @ self.upper_vectors[:, beliefs.support_states].T)
 
     def compute_sawtooth_bounds(
         self, beliefs: BeliefBatch, upper_bounds: Reals, first_point: int
     ) -> tuple[Reals, float]:
-        """Upper bounds `[K]` of beliefs, by points from this place on, where they lower `high`.
+        """Return upper bounds `[K]`, lowered by the points from index `first_point` on.
 
-        With the work of comparing the pairs of a belief and a point that may.
+        Also returns the work of the comparisons.
         """
-        place = np.full(self.sawtooth_points.array.shape[0], -1)
-        place[beliefs.support_states] = np.arange(len(beliefs.support_states))
-        at = place[self._likeliest_states.array[:LIKELIEST_STATE_COUNT, first_point:]]
-        fresh = np.flatnonzero(
-            (at >= 0).all(axis=0) & (self._point_drops.array[0, first_point:] > 0)
-        )
-        if not len(fresh):
-            return upper_bounds, 0.0
-        at, fresh = at[:, fresh], fresh + first_point
-        base = self.compute_informed_bounds(beliefs)
-        each = self.sawtooth_points.array[
-            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, fresh], fresh
+        support_index = np.full(self.sawtooth_points.array.shape[0], -1)
+        support_index[beliefs.support_states] = np.arange(len(beliefs.support_states))
+        marked_columns = support_index[
+            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, first_point:]
         ]
-        share = np.min(
-            [beliefs.probabilities[:, at[i]] / each[i] for i in range(LIKELIEST_STATE_COUNT)],
+        candidates = np.flatnonzero(
+            (marked_columns >= 0).all(axis=0) & (self._point_drops.array[0, first_point:] > 0)
+        )
+        if not len(candidates):
+            return upper_bounds, 0.0
+        marked_columns, candidates = marked_columns[:, candidates], candidates + first_point
+        informed_bounds = self.compute_informed_bounds(beliefs)
+        point_probabilities = self.sawtooth_points.array[
+            self._likeliest_states.array[:LIKELIEST_STATE_COUNT, candidates], candidates
+        ]
+        shares = np.min(
+            [
+                beliefs.probabilities[:, marked_columns[i]] / point_probabilities[i]
+                for i in range(LIKELIEST_STATE_COUNT)
+            ],
             axis=0,
         )
-        hoped = base.max(axis=1)[:, None] - share * self._point_drops.array[0, fresh]
-        rows, which = np.nonzero(hoped < upper_bounds[:, None])
-        which, hoped = fresh[which], hoped[rows, which]
-        found, work, size = upper_bounds.copy(), 0.0, len(beliefs.support_states)
+        optimistic_bounds = (
+            informed_bounds.max(axis=1)[:, None] - shares * self._point_drops.array[0, candidates]
+        )
+        rows, point_indices = np.nonzero(optimistic_bounds < upper_bounds[:, None])
+        point_indices, optimistic_bounds = (
+            candidates[point_indices],
+            optimistic_bounds[rows, point_indices],
+        )
+        new_bounds, work, size = upper_bounds.copy(), 0.0, len(beliefs.support_states)
         while len(rows):
-            promised = found[rows] - hoped
-            best = np.flatnonzero(promised >= promised.max() / 2)[: NUMBERS_PER_BLOCK // size + 1]
-            self._apply_sawtooth_points(beliefs, base, rows[best], which[best], found)
+            possible_gains = new_bounds[rows] - optimistic_bounds
+            best = np.flatnonzero(possible_gains >= possible_gains.max() / 2)[
+                : NUMBERS_PER_BLOCK // size + 1
+            ]
+            self._apply_sawtooth_points(
+                beliefs, informed_bounds, rows[best], point_indices[best], new_bounds
+            )
             work += 1.5 * ARRAY_CALL_WORK + 4.0 * len(rows) + 6.0 * size * len(best)
-            left = hoped < found[rows]
-            left[best] = False
-            rows, which, hoped = rows[left], which[left], hoped[left]
-        return found, work
+            remaining = optimistic_bounds < new_bounds[rows]
+            remaining[best] = False
+            rows, point_indices, optimistic_bounds = (
+                rows[remaining],
+                point_indices[remaining],
+                optimistic_bounds[remaining],
+            )
+        return new_bounds, work
 
     def _apply_sawtooth_points(
         self,
@@ -179,13 +209,16 @@ class BoundLayer:
         points: Ints,
         upper_bounds: Reals,
     ) -> None:
-        """Lowers bounds by pairs of a belief and a point."""
+        """Lower the upper bounds in place by the sawtooth bounds of pairs of a belief and a point.
+
+        A pair is an index in `rows` and one in `points`; `informed_bounds` are `[K, A]`.
+        """
         parts = self.sawtooth_points.array[beliefs.support_states[:, None], points]
-        inside = (parts > 0.0).sum(axis=0) == self._likeliest_states.array[
+        is_covered = (parts > 0.0).sum(axis=0) == self._likeliest_states.array[
             LIKELIEST_STATE_COUNT, points
         ]
-        most = (parts / np.maximum(beliefs.probabilities[rows].T, MIN_DIVISOR)).max(axis=0)
-        share = inside / most
+        max_ratio = (parts / np.maximum(beliefs.probabilities[rows].T, MIN_DIVISOR)).max(axis=0)
+        shares = is_covered / max_ratio
         value, *q = self._point_values.array[:, points]
-        rest = (informed_bounds[rows].T - share * q).max(axis=0)
-        np.minimum.at(upper_bounds, rows, share * value + rest)
+        remainder_bounds = (informed_bounds[rows].T - shares * q).max(axis=0)
+        np.minimum.at(upper_bounds, rows, shares * value + remainder_bounds)

@@ -1,8 +1,7 @@
-"""The beliefs that a hidden problem leads to, each with two bounds of its value.
+"""A tree of the reachable beliefs of a POMDP, with bounds on their values.
 
-What was looked at once for a belief is never looked at again: only the plans and the points that
-are new since. Without end all beliefs share one layer of bounds; of a number of turns, those with
-as many to go do.
+Each update of a branch looks only at the plans and points added since its last one. Without a
+horizon all beliefs share one layer of bounds; else beliefs with the same turns left share one.
 """
 
 from dataclasses import dataclass
@@ -15,56 +14,61 @@ from dmplay.chance import Ints, Reals
 from dmplay.solvers.belief_bounds import BeliefBatch, BoundLayer
 from dmplay.solvers.hidden_rows import SparsePomdp
 
-BELIEF_DECIMALS = 12  # decimals: beliefs that agree so far are one
-OPERATIONS_PER_REPORT = 1e6  # operations, of which there are thousands a second
-BYTES_PER_NUMBER = 16.0  # of a number that is held, with the room that is kept for more
-NUMBERS_PER_NODE = 30  # numbers that a belief in the tree takes beside its own
+BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one node
+# operations between two reports to the budget; that makes thousands of reports per second
+OPERATIONS_PER_REPORT = 1e6
+BYTES_PER_NUMBER = 16.0  # bytes per stored number, including the spare room of growing arrays
+NUMBERS_PER_NODE = 30  # numbers that a node takes besides its belief
 
 
 @dataclass(eq=False)
 class ActionBranch:
-    """What an action leads to from a belief: K observations, and the beliefs after them."""
+    """An action at a belief: its reward, the K possible observations, and the next beliefs."""
 
     reward: float
     observations: Ints  # [K]
-    probabilities: Reals  # [K]
+    probabilities: Reals  # [K], of the observations
     next_beliefs: BeliefBatch
-    child_nodes: Ints  # [K], where the tree has them
-    checked_plan_count: int = 0  # looked at so far
+    child_nodes: Ints  # [K], in the tree
+    checked_plan_count: int = 0  # plans checked so far
     checked_point_count: int = 0
 
 
 class BeliefTree:
-    """Beliefs by number, each known once, with what is known of their values."""
+    """Numbered beliefs without duplicates, with lower and upper bounds on their values."""
 
     def __init__(self, model: SparsePomdp, layers: list[BoundLayer], budget: Budget) -> None:
-        """A tree of no belief but those at the start."""
+        """Create a tree with the initial beliefs only, one per initial observation."""
         self.model, self.layers, self._budget = model, layers, budget
         self._unreported_work = self.work = 0.0
         self.lower_bounds, self.upper_bounds = (
             np.full(1024, -np.inf),
             np.full(1024, np.inf),
         )  # [nodes]
-        self.lower_bound_plans = np.zeros(1024, np.int64)  # [nodes], that gives the lower bound
-        self.turns_left: list[int] = []  # [nodes], turns to go
-        self.branches: dict[int, list[ActionBranch]] = {}  # of the beliefs that were expanded
+        # [nodes], the plan that gives the lower bound
+        self.lower_bound_plans = np.zeros(1024, np.int64)
+        self.turns_left: list[int] = []  # [nodes]
+        self.branches: dict[int, list[ActionBranch]] = {}  # of expanded nodes, indexed by action
         self._belief_rows: list[tuple[BeliefBatch, int]] = []
         self._node_index: dict[tuple[int, bytes], int] = {}
         self._stored_number_count = 0
-        self.is_memory_full = False  # whether it could not hold what it was to
-        sights = np.arange(len(model.initial_joint))
-        self.root = self._add_branch(model.initial_joint, sights, 0.0, len(layers) - 1)
+        self.is_memory_full = False  # whether the memory limit was reached
+        observations = np.arange(len(model.initial_joint))
+        self.root = self._add_branch(model.initial_joint, observations, 0.0, len(layers) - 1)
 
     def spend_work(self, work: float) -> None:
-        """Counts work, told of only when it has come to something."""
+        """Add to the work done, and report it to the budget in large portions."""
         self._unreported_work += work
         self.work += work
         if self._unreported_work >= OPERATIONS_PER_REPORT:
-            owed, self._unreported_work = self._unreported_work, 0.0
-            self._budget.spend_work(owed)
+            unreported, self._unreported_work = self._unreported_work, 0.0
+            self._budget.spend_work(unreported)
 
     def reserve_memory(self, number_count: int) -> None:
-        """Refuses so many numbers more, before they are held."""
+        """Reserve memory for this number of numbers; negative counts release memory.
+
+        Raises TooMuch, before the memory is used, if the budget does not allow it.
+        """
         self.is_memory_full = (
             BYTES_PER_NUMBER * (self._stored_number_count + number_count)
             > self._budget.memory_limit
@@ -73,74 +77,90 @@ class BeliefTree:
         self._stored_number_count += number_count
 
     def get_layer(self, turns_left: int) -> BoundLayer:
-        """The bounds with so many turns to go."""
+        """Return the layer of bounds for this number of turns left."""
         return self.layers[turns_left if len(self.layers) > 1 else 0]
 
     def get_sparse_belief(self, node: int) -> tuple[Ints, Reals]:
-        """The states that a belief holds possible `[U]`, and how likely they are."""
-        among, row = self._belief_rows[node]
-        some = np.flatnonzero(among.probabilities[row])
-        return among.support_states[some], among.probabilities[row, some]
+        """Return the possible states of a node's belief `[U]` and their probabilities `[U]`."""
+        batch, row = self._belief_rows[node]
+        support = np.flatnonzero(batch.probabilities[row])
+        return batch.support_states[support], batch.probabilities[row, support]
 
     def get_dense_belief(self, node: int) -> Reals:
-        """A belief over all states `[S]`."""
+        """Return a node's belief over all states `[S]`."""
         dense = np.zeros(self.model.state_count)
-        states, likely = self.get_sparse_belief(node)
-        dense[states] = likely
+        states, probabilities = self.get_sparse_belief(node)
+        dense[states] = probabilities
         return dense
 
     def expand_node(self, node: int) -> list[ActionBranch]:
-        """What each action leads to from a belief."""
+        """Return the branches of a node, one per action, computing them the first time."""
         if node not in self.branches:
-            states, likely = self.get_sparse_belief(node)
-            left, actions = self.turns_left[node] - 1, range(len(self.model.rewards))
-            self.branches[node] = [self._expand_action(states, likely, a, left) for a in actions]
+            states, probabilities = self.get_sparse_belief(node)
+            turns_left, actions = self.turns_left[node] - 1, range(len(self.model.rewards))
+            self.branches[node] = [
+                self._expand_action(states, probabilities, a, turns_left) for a in actions
+            ]
         return self.branches[node]
 
     def _expand_action(
         self, states: Ints, probabilities: Reals, action: int, turns_left: int
     ) -> ActionBranch:
-        """What an action leads to, with so many turns to go then."""
-        model, size = self.model, self.model.state_count
-        places, which = model.joint_probabilities.entries_of_rows(action * size + states)
-        self.spend_work(5 * ARRAY_CALL_WORK + 20.0 * len(places) + model.observation_count * size)
-        weight = model.joint_probabilities.values[places] * probabilities[which]
-        cells = np.bincount(
-            model.joint_probabilities.columns[places], weight, model.observation_count * size
+        """Return the branch of an action at a belief, with `turns_left` turns left after it."""
+        model, state_count = self.model, self.model.state_count
+        entries, state_rows = model.joint_probabilities.entries_of_rows(
+            action * state_count + states
         )
-        joint = cells.astype(float).reshape(model.observation_count, size)
-        seen = np.flatnonzero(joint.any(axis=1))
+        self.spend_work(
+            5 * ARRAY_CALL_WORK + 20.0 * len(entries) + model.observation_count * state_count
+        )
+        weights = model.joint_probabilities.values[entries] * probabilities[state_rows]
+        cells = np.bincount(
+            model.joint_probabilities.columns[entries],
+            weights,
+            model.observation_count * state_count,
+        )
+        joint = cells.astype(float).reshape(model.observation_count, state_count)
+        observations = np.flatnonzero(joint.any(axis=1))
         reward = float(probabilities @ model.rewards[action, states])
-        return self._add_branch(joint[seen], seen, reward, turns_left)
+        return self._add_branch(joint[observations], observations, reward, turns_left)
 
     def _add_branch(
         self, joint: Reals, observations: Ints, reward: float, turns_left: int
     ) -> ActionBranch:
-        """The beliefs of joint probabilities `[K, S]` of what is seen and a state."""
+        """Add nodes for the joint probabilities `[K, S]` and return their branch.
+
+        A row has the probabilities of one observation with each next state.
+        """
         states = np.flatnonzero(joint.any(axis=0))
-        likely = joint.sum(axis=1)
-        beliefs = joint[:, states] / likely[:, None]
+        probabilities = joint.sum(axis=1)
+        beliefs = joint[:, states] / probabilities[:, None]
         self.reserve_memory(beliefs.size + NUMBERS_PER_NODE * (1 + len(beliefs)))
         self.spend_work(len(beliefs) * ARRAY_CALL_WORK / 2)
-        after = BeliefBatch(states, beliefs)
+        next_beliefs = BeliefBatch(states, beliefs)
         nodes = np.array(
-            [self._find_or_add_node(after, row, turns_left) for row in range(len(observations))]
+            [
+                self._find_or_add_node(next_beliefs, row, turns_left)
+                for row in range(len(observations))
+            ]
         )
-        branch = ActionBranch(reward, observations, likely, after, nodes)
+        branch = ActionBranch(reward, observations, probabilities, next_beliefs, nodes)
         np.minimum.at(
             self.upper_bounds,
             nodes,
-            self.get_layer(turns_left).compute_informed_bounds(after).max(axis=1),
+            self.get_layer(turns_left).compute_informed_bounds(next_beliefs).max(axis=1),
         )
         return branch
 
     def _find_or_add_node(self, next_beliefs: BeliefBatch, row: int, turns_left: int) -> int:
-        """The number of a belief with so many turns to go."""
-        likely = next_beliefs.probabilities[row]
-        some = likely > 0
-        alike = np.round(likely[some], BELIEF_DECIMALS).tobytes()
-        told = blake2b(next_beliefs.support_states[some].tobytes() + alike, digest_size=16)
-        key = turns_left * (len(self.layers) > 1), told.digest()
+        """Return the node of a row's belief and turns left, adding it if it is new."""
+        probabilities = next_beliefs.probabilities[row]
+        is_possible = probabilities > 0
+        rounded = np.round(probabilities[is_possible], BELIEF_DECIMALS).tobytes()
+        hasher = blake2b(
+            next_beliefs.support_states[is_possible].tobytes() + rounded, digest_size=16
+        )
+        key = turns_left * (len(self.layers) > 1), hasher.digest()
         node = self._node_index.setdefault(key, len(self._belief_rows))
         if node == len(self._belief_rows):
             self._belief_rows.append((next_beliefs, row))
@@ -152,81 +172,98 @@ class BeliefTree:
         return node
 
     def tighten_lower_bounds(self, branch: ActionBranch, turns_left: int) -> None:
-        """Lower bounds after a branch, by the plans that are new."""
-        layer, first = self.get_layer(turns_left), branch.checked_plan_count
-        if first == layer.plan_vectors.column_count:
+        """Raise the lower bounds of a branch's nodes by the plans added since its last update."""
+        layer, first_plan = self.get_layer(turns_left), branch.checked_plan_count
+        if first_plan == layer.plan_vectors.column_count:
             return
         branch.checked_plan_count = layer.plan_vectors.column_count
-        here = len(branch.next_beliefs.support_states) * (0.5 + len(branch.observations) / 20)
-        self.spend_work(2 * ARRAY_CALL_WORK + here * (branch.checked_plan_count - first))
-        worth = layer.evaluate_plans(branch.next_beliefs, first)
-        best = worth.argmax(axis=1)
-        value = worth[np.arange(len(best)), best]
-        better = value > self.lower_bounds[branch.child_nodes]
-        self.lower_bounds[branch.child_nodes[better]] = value[better]
-        self.lower_bound_plans[branch.child_nodes[better]] = first + best[better]
+        work_per_plan = len(branch.next_beliefs.support_states) * (
+            0.5 + len(branch.observations) / 20
+        )
+        self.spend_work(
+            2 * ARRAY_CALL_WORK + work_per_plan * (branch.checked_plan_count - first_plan)
+        )
+        plan_values = layer.evaluate_plans(branch.next_beliefs, first_plan)
+        best_plans = plan_values.argmax(axis=1)
+        best_values = plan_values[np.arange(len(best_plans)), best_plans]
+        is_better = best_values > self.lower_bounds[branch.child_nodes]
+        self.lower_bounds[branch.child_nodes[is_better]] = best_values[is_better]
+        self.lower_bound_plans[branch.child_nodes[is_better]] = first_plan + best_plans[is_better]
 
     def tighten_upper_bounds(self, branch: ActionBranch, turns_left: int) -> bool:
-        """Upper bounds after a branch, by the points that are new; whether there were any."""
-        layer, first = self.get_layer(turns_left), branch.checked_point_count
-        if first == layer.sawtooth_points.column_count:
+        """Lower the upper bounds of a branch's nodes by the points added since its last update.
+
+        Returns whether there were any new points.
+        """
+        layer, first_point = self.get_layer(turns_left), branch.checked_point_count
+        if first_point == layer.sawtooth_points.column_count:
             return False
         branch.checked_point_count = layer.sawtooth_points.column_count
         self.spend_work(
             5 * ARRAY_CALL_WORK
-            + 20.0 * len(branch.observations) * (branch.checked_point_count - first)
+            + 20.0 * len(branch.observations) * (branch.checked_point_count - first_point)
         )
-        high, work = layer.compute_sawtooth_bounds(
-            branch.next_beliefs, self.upper_bounds[branch.child_nodes], first
+        upper_bounds, work = layer.compute_sawtooth_bounds(
+            branch.next_beliefs, self.upper_bounds[branch.child_nodes], first_point
         )
         self.spend_work(work)
-        np.minimum.at(self.upper_bounds, branch.child_nodes, high)
+        np.minimum.at(self.upper_bounds, branch.child_nodes, upper_bounds)
         return True
 
     def prune_plans(self) -> None:
-        """Forgets plans that are the best for no belief looked at.
+        """Delete the plans that are best for no expanded belief and are not initial plans.
 
-        Who would go on with one goes on with what is now best where it was made.
+        A plan that continued with one built for a belief now continues with the plan that is best
+        at that belief.
         """
         nodes = np.fromiter(self.branches, int, len(self.branches))
-        of = (
+        layer_of_node = (
             np.array(self.turns_left)
             if len(self.layers) > 1
             else np.zeros(len(self.turns_left), int)
         )
-        kept, now, later = [], [], []
-        for left, layer in enumerate(self.layers):
+        plans_to_keep, new_node_plans, new_next_plans = [], [], []
+        for layer_index, layer in enumerate(self.layers):
             first = np.arange(len(layer.upper_vectors))
-            used = np.union1d(first, self.lower_bound_plans[nodes[of[nodes] == left]])
-            place = np.full(layer.plan_vectors.column_count, -1)
-            place[used] = np.arange(len(used))
-            newest, made = place.copy(), layer.source_beliefs >= 0
-            newest[made] = place[self.lower_bound_plans[layer.source_beliefs[made]]]
-            kept.append(used)
-            later.append(newest)
-            now.append(np.where(place < 0, newest, place))
-        for left, layer in enumerate(self.layers):
-            here = np.flatnonzero(of == left)
-            self.lower_bound_plans[here] = now[left][self.lower_bound_plans[here]]
-            self.reserve_memory(
-                (len(kept[left]) - layer.plan_vectors.column_count) * self.model.state_count
+            kept_indices = np.union1d(
+                first, self.lower_bound_plans[nodes[layer_of_node[nodes] == layer_index]]
             )
-            layer.keep_plans(kept[left], later[left - 1 if left else 0])
+            new_index = np.full(layer.plan_vectors.column_count, -1)
+            new_index[kept_indices] = np.arange(len(kept_indices))
+            replacement, has_source = new_index.copy(), layer.source_beliefs >= 0
+            replacement[has_source] = new_index[
+                self.lower_bound_plans[layer.source_beliefs[has_source]]
+            ]
+            plans_to_keep.append(kept_indices)
+            new_next_plans.append(replacement)
+            new_node_plans.append(np.where(new_index < 0, replacement, new_index))
+        for layer_index, layer in enumerate(self.layers):
+            layer_nodes = np.flatnonzero(layer_of_node == layer_index)
+            self.lower_bound_plans[layer_nodes] = new_node_plans[layer_index][
+                self.lower_bound_plans[layer_nodes]
+            ]
+            self.reserve_memory(
+                (len(plans_to_keep[layer_index]) - layer.plan_vectors.column_count)
+                * self.model.state_count
+            )
+            layer.keep_plans(
+                plans_to_keep[layer_index], new_next_plans[layer_index - 1 if layer_index else 0]
+            )
         for node, branches in self.branches.items():
-            left = self.turns_left[node] - 1 if len(self.layers) > 1 else 0
+            layer_index = self.turns_left[node] - 1 if len(self.layers) > 1 else 0
             for branch in branches:
                 branch.checked_plan_count = int(
-                    np.searchsorted(kept[left], branch.checked_plan_count)
+                    np.searchsorted(plans_to_keep[layer_index], branch.checked_plan_count)
                 )
 
     def compute_lower_bound(self, branch: ActionBranch) -> float:
-        """What an action is worth from below."""
-        later = self.model.discount * float(
+        """Return the lower bound on the value of a branch's action."""
+        next_value = self.model.discount * float(
             branch.probabilities @ self.lower_bounds[branch.child_nodes]
         )
-        return branch.reward + later
+        return branch.reward + next_value
 
     def compute_upper_bound(self, branch: ActionBranch) -> float:
-        """What an action is worth from above."""
-        later = float(branch.probabilities @ self.upper_bounds[branch.child_nodes])
-        return branch.reward + self.model.discount * later
+        """Return the upper bound on the value of a branch's action."""
+        next_value = float(branch.probabilities @ self.upper_bounds[branch.child_nodes])
+        return branch.reward + self.model.discount * next_value

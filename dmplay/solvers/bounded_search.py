@@ -1,9 +1,9 @@
-"""Exact values of single beliefs in a finite game, by forward search between two bounds (22.4).
+"""Exact values of beliefs in a finite-horizon POMDP, by branch-and-bound search (22.4).
 
-Made for problems with too many alpha vectors. On a grid of beliefs each stage has an upper bound
-(values there; in between a convex function lies below their means) and a lower one (vectors of
-plans found there). An action whose upper bound lies below another's lower one is not searched, and
-histories that end in the same belief are searched once.
+For problems with too many alpha vectors. On a grid of beliefs each stage has an upper bound (values
+at the points; a convex function lies below their interpolation) and a lower bound (vectors of plans
+found at the points). An action is pruned if its upper bound is below another action's lower bound,
+and histories that lead to the same belief are searched once.
 """
 
 from dataclasses import dataclass
@@ -21,63 +21,65 @@ from dmplay.solvers.belief_grid import BeliefGrid
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 
-BELIEF_DECIMALS = 12  # decimals: beliefs that agree so far are one
-VALUE_DECIMALS = 9  # of a value: what lies beyond depends on which beliefs are searched together
-EXACT_STAGE_COUNT = 2  # stages at the end whose alpha vectors are few
+BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one
+VALUE_DECIMALS = 9  # of a value; its last bits depend on which beliefs are searched together
+EXACT_STAGE_COUNT = 2  # last stages, whose alpha vectors are few
 
 
 class GridBounds(NamedTuple):
-    """What the beliefs of the grid are worth with some rewards to come."""
+    """Bounds on the values of the grid's beliefs with a given number of rewards to come."""
 
     upper_bounds: Reals  # [G]
-    plan_vectors: Reals  # [G, S], the vectors of plans that can be followed
+    plan_vectors: Reals  # [G, S], alpha vectors of executable plans
 
 
 class _SearchLevel(NamedTuple):
-    """Beliefs as many turns ahead, and what is searched below them."""
+    """The beliefs at one depth of the search, and the actions searched from them."""
 
     rewards: Reals  # [N, A]
     searched_mask: Bools  # [N, A]
     observation_probabilities: Reals  # [N, A, O]
-    next_indices: Ints  # [number of searched, O], places in the next level
+    # [M, O], indices of beliefs in the next level, for the M searched pairs of belief and action
+    next_indices: Ints
 
 
 def _make_budget() -> Budget:
+    """Return a new budget for one exact search."""
     return Budget("exact search", "try fewer turns, or search", 1e10)
 
 
 @dataclass(frozen=True, eq=False)
 class BoundedSearch:
-    """A POMDP of one agent, given as tables, that is searched from any belief."""
+    """A search for the value of any belief in a tabular POMDP of one agent."""
 
     tables: Tables
     discount: float
-    grid_resolution: int = 10  # of the grid: more for better bounds
+    grid_resolution: int = 10  # of the grid; larger values give tighter bounds
 
     @cached_property
     def grid(self) -> BeliefGrid:
-        """Where the bounds are known."""
+        """The grid of beliefs on which the bounds are computed."""
         return BeliefGrid(len(self.tables.transition), self.grid_resolution)
 
     @cached_property
     def _joint_probabilities(self) -> Reals:
-        """The probability of each observation and next state, `[S, A, O, S]`."""
+        """The joint probabilities `[S, A, O, S]` of observation and next state."""
         return self.tables.joint_probabilities
 
     @cached_property
     def _exact_stages(self) -> list[AlphaVectorStage]:
-        """The last stages, exactly."""
+        """The last stages, as exact alpha vectors."""
         return alpha_vectors.solve_finite_horizon(self.tables, self.discount, EXACT_STAGE_COUNT)
 
     @cached_property
     def _bounds_by_stage(self) -> list[GridBounds]:
-        """The bounds made so far, from the last of the exact stages on."""
+        """The bounds computed so far, beginning with the earliest exact stage."""
         b, vectors = self.grid.points, self._exact_stages[-1].alpha_vectors
         best = np.argmax(weighted_sum(b, vectors.T), axis=1)
         return [GridBounds(alpha_vectors.compute_belief_values(vectors, b), vectors[best])]
 
     def compute_bounds(self, turns: int) -> GridBounds:
-        """The bounds with so many rewards to come, at least `EXACT`."""
+        """Return the bounds with this number of rewards to come, at least EXACT_STAGE_COUNT."""
         budget = _make_budget()
         missing = max(turns + 1 - EXACT_STAGE_COUNT - len(self._bounds_by_stage), 0)
         budget.check_work(missing * self._estimate_lookahead_work(len(self.grid.points)))
@@ -87,35 +89,40 @@ class BoundedSearch:
         return self._bounds_by_stage[turns - EXACT_STAGE_COUNT]
 
     def compute_action_values(self, b: Reals, turns: int) -> Reals:
-        """Q `[B, A]` of beliefs `[B, S]` with so many rewards to come, to nine decimals."""
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns` rewards to come, to nine decimals.
+
+        Actions that were pruned have the value -inf, except at the given beliefs.
+        """
         levels = []
-        ahead = b
+        beliefs = b
         budget = _make_budget()
-        for left in range(turns, EXACT_STAGE_COUNT, -1):
-            self._charge_lookahead(len(ahead), budget, 1 - left / turns)
-            level, ahead = self._expand_level(ahead, left, search_all_actions=left == turns)
+        for turns_left in range(turns, EXACT_STAGE_COUNT, -1):
+            self._charge_lookahead(len(beliefs), budget, 1 - turns_left / turns)
+            level, beliefs = self._expand_level(
+                beliefs, turns_left, search_all_actions=turns_left == turns
+            )
             levels.append(level)
         q = alpha_vectors.compute_action_values(
-            self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1], ahead
+            self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1], beliefs
         )
         for level in levels[::-1]:
-            following = q.max(axis=1)[level.next_indices]
+            next_values = q.max(axis=1)[level.next_indices]
             q = np.full(level.rewards.shape, -np.inf)
-            at = level.searched_mask
-            reached = (level.observation_probabilities[at] * following).sum(axis=1)
-            q[at] = level.rewards[at] + self.discount * reached
+            searched = level.searched_mask
+            expected_values = (level.observation_probabilities[searched] * next_values).sum(axis=1)
+            q[searched] = level.rewards[searched] + self.discount * expected_values
         return np.round(q, VALUE_DECIMALS)
 
     def _charge_lookahead(
         self, belief_count: int, budget: Budget, share: float | None = None
     ) -> None:
-        """Counts a look one turn ahead from so many beliefs."""
+        """Charge the budget for looking one turn ahead from this number of beliefs."""
         numbers = float(belief_count * self._joint_probabilities[0].size)
         budget.check_memory(8.0 * numbers * (len(self._joint_probabilities) + 4))
         budget.spend_work(self._estimate_lookahead_work(belief_count), share)
 
     def _estimate_lookahead_work(self, belief_count: int) -> float:
-        """What looking one turn ahead from so many beliefs takes."""
+        """Return the work of looking one turn ahead from this number of beliefs."""
         return ARRAY_CALL_WORK * 10 + 100.0 * float(
             belief_count * self._joint_probabilities[0].size * (len(self._joint_probabilities) + 4)
         )
@@ -123,47 +130,51 @@ class BoundedSearch:
     def _expand_level(
         self, b: Reals, turns_left: int, *, search_all_actions: bool
     ) -> tuple[_SearchLevel, Reals]:
-        """One level of the search, and the beliefs of the next one."""
+        """Return one level of the search, and the distinct beliefs of the next level."""
         rewards = weighted_sum(b, self.tables.rewards[:, :, 0])
-        after, likelihood = self._update_beliefs(b)
-        low, high = (
+        next_beliefs, likelihood = self._update_beliefs(b)
+        lower, upper = (
             rewards + self.discount * (likelihood * bound.reshape(likelihood.shape)).sum(axis=2)
-            for bound in self._bound_values(after.reshape(-1, after.shape[-1]), turns_left - 1)
+            for bound in self._bound_values(
+                next_beliefs.reshape(-1, next_beliefs.shape[-1]), turns_left - 1
+            )
         )
-        searched = high >= low.max(axis=1, keepdims=True) - compute_tolerance(high)
+        searched = upper >= lower.max(axis=1, keepdims=True) - compute_tolerance(upper)
         searched |= search_all_actions
-        reached = after[searched].reshape(-1, b.shape[1])
-        alike = np.round(reached, BELIEF_DECIMALS)
-        _, first, place = np.unique(alike, axis=0, return_index=True, return_inverse=True)
-        following = place.reshape(-1, after.shape[2])
-        return _SearchLevel(rewards, searched, likelihood, following), reached[first]
+        reached_beliefs = next_beliefs[searched].reshape(-1, b.shape[1])
+        rounded = np.round(reached_beliefs, BELIEF_DECIMALS)
+        _, first, inverse = np.unique(rounded, axis=0, return_index=True, return_inverse=True)
+        next_indices = inverse.reshape(-1, next_beliefs.shape[2])
+        return _SearchLevel(rewards, searched, likelihood, next_indices), reached_beliefs[first]
 
     def _bound_values(self, b: Reals, turns: int) -> tuple[Reals, Reals]:
-        """A lower and an upper bound `[B]` of the value of beliefs."""
+        """Return a lower and an upper bound `[B]` on the values of beliefs `[B, S]`."""
         bounds = self.compute_bounds(turns)
-        places, weights = self.grid.find_surrounding_points(b)
-        low = weighted_sum(b, bounds.plan_vectors[places].swapaxes(1, 2)).max(axis=1)
-        return low, weighted_sum(weights, bounds.upper_bounds[places][:, :, None])[:, 0]
+        point_indices, weights = self.grid.find_surrounding_points(b)
+        lower = weighted_sum(b, bounds.plan_vectors[point_indices].swapaxes(1, 2)).max(axis=1)
+        return lower, weighted_sum(weights, bounds.upper_bounds[point_indices][:, :, None])[:, 0]
 
     def _update_beliefs(self, b: Reals) -> Posterior:
-        """The belief after each observation `[B, A, O, S]`, and how likely that is `[B, A, O]`."""
+        """Return the next beliefs `[B, A, O, S]` and the observation probabilities `[B, A, O]`."""
         joint = weighted_sum(b, self._joint_probabilities.reshape(b.shape[1], -1))
         return apply_bayes_rule(joint.reshape(len(b), *self._joint_probabilities.shape[1:]))
 
     def _backup_bounds(self, bounds: GridBounds) -> GridBounds:
-        """The bounds with one more reward to come."""
+        """Return the bounds with one more reward to come."""
         b = self.grid.points
         rewards = self.tables.rewards[:, :, 0]
-        after, likelihood = self._update_beliefs(b)
-        flat = after.reshape(-1, b.shape[1])
-        places, weights = self.grid.find_surrounding_points(flat)
-        above = (weights * bounds.upper_bounds[places]).sum(axis=1).reshape(likelihood.shape)
-        upper = weighted_sum(b, rewards) + self.discount * (likelihood * above).sum(axis=2)
-        plans = bounds.plan_vectors[places]
-        best = np.argmax((plans * flat[:, None]).sum(axis=2), axis=1)
-        then = plans[np.arange(len(flat)), best].reshape(after.shape)
-        vectors = rewards.T + self.discount * np.einsum(
-            "saot,baot->bas", self._joint_probabilities, then
+        next_beliefs, likelihood = self._update_beliefs(b)
+        flat_beliefs = next_beliefs.reshape(-1, b.shape[1])
+        point_indices, weights = self.grid.find_surrounding_points(flat_beliefs)
+        next_upper = (
+            (weights * bounds.upper_bounds[point_indices]).sum(axis=1).reshape(likelihood.shape)
         )
-        chosen = np.argmax((vectors * b[:, None]).sum(axis=2), axis=1)
-        return GridBounds(upper.max(axis=1), vectors[np.arange(len(b)), chosen])
+        upper = weighted_sum(b, rewards) + self.discount * (likelihood * next_upper).sum(axis=2)
+        plans = bounds.plan_vectors[point_indices]
+        best_points = np.argmax((plans * flat_beliefs[:, None]).sum(axis=2), axis=1)
+        next_plans = plans[np.arange(len(flat_beliefs)), best_points].reshape(next_beliefs.shape)
+        vectors = rewards.T + self.discount * np.einsum(
+            "saot,baot->bas", self._joint_probabilities, next_plans
+        )
+        best_actions = np.argmax((vectors * b[:, None]).sum(axis=2), axis=1)
+        return GridBounds(upper.max(axis=1), vectors[np.arange(len(b)), best_actions])

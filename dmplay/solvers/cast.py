@@ -1,4 +1,4 @@
-"""Who acts in each seat of simulated games: agents with memories of their own, or random play."""
+"""A model of the seats of simulated games: policies with memories, or uniformly random play."""
 
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -10,12 +10,12 @@ from dmplay.chance import Array, Reals
 from dmplay.columns import stack_columns
 from dmplay.core import Memory, Outcome, Policy, Problem
 
-SeatPolicies = tuple[Policy | None, ...]  # of each seat; None for any action, each as likely
+SeatPolicies = tuple[Policy | None, ...]  # indexed by seat; None plays uniformly at random
 
 
 @dataclass(frozen=True)
 class OpponentModel:
-    """Those who act beside one seat, and in it where it does not choose for itself."""
+    """The policies of the other seats, and of the own seat when its actions are not given."""
 
     problem: Problem
     seat: int
@@ -23,88 +23,104 @@ class OpponentModel:
 
     @cached_property
     def seat_policies(self) -> SeatPolicies:
-        """Who acts in each seat."""
+        """The policy of each seat, None for uniformly random play."""
         return self.fixed_policies or (None,) * len(self.problem.agents)
 
     @cached_property
     def uniform_slices(self) -> tuple[slice, ...]:
-        """Which uniforms of a turn are whose: those of each seat, then nature's."""
-        each = [1 if one is None else one.uniform_count for one in self.seat_policies]
-        each[self.seat] = max(each[self.seat], 1)  # where it chooses they are its own
-        ends = np.cumsum([0, *each, self.problem.uniform_counts.step]).tolist()
+        """The slices of a turn's uniforms used by each seat, then by nature."""
+        counts = [1 if policy is None else policy.uniform_count for policy in self.seat_policies]
+        # The seat has at least one uniform, also when its actions are given.
+        counts[self.seat] = max(counts[self.seat], 1)
+        ends = np.cumsum([0, *counts, self.problem.uniform_counts.step]).tolist()
         return tuple(slice(a, b) for a, b in pairwise(ends))
 
     @property
     def uniforms_per_turn(self) -> int:
-        """How many uniforms a turn consumes."""
+        """The number of uniforms that a turn consumes."""
         return int(self.uniform_slices[-1].stop)
 
     @cached_property
     def memory_slices(self) -> list[slice]:
-        """Where in what they remember, one after another, each actor's is."""
+        """The slice of each seat's memory in the concatenated memories."""
         ends = np.cumsum(
             [0, *map(len, self.begin_memories(make_start_state(self.problem)))]
         ).tolist()
         return [slice(a, b) for a, b in pairwise(ends)]
 
     def split_memory(self, memory: Memory) -> tuple[Memory, ...]:
-        """What each actor remembers, of what all do."""
+        """Return the memory of each seat, split from the concatenated memories."""
         return tuple(memory[part] for part in self.memory_slices)
 
     def begin_memories(self, s: Array) -> tuple[Memory, ...]:
-        """What the actors remember before the first turn of games that begin so."""
+        """Return the memory of each seat before the first turn, given the start states."""
         return tuple(
-            () if actor is None else actor.initial_memory(self.problem.initial_observation(s, seat))
-            for seat, actor in enumerate(self.seat_policies)
+            ()
+            if policy is None
+            else policy.initial_memory(self.problem.initial_observation(s, seat))
+            for seat, policy in enumerate(self.seat_policies)
         )
 
     def choose_joint_actions(
         self, s: Array, memories: tuple[Memory, ...], seat_actions: Array | None, u: Reals
     ) -> Array:
-        """Joint actions `[N, n]`: the seat's where they are given, else as its actor has it."""
+        """Return joint actions `[N, n]`, with the seat's own actions if they are given.
+
+        A given action that is illegal in a state is replaced by a random legal one. Inactive agents
+        wait if any seat has a policy.
+        """
         problem = self.problem
-        legal = problem.legal_actions_mask(s)
-        chosen: list[Array] = []
-        for seat, actor in enumerate(self.seat_policies):
-            able = None if legal is None else legal[:, seat]
-            now = u[:, self.uniform_slices[seat]]
+        legal_mask = problem.legal_actions_mask(s)
+        columns: list[Array] = []
+        for seat, policy in enumerate(self.seat_policies):
+            seat_legal = None if legal_mask is None else legal_mask[:, seat]
+            seat_uniforms = u[:, self.uniform_slices[seat]]
             if seat == self.seat and seat_actions is not None:
-                column = seat_actions
-                if able is not None and problem.action_counts[seat]:  # what unlike states share
-                    fits = able[np.arange(len(seat_actions)), seat_actions]
-                    column = np.where(
-                        fits, seat_actions, problem.actions[seat].sample_actions(now[:, 0], able)
+                actions = seat_actions
+                # different states may share one action
+                if seat_legal is not None and problem.action_counts[seat]:
+                    is_legal = seat_legal[np.arange(len(seat_actions)), seat_actions]
+                    actions = np.where(
+                        is_legal,
+                        seat_actions,
+                        problem.actions[seat].sample_actions(seat_uniforms[:, 0], seat_legal),
                     )
-            elif actor is None:
-                column = problem.actions[seat].sample_actions(now[:, 0], able)
+            elif policy is None:
+                actions = problem.actions[seat].sample_actions(seat_uniforms[:, 0], seat_legal)
             else:
-                column = actor.choose(memories[seat], able, now[:, : actor.uniform_count])
-            chosen.append(column)
-        alone = len(chosen) == 1
-        joint = chosen[0][:, None] if alone else stack_columns(chosen, np.result_type(*chosen).type)
-        if legal is not None and any(self.seat_policies):
-            for seat, waits in enumerate(problem.inactive_agents(s).T):
-                if waits.any():
-                    joint[waits, seat] = problem.wait_action(seat)
+                actions = policy.choose(
+                    memories[seat], seat_legal, seat_uniforms[:, : policy.uniform_count]
+                )
+            columns.append(actions)
+        is_single = len(columns) == 1
+        joint = (
+            columns[0][:, None]
+            if is_single
+            else stack_columns(columns, np.result_type(*columns).type)
+        )
+        if legal_mask is not None and any(self.seat_policies):
+            for seat, is_inactive in enumerate(problem.inactive_agents(s).T):
+                if is_inactive.any():
+                    joint[is_inactive, seat] = problem.wait_action(seat)
         return joint
 
     def step_states(self, s: Array, joint: Array, u: Reals) -> Outcome:
-        """What comes of joint actions."""
+        """Return the outcome of joint actions; uses nature's uniforms of the turn."""
         return self.problem.step(s, joint, u[:, self.uniform_slices[-1]])
 
     def update_memories(
         self, memories: tuple[Memory, ...], joint: Array, outcome: Outcome
     ) -> tuple[Memory, ...]:
-        """What the actors remember after a turn."""
+        """Return the memory of each seat after a turn."""
         if not any(self.seat_policies):
             return memories
         percept = partial(self.problem.build_percept, actions=joint, outcome=outcome)
         return tuple(
-            () if actor is None else actor.update_memory(memory, percept(seat))
-            for seat, (actor, memory) in enumerate(zip(self.seat_policies, memories, strict=True))
+            () if policy is None else policy.update_memory(memory, percept(seat))
+            for seat, (policy, memory) in enumerate(zip(self.seat_policies, memories, strict=True))
         )
 
 
 def make_start_state(problem: Problem) -> Array:
-    """Some start state `[1, ...]`."""
+    """Return one possible start state `[1, ...]`, that of uniforms of 0."""
     return problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))

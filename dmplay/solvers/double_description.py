@@ -1,7 +1,7 @@
-"""The corners of a polyhedral cone, found by cutting it with one half-space after another.
+"""Extreme rays of a polyhedral cone by the double description method.
 
-The double description method (Motzkin and others, 1953): of the rays that span a cone each
-half-space keeps those on its side, and adds one where an edge crosses its border.
+Source: Motzkin and others, 1953. The cone is cut by one half-space after another: the rays on its
+side are kept, and a new ray is added where an edge of the cone crosses its border.
 """
 
 from typing import NamedTuple
@@ -11,37 +11,37 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
 
-BORDER_TOLERANCE = 1e-10  # a ray this close to a border lies on it
+BORDER_TOLERANCE = 1e-10  # distance within which a ray lies on a border
 
 
 class Cone(NamedTuple):
-    """The extreme rays of a cone, and on which of its borders each of them lies."""
+    """The N extreme rays of a cone with M borders, and the borders on which each ray lies."""
 
     rays: Reals  # [N, d]
     tight_borders: Bools  # [N, M]
 
 
 def make_simplicial_cone(rays: Reals) -> Cone:
-    """The cone spanned by `d` independent rays `[d, d]`; border k lies opposite to ray k."""
+    """Return the cone spanned by `d` independent rays `[d, d]`; border k lies opposite to ray k."""
     return Cone(rays, ~np.eye(len(rays), dtype=bool))
 
 
 def cut_cone(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
-    """The part of a cone where `normal @ x >= 0`; its border comes last."""
+    """Return the part of a cone where `normal @ x >= 0`; the new border is the last one."""
     budget = budget or Budget("a cone", "try fewer half-spaces")
-    gap = cone.rays @ normal
-    border = np.abs(gap) <= BORDER_TOLERANCE
-    kept = gap >= -BORDER_TOLERANCE
-    (inside,), (outside,) = (gap > BORDER_TOLERANCE).nonzero(), (~kept).nonzero()
+    distances = cone.rays @ normal
+    on_border = np.abs(distances) <= BORDER_TOLERANCE
+    is_kept = distances >= -BORDER_TOLERANCE
+    (inside,), (outside,) = (distances > BORDER_TOLERANCE).nonzero(), (~is_kept).nonzero()
     i, j, common = _find_crossing_edges(cone, inside, outside, budget)
-    share = (gap[i] / (gap[i] - gap[j]))[:, None]
-    crossings = (1.0 - share) * cone.rays[i] + share * cone.rays[j]
-    rays = np.concatenate([cone.rays[kept], crossings])
+    weights = (distances[i] / (distances[i] - distances[j]))[:, None]
+    crossings = (1.0 - weights) * cone.rays[i] + weights * cone.rays[j]
+    rays = np.concatenate([cone.rays[is_kept], crossings])
     tight = np.ones((len(rays), cone.tight_borders.shape[1] + 1), bool)
-    old = len(rays) - len(i)
-    tight[:old, :-1], tight[:old, -1], tight[old:, :-1] = (
-        cone.tight_borders[kept],
-        border[kept],
+    kept_count = len(rays) - len(i)
+    tight[:kept_count, :-1], tight[:kept_count, -1], tight[kept_count:, :-1] = (
+        cone.tight_borders[is_kept],
+        on_border[is_kept],
         common,
     )
     return Cone(rays, tight)
@@ -50,9 +50,10 @@ def cut_cone(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
 def _find_crossing_edges(
     cone: Cone, inside: Ints, outside: Ints, budget: Budget
 ) -> tuple[Ints, Ints, Bools]:
-    """The pairs of rays that span an edge, and the borders `[pairs, M]` that it lies on.
+    """Return the edges that cross the new border, as pairs of rays with the borders they lie on.
 
-    Two rays do when no third one lies on all the borders that they share.
+    Returns the rays inside, the rays outside, and the mask `[pairs, M]` of borders. Two rays span
+    an edge if no third ray lies on all the borders that they share.
     """
     rays, borders = cone.tight_borders.shape
     pairs = float(len(inside) * len(outside))
@@ -70,8 +71,11 @@ def _find_crossing_edges(
 
 
 def find_facets(cone: Cone) -> Bools:
-    """Which borders `[M]` are needed: those whose rays do not all lie on another one too."""
-    on = cone.tight_borders.astype(float)
-    inside = (on.T @ (1.0 - on)) == 0
-    np.fill_diagonal(inside, False)
-    return np.asarray(~inside.any(axis=1))
+    """Return the mask `[M]` of borders that are facets of the cone.
+
+    The rays on a facet do not all lie on another border too.
+    """
+    is_tight = cone.tight_borders.astype(float)
+    is_contained = (is_tight.T @ (1.0 - is_tight)) == 0
+    np.fill_diagonal(is_contained, False)
+    return np.asarray(~is_contained.any(axis=1))

@@ -1,7 +1,7 @@
 """The upper envelope of linear functions over a simplex, with all its corners.
 
-The greatest of some alpha vectors is a convex function of the belief. What lies above its graph is
-a polyhedron, and a vector is needed exactly where it rises above a corner of those before it.
+The maximum of alpha vectors is a convex function of the belief. The points above its graph form a
+polyhedron, and a vector is needed exactly if it rises above a corner of the vectors before it.
 """
 
 import itertools
@@ -21,97 +21,110 @@ from dmplay.solvers.double_description import (
     make_simplicial_cone,
 )
 
-MAX_VALUE_BITS = 10  # binary digits of values that are of the order of 1, as SLACK has it
+# larger values are scaled down, because BORDER_TOLERANCE is meant for values of about 1
+MAX_VALUE_BITS = 10
 
-Line = tuple[float, float, int]  # its values in the first and the second state, and its place
+Line = tuple[float, float, int]  # values in the first and the second state, and the vector's index
 
 
 class UpperEnvelope(NamedTuple):
-    """Where each of the needed vectors is the greatest: the hull of its corners."""
+    """The vectors that form the upper envelope, and its corners."""
 
-    needed_vectors: Ints  # [N], rising: the vectors greatest on a set of positive measure
-    corner_beliefs: Reals  # [V, S], the corners
+    # [N], ascending indices of vectors that are greatest on a set of positive measure
+    needed_vectors: Ints
+    corner_beliefs: Reals  # [V, S]
     corner_values: Reals  # [V]
-    touching_vectors: Bools  # [V, N], which of the needed vectors are greatest at a corner
+    touching_vectors: Bools  # [V, N], whether a needed vector is greatest at a corner
 
 
 def compute_upper_envelope(vectors: Reals, budget: Budget | None = None) -> UpperEnvelope:
-    """The upper envelope of vectors `[C, S]`; of equal ones it needs one.
+    """Return the upper envelope of vectors `[C, S]`; of equal vectors it contains one.
 
-    What rises above no corner never does again, and is not tried again. Large values are scaled
-    down, by a power of 2 which changes no digit, so that their rounding is less than the slack.
+    A vector that rises above no corner is not tried again, because it never will. Large values are
+    divided by a power of 2, which changes no digit, so that rounding errors stay below the
+    tolerance.
     """
     budget = budget or Budget("an envelope", "try fewer vectors")
-    states, digits = vectors.shape[1], math.frexp(float(abs(vectors).max()))[1]
-    if digits > MAX_VALUE_BITS:
-        scale = 2.0 ** (digits - MAX_VALUE_BITS)
-        found = compute_upper_envelope(vectors / scale, budget)
-        return found._replace(corner_values=found.corner_values * scale)
-    if states == 2:
+    state_count, exponent = vectors.shape[1], math.frexp(float(abs(vectors).max()))[1]
+    if exponent > MAX_VALUE_BITS:
+        scale = 2.0 ** (exponent - MAX_VALUE_BITS)
+        result = compute_upper_envelope(vectors / scale, budget)
+        return result._replace(corner_values=result.corner_values * scale)
+    if state_count == 2:
         return _compute_line_envelope(vectors, budget)
     chosen = [int(np.argmax(vectors.sum(axis=1)))]
     if (vectors - vectors[chosen] <= BORDER_TOLERANCE).all():
-        everywhere = np.ones((states, 1), bool)
-        return UpperEnvelope(np.array(chosen), np.eye(states), vectors[chosen[0]], everywhere)
-    rays = np.eye(states + 1)  # (belief, value): the corners of the simplex, and straight up
-    rays[:states, states] = vectors[chosen[0]]
+        everywhere = np.ones((state_count, 1), bool)
+        return UpperEnvelope(np.array(chosen), np.eye(state_count), vectors[chosen[0]], everywhere)
+    # (belief, value): the corners of the simplex, and the upward direction
+    rays = np.eye(state_count + 1)
+    rays[:state_count, state_count] = vectors[chosen[0]]
     cone = make_simplicial_cone(rays)
-    rising = np.arange(len(vectors))
+    candidates = np.arange(len(vectors))
     while True:
-        low = cone.rays[:, :states].any(axis=1)
-        beliefs, values = cone.rays[low, :states], cone.rays[low, states]
-        size = len(rising) * len(beliefs)
+        is_corner = cone.rays[:, :state_count].any(axis=1)
+        beliefs, values = cone.rays[is_corner, :state_count], cone.rays[is_corner, state_count]
+        size = len(candidates) * len(beliefs)
         budget.check_memory(16.0 * size)
-        budget.spend_work(5 * ARRAY_CALL_WORK + (4 + states) * size)
-        gain = (vectors[rising] @ beliefs.T - values).max(axis=1)
-        above = gain > BORDER_TOLERANCE
-        if not above.any():
+        budget.spend_work(5 * ARRAY_CALL_WORK + (4 + state_count) * size)
+        gains = (vectors[candidates] @ beliefs.T - values).max(axis=1)
+        is_above = gains > BORDER_TOLERANCE
+        if not is_above.any():
             break
-        highest = int(rising[np.argmax(gain)])
-        rising = rising[above]
+        highest = int(candidates[np.argmax(gains)])
+        candidates = candidates[is_above]
         cone = _normalize_beliefs(cut_cone(cone, np.append(-vectors[highest], 1.0), budget))
         chosen.append(highest)
     rays, borders = cone.tight_borders.shape
     budget.spend_work(ARRAY_CALL_WORK + rays * borders * (2 + borders / 4))
-    needed = find_facets(cone)[states:]
+    needed = find_facets(cone)[state_count:]
     order = np.argsort(np.array(chosen)[needed])
-    touching = cone.tight_borders[low, states:][:, needed][:, order]
+    touching = cone.tight_borders[is_corner, state_count:][:, needed][:, order]
     return UpperEnvelope(np.array(chosen)[needed][order], beliefs, values, touching)
 
 
 def _compute_line_envelope(vectors: Reals, budget: Budget) -> UpperEnvelope:
-    """The same of two states, where each function is a line: taken as their slope rises."""
+    """Return the upper envelope for two states, where each vector is a line, in order of slope."""
     budget.check_memory(96.0 * len(vectors))
     budget.spend_work(ARRAY_CALL_WORK + 100 * len(vectors))
-    lines: list[Line] = [(*ends, nth) for nth, ends in enumerate(vectors.tolist())]
+    lines: list[Line] = [(*end_values, index) for index, end_values in enumerate(vectors.tolist())]
     lines.sort(key=lambda line: (line[1] - line[0], line[0]))
-    top: list[Line] = []
+    upper_lines: list[Line] = []
     for line in lines:
-        if not top or line[1] > top[-1][1]:
-            while top and _compute_rise_above_neighbors(top[-2:-1], top[-1], [line]) <= 0.0:
-                top.pop()
-            top.append(line)
-    _drop_negligible_lines(top)
-    share = np.array([0.0, *itertools.starmap(_find_crossing, pairwise(top)), 1.0])
-    beliefs = np.stack([1.0 - share, share], axis=1)
-    chosen = np.array([line[2] for line in top])
+        if not upper_lines or line[1] > upper_lines[-1][1]:
+            while (
+                upper_lines
+                and _compute_rise_above_neighbors(upper_lines[-2:-1], upper_lines[-1], [line])
+                <= 0.0
+            ):
+                upper_lines.pop()
+            upper_lines.append(line)
+    _drop_negligible_lines(upper_lines)
+    crossings = np.array([0.0, *itertools.starmap(_find_crossing, pairwise(upper_lines)), 1.0])
+    beliefs = np.stack([1.0 - crossings, crossings], axis=1)
+    chosen = np.array([line[2] for line in upper_lines])
     values = (beliefs * vectors[[*chosen, chosen[-1]]]).sum(axis=1)
-    corner, nth, order = np.arange(len(share))[:, None], np.arange(len(top)), np.argsort(chosen)
-    touching = (corner == nth) | (corner == nth + 1)
+    corner, index, order = (
+        np.arange(len(crossings))[:, None],
+        np.arange(len(upper_lines)),
+        np.argsort(chosen),
+    )
+    touching = (corner == index) | (corner == index + 1)
     return UpperEnvelope(chosen[order], beliefs, values, touching[:, order])
 
 
 def _drop_negligible_lines(lines: list[Line]) -> None:
-    """Leaves out lines that rise above those beside them by no more than rounding may."""
-    rises = [_compute_rise_at(nth, lines) for nth in range(len(lines))]
+    """Delete lines that rise above their neighbors' crossing by at most the tolerance, in place."""
+    rises = [_compute_rise_at(index, lines) for index in range(len(lines))]
     while min(rises) <= BORDER_TOLERANCE:
-        least = rises.index(min(rises))
-        del lines[least], rises[least]
-        for nth in range(max(least - 1, 0), min(least + 1, len(lines))):
-            rises[nth] = _compute_rise_at(nth, lines)
+        lowest = rises.index(min(rises))
+        del lines[lowest], rises[lowest]
+        for index in range(max(lowest - 1, 0), min(lowest + 1, len(lines))):
+            rises[index] = _compute_rise_at(index, lines)
 
 
 def _compute_rise_at(index: int, lines: list[Line]) -> float:
+    """Return the height of the line at an index above the crossing of its neighbors."""
     return _compute_rise_above_neighbors(
         lines[max(index - 1, 0) : index], lines[index], lines[index + 1 : index + 2]
     )
@@ -120,28 +133,32 @@ def _compute_rise_at(index: int, lines: list[Line]) -> float:
 def _compute_rise_above_neighbors(
     previous_line: list[Line], line: Line, next_line: list[Line]
 ) -> float:
-    """How high a line is where those before and after it meet, above them; inf alone."""
+    """Return the height of a line above the crossing of its neighbors; inf without neighbors.
+
+    The neighbors are lists of at most one line. With one neighbor, the height is that at the end of
+    the line's side.
+    """
     if not (previous_line or next_line):
         return math.inf
-    at = (
+    position = (
         0.0
         if not previous_line
         else 1.0
         if not next_line
         else _find_crossing(previous_line[0], next_line[0])
     )
-    beside = (previous_line or next_line)[0]
-    return (1.0 - at) * (line[0] - beside[0]) + at * (line[1] - beside[1])
+    neighbor = (previous_line or next_line)[0]
+    return (1.0 - position) * (line[0] - neighbor[0]) + position * (line[1] - neighbor[1])
 
 
 def _find_crossing(first: Line, second: Line) -> float:
-    """The share at which the steeper line comes to be the greater."""
-    behind, ahead = first[0] - second[0], second[1] - first[1]
-    return behind / (behind + ahead)
+    """Return the probability of the second state at which the second, steeper line gets greater."""
+    first_lead, second_lead = first[0] - second[0], second[1] - first[1]
+    return first_lead / (first_lead + second_lead)
 
 
 def _normalize_beliefs(cone: Cone) -> Cone:
-    """The same cone with beliefs of sum 1."""
-    total = cone.rays[:, :-1].sum(axis=1, keepdims=True)
-    total[total <= 0] = 1.0
-    return Cone(cone.rays / total, cone.tight_borders)
+    """Return the same cone with each ray scaled so that its belief sums to 1."""
+    totals = cone.rays[:, :-1].sum(axis=1, keepdims=True)
+    totals[totals <= 0] = 1.0
+    return Cone(cone.rays / totals, cone.tight_borders)

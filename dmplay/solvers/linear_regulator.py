@@ -1,4 +1,7 @@
-"""Values of linear Gaussian policies a ~ N(theta1 s, theta2^2) in the simple regulator (F.5)."""
+"""Values of linear Gaussian policies in the simple regulator (F.5).
+
+A policy chooses a ~ N(theta1 s, theta2^2).
+"""
 
 from typing import NamedTuple
 
@@ -8,34 +11,35 @@ from dmplay.problems.simple_regulator import SimpleRegulator
 
 
 class LinearGaussianPolicy(NamedTuple):
-    """A policy a ~ N(theta1 s, theta2^2)."""
+    """A linear Gaussian policy a ~ N(theta1 s, theta2^2)."""
 
     theta1: float
     theta2: float
 
 
 class QuadraticValue(NamedTuple):
-    """A value U(s) = -(curvature s^2 + constant)."""
+    """A value function U(s) = -(curvature s^2 + constant)."""
 
     curvature: float
     constant: float
 
     def evaluate_at(self, s: float) -> float:
-        """U(s)."""
+        """Return U(s)."""
         return -(self.curvature * s * s + self.constant)
 
     def compute_gaussian_mean(self, mean: float, deviation: float) -> float:
-        """The mean of U over a Gaussian state."""
+        """Return the mean of U(s) for Gaussian s with this mean and standard deviation."""
         return -(self.curvature * (mean * mean + deviation * deviation) + self.constant)
 
 
-OPTIMAL_POLICY = LinearGaussianPolicy(-1.0, 0.0)  # undoing the number leaves nothing but the noise
+# It cancels the state, so that only the noise remains.
+OPTIMAL_POLICY = LinearGaussianPolicy(-1.0, 0.0)
 
 
 def evaluate_finite_horizon(
     problem: SimpleRegulator, policy: LinearGaussianPolicy, turns: int
 ) -> QuadraticValue:
-    """The value of this many rewards: U_0 = 0, U_k = -s^2 + discount E[U_k-1(s')]."""
+    """Return the value of `turns` rewards: U_0 = 0, U_k(s) = -s^2 + discount E[U_k-1(s')]."""
     gain, variance = _compute_closed_loop_moments(problem, policy)
     value = QuadraticValue(0.0, 0.0)
     budget = Budget("a sum of costs", "try fewer turns")
@@ -51,15 +55,16 @@ def evaluate_finite_horizon(
 def evaluate_infinite_horizon(
     problem: SimpleRegulator, policy: LinearGaussianPolicy
 ) -> QuadraticValue:
-    """The fixed point of these sweeps.
+    """Return the fixed point of the finite-horizon recursion.
 
-    Raises BadParameter where there is none: undiscounted, or with a policy that drifts away.
+    Raises BadParameter if there is none: undiscounted, or with a policy under which the state
+    diverges.
     """
     gain, variance = _compute_closed_loop_moments(problem, policy)
-    kept = problem.discount * gain * gain
-    if problem.discount >= 1.0 or kept >= 1.0:
+    contraction = problem.discount * gain * gain
+    if problem.discount >= 1.0 or contraction >= 1.0:
         raise BadParameter("the value without end is minus infinity")
-    curvature = 1.0 / (1.0 - kept)
+    curvature = 1.0 / (1.0 - contraction)
     return QuadraticValue(
         curvature, problem.discount * curvature * variance / (1.0 - problem.discount)
     )
@@ -68,5 +73,5 @@ def evaluate_infinite_horizon(
 def _compute_closed_loop_moments(
     problem: SimpleRegulator, policy: LinearGaussianPolicy
 ) -> tuple[float, float]:
-    """The factor from s to the mean of s', and the variance around it."""
+    """Return the factor from s to the mean of s', and the variance of s' around it."""
     return 1.0 + policy.theta1, policy.theta2**2 + problem.noise**2

@@ -1,9 +1,9 @@
-"""Joint plans made better by turns: one agent's layer of nodes at a time, all else as it is.
+"""Improvement of joint plans by alternating maximization over one agent's layer at a time.
 
-Each node takes the action and the next nodes that are best where it is reached, beside what the
-partners do; one that is not reached is made for some other case (alternating maximisation, as in
+Each node gets the action and the next nodes that are best where it is reached, given the partners'
+plans; a node that is not reached is optimized for a random case (alternating maximization, as in
 JESP, Nair et al., IJCAI 2003; on graphs of nodes: Pajarinen and Peltonen, NIPS 2011). The value
-never falls, but it may stay at a plan that no agent alone can mend.
+never falls, but it may stop at a plan that no agent can improve alone.
 """
 
 from collections.abc import Iterator
@@ -22,17 +22,17 @@ from dmplay.solvers.team import (
 )
 
 PLAN_SEED = 1
-MAX_IDLE_SWEEPS = 2  # sweeps in which nothing gets better
+MAX_IDLE_SWEEPS = 2  # sweeps without improvement
 MIN_IMPROVEMENT = 1e-9
-MAX_SWEEPS = 50  # of sweeps, at most
+MAX_SWEEPS = 50  # each with another random case for unreached nodes
 
 
 def sample_random_plans(
     team: DecPomdp, turns: int, nodes_per_turn: int, plan_number: int
 ) -> tuple[AgentPlan, ...]:
-    """Plans of so many nodes a turn that do anything: of each number other ones."""
+    """Return random plans with this number of nodes per turn; each plan number gives others."""
     plans = []
-    for seat, (many, kinds) in enumerate(
+    for seat, (action_count, observation_count) in enumerate(
         zip(team.action_counts, team.observation_counts, strict=True)
     ):
         u = generate_uniforms(
@@ -41,41 +41,41 @@ def sample_random_plans(
             plan_number,
             first_episode=0,
             rows=turns * nodes_per_turn,
-            count=1 + kinds,
+            count=1 + observation_count,
         )
-        shaped = u.reshape(turns, nodes_per_turn, 1 + kinds)
-        actions, then = (
-            (many * shaped[:, :, 0]).astype(int),
-            (nodes_per_turn * shaped[:, :, 1:]).astype(int),
+        by_turn = u.reshape(turns, nodes_per_turn, 1 + observation_count)
+        actions, next_nodes = (
+            (action_count * by_turn[:, :, 0]).astype(int),
+            (nodes_per_turn * by_turn[:, :, 1:]).astype(int),
         )
-        then[-1] = 0
-        plans.append(tuple(map(PlanLayer, actions, then)))
+        next_nodes[-1] = 0
+        plans.append(tuple(map(PlanLayer, actions, next_nodes)))
     return tuple(plans)
 
 
 def evaluate_plans(team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget) -> float:
-    """What agents with these plans earn."""
+    """Return the expected return of agents with these plans."""
     return PlanGraph(team, plans, budget).value
 
 
 def improve_plans(
     team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget
 ) -> tuple[AgentPlan, ...]:
-    """These plans, or better ones, as far as the budget goes."""
+    """Return these plans, improved as far as the budget allows."""
     graph = PlanGraph(team, plans, budget)
-    still, best = 0, -np.inf
+    idle_sweeps, best = 0, -np.inf
     with budget.stop_when_exceeded():
-        for number in range(MAX_SWEEPS):
-            value = graph.improve_all_layers(number)
-            still = 0 if value > best + MIN_IMPROVEMENT else still + 1
+        for sweep_number in range(MAX_SWEEPS):
+            value = graph.improve_all_layers(sweep_number)
+            idle_sweeps = 0 if value > best + MIN_IMPROVEMENT else idle_sweeps + 1
             best = max(best, value)
-            if still == MAX_IDLE_SWEEPS:
+            if idle_sweeps == MAX_IDLE_SWEEPS:
                 break
     return graph.plans
 
 
 class PlanGraph:
-    """The plans of all agents, turn by turn."""
+    """The plans of all agents as a graph of nodes, layer by layer."""
 
     def __init__(self, team: DecPomdp, plans: tuple[AgentPlan, ...], budget: Budget) -> None:
         self.team, self.budget, self.turns = team, budget, len(plans[0])
@@ -83,35 +83,38 @@ class PlanGraph:
 
     @property
     def plans(self) -> tuple[AgentPlan, ...]:
-        """As they are now."""
+        """The current plans."""
         return tuple(tuple(plan) for plan in zip(*self._layers, strict=True))
 
     @property
     def value(self) -> float:
-        """What they earn."""
+        """The expected return of the current plans."""
         values: Reals = np.zeros((1, len(self.team.initial_belief)))
         for turn in reversed(range(self.turns)):
             values = self._backup_values(turn, values)
         return float(values[0] @ self.team.initial_belief)
 
     def compute_reach_probabilities(self) -> list[Reals]:
-        """How likely each joint node and state `[Q, S]` of each turn are, and what comes after."""
-        found = [
+        """Return the probability of each joint node and state `[Q, S]`, by turn.
+
+        The last element is the distribution after the last turn.
+        """
+        result = [
             np.zeros((self._count_joint_nodes(turn), len(self.team.initial_belief)))
             for turn in range(self.turns)
         ]
-        found.append(np.zeros((1, len(self.team.initial_belief))))
-        found[0][0] = self.team.initial_belief
+        result.append(np.zeros((1, len(self.team.initial_belief))))
+        result[0][0] = self.team.initial_belief
         for turn in range(self.turns):
-            then = self._find_next_joint_nodes(turn)
+            next_nodes = self._find_next_joint_nodes(turn)
             for action, rows in self._iter_joint_actions(turn):
-                came = self.team.propagate_states(found[turn][rows], action)
-                joint = came[:, :, None] * self.team.observation_model[action]
-                np.add.at(found[turn + 1], then[rows], joint.swapaxes(1, 2))
-        return found
+                propagated = self.team.propagate_states(result[turn][rows], action)
+                joint = propagated[:, :, None] * self.team.observation_model[action]
+                np.add.at(result[turn + 1], next_nodes[rows], joint.swapaxes(1, 2))
+        return result
 
     def improve_all_layers(self, sweep_number: int) -> float:
-        """Makes each layer better, the last first; what the plans then earn."""
+        """Improve each layer, the last one first, and return the value of the resulting plans."""
         reached, values = (
             self.compute_reach_probabilities(),
             np.zeros((1, len(self.team.initial_belief))),
@@ -128,137 +131,170 @@ class PlanGraph:
         return float(values[0] @ self.team.initial_belief)
 
     def compute_action_values(self, seat: int) -> list[Reals]:
-        """What each action `[K, A]` at an agent's nodes is worth beside the partners, by turn."""
+        """Return the action values `[K, A]` of an agent's nodes by turn, given the partners."""
         reached, values = (
             self.compute_reach_probabilities(),
             np.zeros((1, len(self.team.initial_belief))),
         )
-        found: list[Reals] = []
+        result: list[Reals] = []
         for turn in reversed(range(self.turns)):
             total, _ = self._score_node_actions(turn, seat, reached[turn], values)
-            own = list_joint_nodes(self._count_nodes(turn))[:, seat]
-            mass = np.bincount(own, reached[turn].sum(axis=1), len(total))
-            found.append(total / np.where(mass > 0, mass, 1.0)[:, None])
+            seat_nodes = list_joint_nodes(self._count_nodes(turn))[:, seat]
+            mass = np.bincount(seat_nodes, reached[turn].sum(axis=1), len(total))
+            result.append(total / np.where(mass > 0, mass, 1.0)[:, None])
             values = self._backup_values(turn, values)
-        return found[::-1]
+        return result[::-1]
 
     def _count_nodes(self, turn: int) -> tuple[int, ...]:
-        """How many nodes each agent has; one when all is over."""
+        """Return the number of nodes of each agent; 1 after the last turn."""
         if turn == self.turns:
             return (1,) * len(self.team.action_counts)
         return tuple(len(layer.actions) for layer in self._layers[turn])
 
     def _count_joint_nodes(self, turn: int) -> int:
+        """Return the number of joint nodes of a turn."""
         return int(np.prod(self._count_nodes(turn)))
 
     def _iter_joint_actions(
         self, turn: int, free_seat: int | None = None
     ) -> Iterator[tuple[int, Ints]]:
-        """Each joint action that is taken, and in which joint nodes; but for what a seat does."""
-        each = list_joint_nodes(self._count_nodes(turn)).T
-        chosen = [layer.actions[own] for layer, own in zip(self._layers[turn], each, strict=True)]
+        """Yield each joint action that is chosen, with its joint nodes.
+
+        The action of `free_seat`, if given, counts as 0.
+        """
+        node_columns = list_joint_nodes(self._count_nodes(turn)).T
+        action_columns = [
+            layer.actions[node_column]
+            for layer, node_column in zip(self._layers[turn], node_columns, strict=True)
+        ]
         if free_seat is not None:
-            chosen[free_seat] = np.zeros_like(chosen[free_seat])
-        actions = compute_joint_indices(chosen, self.team.action_counts)
+            action_columns[free_seat] = np.zeros_like(action_columns[free_seat])
+        actions = compute_joint_indices(action_columns, self.team.action_counts)
         for action in np.unique(actions).tolist():
             rows = np.flatnonzero(actions == action)
             self.budget.spend_work(ARRAY_CALL_WORK + 2.0 * len(rows) * self.team.propagation_work)
             yield action, rows
 
     def _find_next_joint_nodes(self, turn: int) -> Ints:
-        """The joint node `[Q, O]` to which a joint observation leads."""
-        each, seen = list_joint_nodes(self._count_nodes(turn)).T, self.team.joint_observations.T
-        steps = zip(self._layers[turn], each, seen, strict=True)
+        """Return the next joint node `[Q, O]` for each joint node and joint observation."""
+        node_columns, observation_columns = (
+            list_joint_nodes(self._count_nodes(turn)).T,
+            self.team.joint_observations.T,
+        )
+        steps = zip(self._layers[turn], node_columns, observation_columns, strict=True)
         return compute_joint_indices(
-            [layer.next_nodes[own[:, None], o] for layer, own, o in steps],
+            [layer.next_nodes[node_column[:, None], o] for layer, node_column, o in steps],
             self._count_nodes(turn + 1),
         )
 
     def _backup_values(self, turn: int, values: Reals) -> Reals:
-        """The values `[Q, S]` of a turn from those `[Q', S']` of the next."""
-        found = np.empty((self._count_joint_nodes(turn), len(self.team.initial_belief)))
-        then = self._find_next_joint_nodes(turn)
+        """Return the values `[Q, S]` of a turn, given those `[Q', S']` of the next turn."""
+        result = np.empty((self._count_joint_nodes(turn), len(self.team.initial_belief)))
+        next_nodes = self._find_next_joint_nodes(turn)
         for action, rows in self._iter_joint_actions(turn):
-            ahead = (values[then[rows]] * self.team.observation_model[action].T).sum(axis=1)
-            later = self.team.backup_values(ahead, action)
-            found[rows] = self.team.rewards[:, action] + self.team.discount * later
-        return found
+            next_values = (values[next_nodes[rows]] * self.team.observation_model[action].T).sum(
+                axis=1
+            )
+            expected_values = self.team.backup_values(next_values, action)
+            result[rows] = self.team.rewards[:, action] + self.team.discount * expected_values
+        return result
 
     def _fill_unreached_nodes(
         self, turn: int, seat: int, reach_probabilities: Reals, sweep_number: int
     ) -> Reals:
-        """The joint nodes and states that each node of an agent is made for."""
+        """Return the weights of joint nodes and states for optimizing an agent's nodes.
+
+        They are the reach probabilities; an unreached node gets random weights at one random node
+        of the partners.
+        """
         counts = self._count_nodes(turn)
-        met = np.moveaxis(reach_probabilities.reshape(*counts, -1), seat, 0).copy()
-        idle = np.flatnonzero(~met.reshape(len(met), -1).any(axis=1))
-        if len(idle):
+        node_weights = np.moveaxis(reach_probabilities.reshape(*counts, -1), seat, 0).copy()
+        unreached = np.flatnonzero(~node_weights.reshape(len(node_weights), -1).any(axis=1))
+        if len(unreached):
             u = generate_uniforms(
                 PLAN_SEED,
                 turn,
                 sweep_number,
                 first_episode=0,
-                rows=len(idle),
+                rows=len(unreached),
                 count=1 + reach_probabilities.shape[1],
             )
-            others = met.reshape(len(met), -1, reach_probabilities.shape[1])
-            place = (others.shape[1] * u[:, 0]).astype(int)
-            others[idle, place] = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(axis=0)
-        return np.moveaxis(met, 0, seat).reshape(reach_probabilities.shape)
+            flat_weights = node_weights.reshape(len(node_weights), -1, reach_probabilities.shape[1])
+            partner_nodes = (flat_weights.shape[1] * u[:, 0]).astype(int)
+            flat_weights[unreached, partner_nodes] = -np.log1p(-u[:, 1:]) * reach_probabilities.sum(
+                axis=0
+            )
+        return np.moveaxis(node_weights, 0, seat).reshape(reach_probabilities.shape)
 
     def _improve_layer(self, turn: int, seat: int, node_weights: Reals, values: Reals) -> None:
-        """Gives an agent's nodes of a turn their best actions and next nodes."""
-        total, then = self._score_node_actions(turn, seat, node_weights, values)
+        """Give each of an agent's nodes of a turn its best action and next nodes."""
+        total, next_nodes = self._score_node_actions(turn, seat, node_weights, values)
         actions = total.argmax(axis=1)
-        self._layers[turn][seat] = PlanLayer(actions, then[np.arange(len(actions)), actions])
+        self._layers[turn][seat] = PlanLayer(actions, next_nodes[np.arange(len(actions)), actions])
 
     def _score_node_actions(
         self, turn: int, seat: int, node_weights: Reals, values: Reals
     ) -> tuple[Reals, Ints]:
-        """What each action `[K, A]` is worth where a node is met, and the best nodes next."""
-        team, later = self.team, self._count_nodes(turn + 1)
-        own = list_joint_nodes(self._count_nodes(turn))[:, seat]
-        many, kinds = team.action_counts[seat], team.observation_counts[seat]
-        paid = np.zeros((own.max() + 1, many))
-        ahead = np.zeros((len(paid), many, kinds, later[seat]))
-        values = np.moveaxis(values.reshape(*later, -1), seat, -1)  # [others' K', S', K']
-        values = values.reshape(-1, len(team.initial_belief), later[seat])
-        then = self._find_partners_next_nodes(turn, seat)
-        able = np.asarray(node_weights.any(axis=1))
-        for action, alike in self._iter_joint_actions(turn, seat):
-            rows = alike[able[alike]]
-            each = team.list_seat_variants(action, seat)
+        """Return weighted action values `[K, A]` and the best next nodes of an agent's nodes."""
+        team, next_counts = self.team, self._count_nodes(turn + 1)
+        seat_nodes = list_joint_nodes(self._count_nodes(turn))[:, seat]
+        action_count, observation_count = team.action_counts[seat], team.observation_counts[seat]
+        rewards = np.zeros((seat_nodes.max() + 1, action_count))
+        next_scores = np.zeros((len(rewards), action_count, observation_count, next_counts[seat]))
+        values = np.moveaxis(values.reshape(*next_counts, -1), seat, -1)  # [others' K', S', K']
+        values = values.reshape(-1, len(team.initial_belief), next_counts[seat])
+        partner_next_nodes = self._find_partners_next_nodes(turn, seat)
+        is_weighted = np.asarray(node_weights.any(axis=1))
+        for action, action_rows in self._iter_joint_actions(turn, seat):
+            rows = action_rows[is_weighted[action_rows]]
+            variants = team.list_seat_variants(action, seat)
             self.budget.spend_work(
-                many * len(rows) * (ARRAY_CALL_WORK + 2.0 * team.propagation_work)
+                action_count * len(rows) * (ARRAY_CALL_WORK + 2.0 * team.propagation_work)
             )
-            came = team.propagate_seat_actions(node_weights[rows], action, seat)
-            seen = self._split_observation_model(each, seat)
-            for place, row in enumerate(rows.tolist()):
-                paid[own[row]] += node_weights[row] @ team.rewards[:, each]
-                joint = came[:, place, None, None] * seen
-                flat = values[then[row]].reshape(-1, later[seat])
-                score = joint.reshape(many * kinds, -1) @ flat
-                ahead[own[row]] += score.reshape(many, kinds, -1)
-        total = paid + team.discount * ahead.max(axis=3).sum(axis=2)
-        return total, ahead.argmax(axis=3)
+            propagated = team.propagate_seat_actions(node_weights[rows], action, seat)
+            observation_probabilities = self._split_observation_model(variants, seat)
+            for index, joint_node in enumerate(rows.tolist()):
+                rewards[seat_nodes[joint_node]] += (
+                    node_weights[joint_node] @ team.rewards[:, variants]
+                )
+                joint = propagated[:, index, None, None] * observation_probabilities
+                flat_values = values[partner_next_nodes[joint_node]].reshape(-1, next_counts[seat])
+                score = joint.reshape(action_count * observation_count, -1) @ flat_values
+                next_scores[seat_nodes[joint_node]] += score.reshape(
+                    action_count, observation_count, -1
+                )
+        total = rewards + team.discount * next_scores.max(axis=3).sum(axis=2)
+        return total, next_scores.argmax(axis=3)
 
     def _split_observation_model(self, actions: list[int], seat: int) -> Reals:
-        """How likely an agent and the others observe what they do `[A, O, R, S']`."""
-        many, kinds = len(actions), self.team.observation_counts[seat]
-        seen = (
+        """Return the probabilities `[A, O, R, S']` of the seat's and its partners' observations."""
+        action_count, observation_count = len(actions), self.team.observation_counts[seat]
+        probabilities = (
             self.team.observation_model[actions]
             .swapaxes(1, 2)
-            .reshape(many, *self.team.observation_counts, -1)
+            .reshape(action_count, *self.team.observation_counts, -1)
         )
-        seen = np.moveaxis(seen, seat + 1, 1)
-        return np.asarray(seen.reshape(many, kinds, -1, len(self.team.initial_belief)))
+        probabilities = np.moveaxis(probabilities, seat + 1, 1)
+        return np.asarray(
+            probabilities.reshape(
+                action_count, observation_count, -1, len(self.team.initial_belief)
+            )
+        )
 
     def _find_partners_next_nodes(self, turn: int, seat: int) -> Ints:
-        """Where the others' observations lead them `[Q, R]`, jointly."""
+        """Return the partners' next joint node `[Q, R]` by joint node and observation."""
         others = [other for other in range(len(self.team.action_counts)) if other != seat]
-        seen = list_joint_nodes([self.team.observation_counts[other] for other in others]).T
-        each, later = list_joint_nodes(self._count_nodes(turn)).T, self._count_nodes(turn + 1)
+        observation_columns = list_joint_nodes(
+            [self.team.observation_counts[other] for other in others]
+        ).T
+        node_columns, next_counts = (
+            list_joint_nodes(self._count_nodes(turn)).T,
+            self._count_nodes(turn + 1),
+        )
         steps = [
-            self._layers[turn][other].next_nodes[each[other][:, None], seen[k]]
+            self._layers[turn][other].next_nodes[
+                node_columns[other][:, None], observation_columns[k]
+            ]
             for k, other in enumerate(others)
         ]
-        return compute_joint_indices(steps, tuple(later[other] for other in others))
+        return compute_joint_indices(steps, tuple(next_counts[other] for other in others))

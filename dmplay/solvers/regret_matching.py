@@ -1,9 +1,8 @@
-"""Simple games of any number of agents: an equilibrium in pure actions, else matched regrets.
+"""Simple games of any number of agents: a pure equilibrium, else regret matching+.
 
-Where nobody gains by another action than one that is sure the game is solved. Else each agent
-plays by how much it regrets not to have played each action, at least 0 (Hart and Mas-Colell, 2000;
-Tammelin, 2014, for the + ), and what all played on average is told with what each could gain: of
-two who oppose each other that vanishes, of more agents it need not.
+In regret matching each agent plays in proportion to its nonnegative cumulative regrets (Hart and
+Mas-Colell, 2000; Tammelin, 2014, for the +). The result is the average strategy of all agents with
+their regrets; these vanish for two opposed agents, but not always for more.
 """
 
 from typing import NamedTuple
@@ -18,15 +17,15 @@ MAX_ROUNDS = 4096
 
 
 class RegretMatchingResult(NamedTuple):
-    """What each agent plays, and what it could gain by another action."""
+    """A mixed strategy for each agent, and each agent's gain by its best action."""
 
     mixed_strategies: tuple[Reals, ...]  # [A] of each agent
     regrets: Reals  # [n]
-    round_count: int  # 0 where it is an equilibrium in pure actions
+    round_count: int  # 0 for a pure equilibrium
 
 
 def find_equilibrium(payoffs: Reals) -> RegretMatchingResult:
-    """The best that is found for the payoffs `[A1, ..., An, n]`."""
+    """Return the best solution found for the payoffs `[A1, ..., An, n]`."""
     pure = _find_pure_equilibrium(payoffs)
     return pure or _run_regret_matching(payoffs)
 
@@ -34,57 +33,71 @@ def find_equilibrium(payoffs: Reals) -> RegretMatchingResult:
 def compute_response_values(
     payoffs: Reals, mixed_strategies: tuple[Reals, ...], seat: int
 ) -> Reals:
-    """What each action `[A]` of a seat earns it while the others play so."""
-    worth = np.moveaxis(payoffs[..., seat], seat, 0)
-    for other in reversed([mix for place, mix in enumerate(mixed_strategies) if place != seat]):
-        worth = worth @ other
-    return np.asarray(worth)
+    """Return the expected payoff of each action `[A]` of a seat against the others' strategies."""
+    values = np.moveaxis(payoffs[..., seat], seat, 0)
+    for other_strategy in reversed(
+        [strategy for index, strategy in enumerate(mixed_strategies) if index != seat]
+    ):
+        values = values @ other_strategy
+    return np.asarray(values)
 
 
 def compute_regrets(payoffs: Reals, mixed_strategies: tuple[Reals, ...]) -> Reals:
-    """What each agent `[n]` could gain by another action."""
-    each = [
+    """Return the gain `[n]` of each agent by its best action."""
+    response_values = [
         compute_response_values(payoffs, mixed_strategies, seat)
         for seat in range(len(mixed_strategies))
     ]
     return np.array(
-        [worth.max() - mix @ worth for worth, mix in zip(each, mixed_strategies, strict=True)]
+        [
+            values.max() - strategy @ values
+            for values, strategy in zip(response_values, mixed_strategies, strict=True)
+        ]
     )
 
 
 def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
-    """The first equilibrium in pure actions, if there is one."""
+    """Return the first equilibrium in pure actions, or None."""
     agents = payoffs.shape[-1]
     stable = np.ones(payoffs.shape[:-1], bool)
     for seat in range(agents):
-        own = payoffs[..., seat]
-        stable &= own >= own.max(axis=seat, keepdims=True) - VALUE_TOLERANCE
+        seat_payoffs = payoffs[..., seat]
+        stable &= seat_payoffs >= seat_payoffs.max(axis=seat, keepdims=True) - VALUE_TOLERANCE
     if not stable.any():
         return None
-    place = np.argwhere(stable)[0]
-    mixes = tuple(np.eye(stable.shape[seat])[place[seat]] for seat in range(agents))
-    return RegretMatchingResult(mixes, np.maximum(compute_regrets(payoffs, mixes), 0.0), 0)
+    actions = np.argwhere(stable)[0]
+    strategies = tuple(np.eye(stable.shape[seat])[actions[seat]] for seat in range(agents))
+    return RegretMatchingResult(
+        strategies, np.maximum(compute_regrets(payoffs, strategies), 0.0), 0
+    )
 
 
 def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
-    """The average of the rounds by which the least could be gained, looked at now and then."""
+    """Return the average strategies with the least maximum regret.
+
+    They are checked after rounds 1, 2, 4, 8 and so on.
+    """
     budget = Budget("matching regrets", "try fewer agents or actions")
     agents = payoffs.shape[-1]
-    regrets = [np.zeros(many) for many in payoffs.shape[:-1]]
-    sums = [np.zeros(many) for many in payoffs.shape[:-1]]
+    regrets = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
+    sums = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
     best: RegretMatchingResult | None = None
-    for done in range(1, MAX_ROUNDS + 1):
-        budget.spend_work(ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents, done / MAX_ROUNDS)
-        for seat in range(agents):  # one after the other
-            mixes = tuple(map(_compute_regret_strategy, regrets))
-            worth = compute_response_values(payoffs, mixes, seat)
-            sums[seat] += done * mixes[seat]
-            regrets[seat] = np.maximum(regrets[seat] + worth - mixes[seat] @ worth, 0.0)
-        if done & (done - 1) == 0:
-            mean = tuple(one / one.sum() for one in sums)
-            found = RegretMatchingResult(mean, compute_regrets(payoffs, mean), done)
-            if best is None or found.regrets.max() < best.regrets.max():
-                best = found
+    for round_number in range(1, MAX_ROUNDS + 1):
+        budget.spend_work(
+            ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents, round_number / MAX_ROUNDS
+        )
+        for seat in range(agents):  # Agents are updated one after another.
+            strategies = tuple(map(_compute_regret_strategy, regrets))
+            values = compute_response_values(payoffs, strategies, seat)
+            sums[seat] += round_number * strategies[seat]
+            regrets[seat] = np.maximum(regrets[seat] + values - strategies[seat] @ values, 0.0)
+        if round_number & (round_number - 1) == 0:
+            averages = tuple(weighted_sum / weighted_sum.sum() for weighted_sum in sums)
+            result = RegretMatchingResult(
+                averages, compute_regrets(payoffs, averages), round_number
+            )
+            if best is None or result.regrets.max() < best.regrets.max():
+                best = result
             if best.regrets.max() <= VALUE_TOLERANCE:
                 break
     assert best
@@ -92,7 +105,7 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
 
 
 def _compute_regret_strategy(cumulative_regret: Reals) -> Reals:
-    """A mix in proportion to regrets; anything where there are none."""
+    """Return a strategy in proportion to cumulative regrets, or the uniform one if all are 0."""
     total = cumulative_regret.sum()
     return np.asarray(
         cumulative_regret / total

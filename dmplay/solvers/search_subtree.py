@@ -1,10 +1,11 @@
-"""The trees of a search as they are kept from turn to turn, for B rows of N nodes each.
+"""Search trees that are reused from turn to turn, packed as a memory of B rows of N nodes.
 
-What was done and seen leads from the root to a node, and what is below it goes on growing (Silver
-and Veness, 2010). Only the new root begins anew: there actions are compared on equal luck, which
-tells more than the visits that it had. A memory of trees is the place in the table of children
-where each node hangs `[B, N]`, -1 for nowhere; the key of what was seen there `[B, N]`; and what
-is known of each node by itself `[B, N, ...]`, its visits and their sums first.
+The action and the observation of a turn lead from the root to a node, and the tree below it keeps
+growing (Silver and Veness, 2010). Only the statistics of the new root start from zero: actions are
+compared there on common random numbers, which is more informative than earlier visits. A memory of
+trees holds the position of each node in the table of children `[B, N]`, -1 for none; the key of
+the observation there `[B, N]`; and the arrays with one entry per node `[B, N, ...]`, visits and
+return sums first.
 """
 
 import numpy as np
@@ -14,78 +15,89 @@ from dmplay.core import Memory
 from dmplay.solvers.search_nodes import TreeBatch
 from dmplay.solvers.search_tree import SearchConfig
 
-NO_SLOT = -2  # a slot of no node
+NO_SLOT = -2  # matches no node
 
 
 def pack_trees(trees: TreeBatch) -> Memory:
-    """The trees as a memory."""
-    rows, edges = len(trees.next_free_nodes), trees.children.shape[1]
-    node, edge = np.nonzero(trees.children)
-    child = trees.children[node, edge]
-    hangs = np.full(len(trees.children), -1)
-    hangs[child] = node % trees.nodes_per_tree * edges + edge
-    keys = np.zeros_like(hangs)
+    """Return the trees of a batch, packed as a memory."""
+    row_count, edge_count = len(trees.next_free_nodes), trees.children.shape[1]
+    parents, edges = np.nonzero(trees.children)
+    children = trees.children[parents, edges]
+    parent_edges = np.full(len(trees.children), -1)
+    parent_edges[children] = parents % trees.nodes_per_tree * edge_count + edges
+    keys = np.zeros_like(parent_edges)
     if not trees.config.observation_count:
-        keys[child] = trees.observation_keys.reshape(-1, edges)[node, edge]
-    parts = (hangs, keys, *trees.node_arrays)
-    return tuple(part.reshape(rows, trees.nodes_per_tree, *part.shape[1:]) for part in parts)
+        keys[children] = trees.observation_keys.reshape(-1, edge_count)[parents, edges]
+    parts = (parent_edges, keys, *trees.node_arrays)
+    return tuple(part.reshape(row_count, trees.nodes_per_tree, *part.shape[1:]) for part in parts)
 
 
 def restore_trees(trees: TreeBatch, packed_trees: Memory) -> None:
-    """Has nodes that were just made begin with trees that were kept."""
-    hangs, keys, *known = packed_trees
-    edges = trees.children.shape[1]
-    row, place = np.nonzero(hangs >= 0)
-    node, edge = np.divmod(hangs[row, place] + row * trees.nodes_per_tree * edges, edges)
-    trees.children[node, edge] = row * trees.nodes_per_tree + place
-    trees.next_free_nodes += (hangs >= 0).sum(axis=1)
+    """Fill a new batch of trees from packed trees, in place."""
+    parent_edges, keys, *node_arrays = packed_trees
+    edge_count = trees.children.shape[1]
+    rows, positions = np.nonzero(parent_edges >= 0)
+    parents, edges = np.divmod(
+        parent_edges[rows, positions] + rows * trees.nodes_per_tree * edge_count, edge_count
+    )
+    trees.children[parents, edges] = rows * trees.nodes_per_tree + positions
+    trees.next_free_nodes += (parent_edges >= 0).sum(axis=1)
     if not trees.config.observation_count:
-        trees.observation_keys.reshape(-1, edges)[node, edge] = keys[row, place]
+        trees.observation_keys.reshape(-1, edge_count)[parents, edges] = keys[rows, positions]
         np.add.at(
             trees.observation_counts,
-            node * trees.config.action_slots + edge // trees.config.observation_slots,
+            parents * trees.config.action_slots + edges // trees.config.observation_slots,
             1,
         )
-    for mine, part in zip(trees.node_arrays, known, strict=True):
-        mine[:] = part.reshape(mine.shape)
-    visits, sums = known[:2]
-    means, been = sums / np.maximum(visits, 1), visits > 0
-    trees.min_returns = np.where(been, means, np.inf).min(axis=(1, 2))
-    trees.max_returns = np.where(been, means, -np.inf).max(axis=(1, 2))
+    for target, source in zip(trees.node_arrays, node_arrays, strict=True):
+        target[:] = source.reshape(target.shape)
+    visits, sums = node_arrays[:2]
+    means, is_visited = sums / np.maximum(visits, 1), visits > 0
+    trees.min_returns = np.where(is_visited, means, np.inf).min(axis=(1, 2))
+    trees.max_returns = np.where(is_visited, means, -np.inf).max(axis=(1, 2))
 
 
 def extract_subtrees(
     config: SearchConfig, packed_trees: Memory, actions: Array, observations: Ints
 ) -> Memory:
-    """What is kept below the actions `[B]` and what was seen then; nothing where that is new.
+    """Return the packed subtrees below the actions `[B]` and observations `[B]`.
 
-    Of a large tree those nodes stay that were there first.
+    A row is empty if its action or observation is not in the tree. Of a large subtree, only the
+    oldest nodes are kept, as many as the simulations of a search.
     """
-    hangs, keys, *known = packed_trees
-    edges, slot = config.action_slots * config.observation_slots, actions
+    parent_edges, keys, *node_arrays = packed_trees
+    edge_count, slots = config.action_slots * config.observation_slots, actions
     if config.widens_actions:
-        offers, offered = known[2:4]
-        fits = (offered[:, 0] == actions[:, None]) & (
-            np.arange(config.action_slots) < offers[:, :1]
+        offer_counts, offered_actions = node_arrays[2:4]
+        matches = (offered_actions[:, 0] == actions[:, None]) & (
+            np.arange(config.action_slots) < offer_counts[:, :1]
         )
-        slot = np.where(fits.any(axis=1), np.argmax(fits, axis=1), NO_SLOT)
+        slots = np.where(matches.any(axis=1), np.argmax(matches, axis=1), NO_SLOT)
     if config.observation_count:
-        root = hangs == (slot * config.observation_slots + observations)[:, None]
+        is_root = parent_edges == (slots * config.observation_slots + observations)[:, None]
     else:
-        root = (hangs // config.observation_slots == slot[:, None]) & (
+        is_root = (parent_edges // config.observation_slots == slots[:, None]) & (
             keys == observations[:, None]
         )
-    inside, above = root, hangs // edges
-    while ((more := root | (np.take_along_axis(inside, above, 1) & (hangs >= 0))) > inside).any():
-        inside = more
-    label = np.cumsum(inside, axis=1) - 1
-    row, place = np.nonzero(inside & (label < config.simulations))
-    to = label[row, place]
-    moved = label[row, above[row, place]] * edges + hangs[row, place] % edges
-    found = [np.full_like(hangs, -1), *(np.zeros_like(part) for part in (keys, *known))]
-    for mine, part in zip(found[1:], (keys, *known), strict=True):
-        mine[row, to] = part[row, place]
-    found[0][row, to] = np.where(to > 0, moved, -1)
-    for part in found[2:4]:
-        part[:, 0] = 0.0
-    return tuple(found)
+    inside, parents = is_root, parent_edges // edge_count
+    while (
+        (grown := is_root | (np.take_along_axis(inside, parents, 1) & (parent_edges >= 0))) > inside
+    ).any():
+        inside = grown
+    labels = np.cumsum(inside, axis=1) - 1
+    rows, positions = np.nonzero(inside & (labels < config.simulations))
+    targets = labels[rows, positions]
+    new_edges = (
+        labels[rows, parents[rows, positions]] * edge_count
+        + parent_edges[rows, positions] % edge_count
+    )
+    result = [
+        np.full_like(parent_edges, -1),
+        *(np.zeros_like(source) for source in (keys, *node_arrays)),
+    ]
+    for target, source in zip(result[1:], (keys, *node_arrays), strict=True):
+        target[rows, targets] = source[rows, positions]
+    result[0][rows, targets] = np.where(targets > 0, new_edges, -1)
+    for source in result[2:4]:
+        source[:, 0] = 0.0
+    return tuple(result)

@@ -1,9 +1,10 @@
-"""Markov games of two who oppose each other, by Shapley's iteration (1953).
+"""Shapley's iteration (1953) for Markov games of two players with opposed rewards.
 
-What a game of k turns is worth in a state is the value of a matrix game, whose payoffs are those of
-the turn and what a game of k - 1 turns is then worth. Of games without end the bounds of MacQueen
-(1966) hold as for one agent; there both keep for some turns to what they play in the last one, as
-in policy iteration (Pollatschek and Avi-Itzhak, 1969), unless that led away.
+The value of a game of k turns in a state is the value of a matrix game, whose payoffs are the
+rewards of the turn plus the value of the game of k - 1 turns that follows. With an infinite
+horizon, the bounds of MacQueen (1966) hold as for one agent. There, both players repeat their
+last strategies for some turns, as in policy iteration (Pollatschek and Avi-Itzhak, 1969), unless
+that made the bounds worse.
 """
 
 from typing import NamedTuple
@@ -19,12 +20,12 @@ from dmplay.solvers.graph import TransitionGraph
 from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 
-TARGET_GAP = 1e-9  # between the bounds, where values are about 1
-ROUNDING_ERROR = 1e-15  # of values, by which no gap is less
-REWARD_TOLERANCE = 1e-9  # rewards this close to a line are on it
+TARGET_GAP = 1e-9  # between the bounds, for values of about 1
+ROUNDING_ERROR = 1e-15  # relative to the values; no gap is smaller
+REWARD_TOLERANCE = 1e-9  # distance from a line at which rewards count as on it
 WORK_LIMIT = 1e11
-TURNS_PER_EVALUATION = 20  # turns for which both keep to what they play
-PAYOFF_DECIMALS = 9  # of payoffs that are played by: the last bits differ between processors
+TURNS_PER_EVALUATION = 20  # turns for which both players repeat their strategies
+PAYOFF_DECIMALS = 9  # because the last bits differ between processors
 ENDLESS_GAME_MESSAGE = f"got a game of two at once without end, expected {FINITE_VALUE_REMEDY}"
 OPPOSED_REWARDS_MESSAGE = (
     "got rewards that are not opposed, expected one to lose what the other gains, to scale"
@@ -32,19 +33,20 @@ OPPOSED_REWARDS_MESSAGE = (
 
 
 class ShapleyResult(NamedTuple):
-    """What a game is worth to the first of two."""
+    """The values of a game to the first of two players."""
 
     graph: TransitionGraph
     joint_action_cells: (
-        Ints  # [S, A1, A2], the joint action in the graph; a first legal one for others
+        Ints  # [S, A1, A2], rows of the graph; illegal actions map to the first legal one
     )
-    legal_masks: tuple[Bools, Bools]  # [S, A] of each, what is legal
-    loss_ratio: float  # what the second loses where the first gains 1
-    values_by_turns_left: list[Reals]  # [S] each, of 0, 1, 2 ... turns; without end, the last alone
-    gap: float = 0.0  # between the bounds of these last
+    legal_masks: tuple[Bools, Bools]  # [S, A] of each player
+    loss_ratio: float  # loss of the second player when the first gains 1
+    # [S] for 0, 1, 2 ... turns; only the last if the horizon is infinite
+    values_by_turns_left: list[Reals]
+    gap: float = 0.0  # between the bounds of the last values
 
     def get_values(self, turns_left: int | None) -> Reals:
-        """The values with so many turns to go, None for no end."""
+        """Return the values `[S]` with `turns_left` turns to play, None for an infinite horizon."""
         return self.values_by_turns_left[
             -1 if turns_left is None else min(turns_left, len(self.values_by_turns_left) - 1)
         ]
@@ -52,157 +54,184 @@ class ShapleyResult(NamedTuple):
     def build_stage_games(
         self, state_indices: Ints, discount: float, turns_left: int | None
     ) -> Reals:
-        """The matrix games `[B, A1, A2]` of some states, with so many turns after this one."""
+        """Return the stage games `[B, A1, A2]` of states, `turns_left` turns following."""
         cells = self.joint_action_cells[state_indices]
-        rows, which = np.unique(cells, return_inverse=True)
-        worth = self.graph.compute_action_values(
+        rows, inverse = np.unique(cells, return_inverse=True)
+        values = self.graph.compute_action_values(
             rows, discount, self.get_values(turns_left)[:, None]
         )[:, 0]
-        return np.asarray(worth[which].reshape(cells.shape))
+        return np.asarray(values[inverse].reshape(cells.shape))
 
     def solve_rounded_games(
         self, state_indices: Ints, discount: float, turns_left: int | None
     ) -> tuple[Reals, MatrixGameSolutions]:
-        """These games, and what both play in them whatever the processor."""
-        games = np.round(
+        """Return the stage games of states, rounded, and their solutions.
+
+        The rounding makes the strategies the same on every processor.
+        """
+        stage_games = np.round(
             self.build_stage_games(state_indices, discount, turns_left), PAYOFF_DECIMALS
         )
-        return games, self.solve_stage_games(state_indices, games)
+        return stage_games, self.solve_stage_games(state_indices, stage_games)
 
     def solve_stage_games(self, state_indices: Ints, stage_games: Reals) -> MatrixGameSolutions:
-        """What these games of some states are worth, and what both play; nothing illegal."""
-        values, *mixes = zero_sum.solve_matrix_games(stage_games)
-        legal = [able[state_indices] for able in self.legal_masks]
+        """Return the values and optimal strategies of stage games, without illegal actions."""
+        values, *strategies = zero_sum.solve_matrix_games(stage_games)
+        masks = [legal_mask[state_indices] for legal_mask in self.legal_masks]
         return MatrixGameSolutions(
-            values, *(_move_to_legal_actions(*one) for one in zip(mixes, legal, strict=True))
+            values, *(_move_to_legal_actions(*pair) for pair in zip(strategies, masks, strict=True))
         )
 
 
 def _move_to_legal_actions(strategies: Reals, legal_actions_mask: Bools) -> Reals:
-    """A mix `[B, A]` in which the first that is legal stands for what is not."""
-    kept = np.where(legal_actions_mask, strategies, 0.0)
-    kept[np.arange(len(kept)), legal_actions_mask.argmax(axis=1)] += np.where(
+    """Return strategies `[B, A]` with illegal weight moved to the first legal action."""
+    result = np.where(legal_actions_mask, strategies, 0.0)
+    result[np.arange(len(result)), legal_actions_mask.argmax(axis=1)] += np.where(
         legal_actions_mask, 0.0, strategies
     ).sum(axis=1)
-    return kept
+    return result
 
 
 def run_shapley_iteration(
     problem: Problem, graph: TransitionGraph, turns: int | None
 ) -> ShapleyResult:
-    """The value of a game of so many turns, or of one without end."""
+    """Return the values of a game of `turns` turns, None for an infinite horizon.
+
+    Raises BadPolicy if the rewards are not opposed, or if the horizon is infinite and the discount
+    1.
+    """
     if turns is None and problem.discount == 1.0:
         raise BadPolicy(ENDLESS_GAME_MESSAGE)
     budget = Budget("Shapley's iteration", "try fewer states, or search", WORK_LIMIT)
     budget.check_memory(40.0 * len(graph.states) * np.prod(problem.action_counts, dtype=float))
-    lost, (cells, able) = compute_loss_ratio(graph.rewards), _index_joint_actions(problem, graph)
-    if lost is None:
+    loss_ratio, (cells, masks) = (
+        compute_loss_ratio(graph.rewards),
+        _index_joint_actions(problem, graph),
+    )
+    if loss_ratio is None:
         raise BadPolicy(OPPOSED_REWARDS_MESSAGE)
-    found = ShapleyResult(graph, cells, able, lost, [np.zeros(len(graph.states))])
-    cost = (
+    result = ShapleyResult(graph, cells, masks, loss_ratio, [np.zeros(len(graph.states))])
+    turn_work = (
         100 * ARRAY_CALL_WORK
         + 30.0 * TURNS_PER_EVALUATION * len(graph.probabilities)
         + 300.0 * cells.size
     )
     if turns is None:
-        return _solve_infinite_horizon(found, problem.discount, budget, cost)
-    for done in range(turns):
-        budget.spend_work(cost, done / turns)
-        budget.check_memory(8.0 * len(graph.states) * (done + 2))
-        found.values_by_turns_left.append(
-            _backup_one_turn(found, found.values_by_turns_left[-1], problem.discount)[0]
+        return _solve_infinite_horizon(result, problem.discount, budget, turn_work)
+    for turn in range(turns):
+        budget.spend_work(turn_work, turn / turns)
+        budget.check_memory(8.0 * len(graph.states) * (turn + 2))
+        result.values_by_turns_left.append(
+            _backup_one_turn(result, result.values_by_turns_left[-1], problem.discount)[0]
         )
-    return found
+    return result
 
 
 def _solve_infinite_horizon(
     result: ShapleyResult, discount: float, budget: Budget, turn_work: float
 ) -> ShapleyResult:
-    """The value of a game without end, as near as the work allows: halfway between its bounds."""
-    live, far = result.graph.nonterminal_states, discount / (1.0 - discount)
-    best, gap, trial, plain = (
+    """Return infinite-horizon values halfway between their bounds, as close as the work allows."""
+    live, bound_scale = result.graph.nonterminal_states, discount / (1.0 - discount)
+    best_values, gap, trial_values, is_plain = (
         result.values_by_turns_left[0],
         np.inf,
         result.values_by_turns_left[0],
         False,
     )
-    middle = 0.0  # between the bounds, from what is best
+    midpoint = 0.0  # of the bounds, relative to the best values
     while budget.work_spent <= budget.work_limit - turn_work:
         budget.spend_work(turn_work)
-        after, both = _backup_one_turn(result, trial, discount)
-        least, most = _bound_changes(
-            (after - trial)[live], has_terminal_states=len(live) < len(after)
+        next_values, solutions = _backup_one_turn(result, trial_values, discount)
+        min_change, max_change = _bound_changes(
+            (next_values - trial_values)[live], has_terminal_states=len(live) < len(next_values)
         )
-        if far * (most - least) >= gap:  # what both kept to led away
-            if plain:
+        # Repeating the strategies made the bounds worse.
+        if bound_scale * (max_change - min_change) >= gap:
+            if is_plain:
                 break
-            trial, plain = best, True
+            trial_values, is_plain = best_values, True
             continue
-        gap, middle = far * (most - least), far * (least + most) / 2
-        best, plain = after, False
-        if gap <= max(TARGET_GAP, ROUNDING_ERROR * far) * max(1.0, float(np.abs(after).max())):
+        gap, midpoint = (
+            bound_scale * (max_change - min_change),
+            bound_scale * (min_change + max_change) / 2,
+        )
+        best_values, is_plain = next_values, False
+        if gap <= max(TARGET_GAP, ROUNDING_ERROR * bound_scale) * max(
+            1.0, float(np.abs(next_values).max())
+        ):
             break
-        trial = _evaluate_strategies(result, after, discount, both)
-    best = best + np.where(np.diff(result.graph.action_starts) > 0, middle, 0.0)
-    return result._replace(values_by_turns_left=[best], gap=gap)
+        trial_values = _evaluate_strategies(result, next_values, discount, solutions)
+    best_values = best_values + np.where(np.diff(result.graph.action_starts) > 0, midpoint, 0.0)
+    return result._replace(values_by_turns_left=[best_values], gap=gap)
 
 
 def _bound_changes(change: Reals, *, has_terminal_states: bool) -> tuple[float, float]:
-    """The least and the greatest change; 0 where something is over."""
-    least, most = float(change.min(initial=np.inf)), float(change.max(initial=-np.inf))
-    return (min(least, 0.0), max(most, 0.0)) if has_terminal_states else (least, most)
+    """Return the least and the greatest change, with 0 included if there are terminal states."""
+    minimum, maximum = float(change.min(initial=np.inf)), float(change.max(initial=-np.inf))
+    return (min(minimum, 0.0), max(maximum, 0.0)) if has_terminal_states else (minimum, maximum)
 
 
 def _backup_one_turn(
     result: ShapleyResult, values: Reals, discount: float
 ) -> tuple[Reals, MatrixGameSolutions]:
-    """The values of games that are a turn longer, and what both play in it."""
+    """Return the values of games that are one turn longer, and the solutions of that turn."""
     live = result.graph.nonterminal_states
-    games = result._replace(values_by_turns_left=[values]).build_stage_games(live, discount, None)
-    both = result.solve_stage_games(live, games)
-    after = np.zeros_like(values)
-    after[live] = both.values
-    return after, both
+    stage_games = result._replace(values_by_turns_left=[values]).build_stage_games(
+        live, discount, None
+    )
+    solutions = result.solve_stage_games(live, stage_games)
+    next_values = np.zeros_like(values)
+    next_values[live] = solutions.values
+    return next_values, solutions
 
 
 def _evaluate_strategies(
     result: ShapleyResult, values: Reals, discount: float, strategies: MatrixGameSolutions
 ) -> Reals:
-    """The values after some more turns in which both play the same."""
+    """Return the values after more turns in which both players repeat their strategies."""
     graph = result.graph
-    place = np.zeros(len(values), np.int64)
-    place[graph.nonterminal_states] = np.arange(len(graph.nonterminal_states))
-    owner, (one, two) = graph.source_states, graph.joint_actions.T
-    weight = (
-        strategies.row_strategies[place[owner], one]
-        * strategies.column_strategies[place[owner], two]
+    positions = np.zeros(len(values), np.int64)
+    positions[graph.nonterminal_states] = np.arange(len(graph.nonterminal_states))
+    source_states, (first_actions, second_actions) = graph.source_states, graph.joint_actions.T
+    weights = (
+        strategies.row_strategies[positions[source_states], first_actions]
+        * strategies.column_strategies[positions[source_states], second_actions]
     )
     for _ in range(TURNS_PER_EVALUATION):
-        worth = graph.compute_action_values(np.arange(len(owner)), discount, values[:, None])[:, 0]
-        values = np.bincount(owner, weight * worth, len(values)).astype(float)
+        q = graph.compute_action_values(np.arange(len(source_states)), discount, values[:, None])[
+            :, 0
+        ]
+        values = np.bincount(source_states, weights * q, len(values)).astype(float)
     return values
 
 
 def _index_joint_actions(
     problem: Problem, graph: TransitionGraph
 ) -> tuple[Ints, tuple[Bools, Bools]]:
-    """The joint action of each cell of each state `[S, A1, A2]`, and what is legal of each."""
+    """Return the graph row of each joint action `[S, A1, A2]`, and each player's legal mask."""
     shape = (len(graph.states), *problem.action_counts)
-    there = np.zeros(shape, bool)
+    is_legal = np.zeros(shape, bool)
     cells = np.zeros(shape, np.int64)
-    place = (graph.source_states, *graph.joint_actions.T)
-    there[place] = True
-    cells[place] = np.arange(len(graph.rewards))
-    able = np.asarray(there.any(axis=2)), np.asarray(there.any(axis=1))
-    firsts = [np.where(one, np.arange(one.shape[1]), one.argmax(axis=1)[:, None]) for one in able]
-    state = np.arange(len(graph.states))[:, None, None]
-    return cells[state, firsts[0][:, :, None], firsts[1][:, None, :]], able
+    indices = (graph.source_states, *graph.joint_actions.T)
+    is_legal[indices] = True
+    cells[indices] = np.arange(len(graph.rewards))
+    masks = np.asarray(is_legal.any(axis=2)), np.asarray(is_legal.any(axis=1))
+    substitutes = [
+        np.where(mask, np.arange(mask.shape[1]), mask.argmax(axis=1)[:, None]) for mask in masks
+    ]
+    states = np.arange(len(graph.states))[:, None, None]
+    return cells[states, substitutes[0][:, :, None], substitutes[1][:, None, :]], masks
 
 
 def compute_loss_ratio(rewards: Reals) -> float | None:
-    """What the second loses where the first gains 1 `[N, 2]`; None where it does not always."""
+    """Return the loss of the second player per gain of the first, from rewards `[N, 2]`.
+
+    None if the rewards are not opposed and proportional.
+    """
     first, second = rewards.T
-    lost = -float((first * second).sum()) / (float((first * first).sum()) or 1.0)
-    size = max(1.0, float(np.abs(rewards).max(initial=0.0)))
-    close = float(np.abs(second + lost * first).max(initial=0.0)) <= REWARD_TOLERANCE * size
-    return lost if close and (lost > 0.0 or not first.any()) else None
+    ratio = -float((first * second).sum()) / (float((first * first).sum()) or 1.0)
+    scale = max(1.0, float(np.abs(rewards).max(initial=0.0)))
+    is_proportional = (
+        float(np.abs(second + ratio * first).max(initial=0.0)) <= REWARD_TOLERANCE * scale
+    )
+    return ratio if is_proportional and (ratio > 0.0 or not first.any()) else None

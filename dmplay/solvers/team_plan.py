@@ -1,4 +1,4 @@
-"""The best joint plan of a team, or the best that is found, beside what no team exceeds."""
+"""The best joint plan of a team, or the best one found, with upper bounds."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,87 +14,97 @@ from dmplay.solvers.pooled_beliefs import CentralizedPomdp
 from dmplay.solvers.team import PROBABILITY_DECIMALS, AgentPlan, DecPomdp
 from dmplay.solvers.team_search import MultiagentAStar
 
-EXACT_WORK_LIMIT = 5e9  # work for the best plan of all
-PART_WORK_LIMIT = 5e8  # for the best plan of some turns
-IMPROVEMENT_WORK_LIMIT = 3e9  # for making what is found better
-RANDOM_PLAN_COUNT, NODES_PER_TURN = 4, 3  # plans begun at random, and their nodes a turn
+EXACT_WORK_LIMIT = 5e9  # to find an optimal plan
+PART_WORK_LIMIT = 5e8  # to find an optimal plan of some turns
+IMPROVEMENT_WORK_LIMIT = 3e9  # to improve plans that are not optimal
+RANDOM_PLAN_COUNT, NODES_PER_TURN = 4, 3  # random starting plans, and their nodes per turn
 
 
 class JointPlanSolution(NamedTuple):
-    """A joint plan, what it earns, and what bounds that."""
+    """A joint plan, its value, and upper bounds on the value of every plan."""
 
     plans: tuple[AgentPlan, ...]
     value: float
-    upper_bound: float  # no joint plan has more
-    centralized_bound: float  # nor one planner who sees what all agents observe
+    upper_bound: float  # of every joint plan
+    centralized_bound: float  # of one planner that observes what all agents observe
 
     @property
     def is_optimal(self) -> bool:
-        """Whether no plan is better."""
+        """True if no joint plan is better."""
         return self.value == self.upper_bound
 
 
 def find_joint_plan(team: DecPomdp, turns: int) -> JointPlanSolution:
-    """The best joint plan of so many turns; where that takes too long, the best that is found."""
+    """Return the best joint plan of `turns` turns, or a good one if that takes too long."""
     budget = _make_budget(EXACT_WORK_LIMIT)
-    pooled = CentralizedPomdp(team, turns, budget)
+    centralized = CentralizedPomdp(team, turns, budget)
     with scale_progress(0.0, 0.6):
-        plans, bound = MultiagentAStar(pooled, budget).find_best_plan()
+        plans, bound = MultiagentAStar(centralized, budget).find_best_plan()
     if plans:
-        return JointPlanSolution(plans, bound, bound, pooled.upper_bound)
+        return JointPlanSolution(plans, bound, bound, centralized.upper_bound)
     with scale_progress(0.6, 1.0):
         plans, value = _improve_starting_plans(team, turns)
-    return JointPlanSolution(plans, value, max(bound, value), pooled.upper_bound)
+    return JointPlanSolution(plans, value, max(bound, value), centralized.upper_bound)
 
 
 def _make_budget(work_limit: float) -> Budget:
+    """Return a new budget for a joint plan."""
     return Budget("a joint plan", "try fewer turns, or search", work_limit)
 
 
 def _improve_starting_plans(team: DecPomdp, turns: int) -> tuple[tuple[AgentPlan, ...], float]:
-    """The best plan that is found by making some better."""
+    """Return the best plan, and its value, of several starting plans that are improved."""
     budget = _make_budget(IMPROVEMENT_WORK_LIMIT)
-    begun = [plan_graphs.sample_random_plans(team, turns, 1, 0), *_iter_repeated_plans(team, turns)]
-    values = [plan_graphs.evaluate_plans(team, one, budget) for one in begun]
+    starts = [
+        plan_graphs.sample_random_plans(team, turns, 1, 0),
+        *_iter_repeated_plans(team, turns),
+    ]
+    values = [plan_graphs.evaluate_plans(team, plan, budget) for plan in starts]
     order = np.argsort(values)[::-1].tolist()
-    best, value = begun[order[0]], values[order[0]]
-    begun = [begun[k] for k in order]
-    begun += [
-        plan_graphs.sample_random_plans(team, turns, NODES_PER_TURN, number)
-        for number in range(RANDOM_PLAN_COUNT)
+    best, value = starts[order[0]], values[order[0]]
+    starts = [starts[k] for k in order]
+    starts += [
+        plan_graphs.sample_random_plans(team, turns, NODES_PER_TURN, index)
+        for index in range(RANDOM_PLAN_COUNT)
     ]
     with budget.stop_when_exceeded():
-        for one in begun:
-            better = plan_graphs.improve_plans(team, one, budget)
-            earned = plan_graphs.evaluate_plans(team, better, budget)
-            best, value = (better, earned) if earned > value else (best, value)
+        for plan in starts:
+            improved = plan_graphs.improve_plans(team, plan, budget)
+            improved_value = plan_graphs.evaluate_plans(team, improved, budget)
+            best, value = (improved, improved_value) if improved_value > value else (best, value)
     return best, value
 
 
 def _iter_repeated_plans(team: DecPomdp, turns: int) -> Iterator[tuple[AgentPlan, ...]]:
-    """Plans made of the best ones of 1, 2, ... turns, at whose ends everybody forgets."""
-    known: dict[tuple[bytes, int], tuple[AgentPlan, ...] | None] = {}
+    """Yield joint plans that repeat the best plans of 1, 2, ... turns.
+
+    After each repetition the agents forget their observations. It ends at the first length whose
+    best plan takes too long to find.
+    """
+    cache: dict[tuple[bytes, int], tuple[AgentPlan, ...] | None] = {}
     for length in range(1, turns):
         parts: list[tuple[AgentPlan, ...]] = []
-        start, left = team.initial_belief, turns
-        while left:
-            many = min(length, left)
-            key = np.round(start, PROBABILITY_DECIMALS).tobytes(), many
-            if key not in known:
-                known[key] = _find_short_plan(replace(team, initial_belief=start), many)
-            plans = known[key]
+        initial_belief, turns_left = team.initial_belief, turns
+        while turns_left:
+            part_turns = min(length, turns_left)
+            key = np.round(initial_belief, PROBABILITY_DECIMALS).tobytes(), part_turns
+            if key not in cache:
+                cache[key] = _find_short_plan(
+                    replace(team, initial_belief=initial_belief), part_turns
+                )
+            plans = cache[key]
             if plans is None:
                 return
             parts.append(plans)
-            start, left = (
-                _compute_end_belief(replace(team, initial_belief=start), plans),
-                left - many,
+            initial_belief, turns_left = (
+                _compute_end_belief(replace(team, initial_belief=initial_belief), plans),
+                turns_left - part_turns,
             )
-        yield tuple(sum(each, ()) for each in zip(*parts, strict=True))
+        yield tuple(sum(agent_plans, ()) for agent_plans in zip(*parts, strict=True))
 
 
 def _find_short_plan(team: DecPomdp, turns: int) -> tuple[AgentPlan, ...] | None:
-    """The best joint plan of some turns, None where it takes long."""
+    """Return the best joint plan of some turns, or None if that takes too long."""
     budget, plans = _make_budget(PART_WORK_LIMIT), None
     with budget.stop_when_exceeded():
         plans = (
@@ -104,10 +114,10 @@ def _find_short_plan(team: DecPomdp, turns: int) -> tuple[AgentPlan, ...] | None
 
 
 def _compute_end_belief(team: DecPomdp, plans: tuple[AgentPlan, ...]) -> Reals:
-    """The distribution of the state after the last turn."""
-    after = (
+    """Return the state distribution `[S]` after the last turn of a joint plan."""
+    weights = (
         PlanGraph(team, plans, _make_budget(PART_WORK_LIMIT))
         .compute_reach_probabilities()[-1]
         .sum(axis=0)
     )
-    return np.asarray(after / after.sum())
+    return np.asarray(weights / weights.sum())

@@ -1,9 +1,9 @@
-"""What boards of 2048 are worth after a slide: the points that are still to come, as was learned.
+"""The learned value of 2048 boards after a slide: the points still to come.
 
-A board is looked at in all eight ways that it can be turned and mirrored, and of each the cells of
-a few patterns are looked up in tables: the worth of the board is the sum (an n-tuple network;
-Szubert and Jaskowski, 2014). The tables are other ones in each stage of a game, by the large tiles
-that there are (Jaskowski, 2018). `tests/learning` has the program that learned them.
+A board is looked up in all eight rotations and reflections; in each, the cells of a few patterns
+are indices of tables. The value of the board is the sum (an n-tuple network; Szubert and Jaskowski,
+2014). Each stage of the game, given by the large tiles on the board, has its own tables (Jaskowski,
+2018). The program that learned them is in `tests/learning`.
 """
 
 from collections.abc import Iterator
@@ -27,7 +27,7 @@ PATTERNS = (  # five cells each, of the first three rows
     ".... xxx. xx..",
     ".... .xxx .xx.",
 )
-STAGE_COUNT, ENTRIES_PER_PATTERN = 4, 2**20  # to fill a pattern, four bits a cell
+STAGE_COUNT, ENTRIES_PER_PATTERN = 4, 2**20  # four bits per cell
 POINTS_PER_UNIT = 16.0  # points
 LOW_NIBBLE_MASK = 0x0F0F_0F0F_0F0F_0F0F  # the lower cell of each byte
 
@@ -35,77 +35,80 @@ PatternTable = NDArray[np.int16]
 
 
 class PatternPiece(NamedTuple):
-    """Cells of a pattern that stand side by side, as they are cut out of a board's number."""
+    """Adjacent cells of a pattern, as a shift and a mask of a board's number."""
 
     shift: int
     mask: int
 
 
 def evaluate_boards(boards: BoardArray) -> Reals:
-    """The points `[N]` that are to come after these boards, before their next tile."""
-    found = np.zeros(len(boards), np.int32)
-    for stage, some in group_by_stage(boards):
-        numbers, total = load_pattern_tables(stage), np.zeros(len(some), np.int32)
-        for pattern, way in iter_pattern_entries(boards[some]):
-            total += numbers[pattern].take(way)
-        found[some] = total
-    return np.asarray(found * POINTS_PER_UNIT, float)
+    """Return the points `[N]` expected after these boards, before their next tile."""
+    result = np.zeros(len(boards), np.int32)
+    for stage, indices in group_by_stage(boards):
+        stage_tables, total = load_pattern_tables(stage), np.zeros(len(indices), np.int32)
+        for pattern, entries in iter_pattern_entries(boards[indices]):
+            total += stage_tables[pattern].take(entries)
+        result[indices] = total
+    return np.asarray(result * POINTS_PER_UNIT, float)
 
 
 def group_by_stage(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
-    """The stages, and which boards are in each: 2 for a tile of 8192 or more, 1 for a 4096."""
-    large = (
+    """Yield each stage that occurs, with the indices of its boards.
+
+    The stage is 2 if there is a tile of 8192 or more, plus 1 if there is a tile of 4096.
+    """
+    is_large = (
         boards >> 3 & boards >> 2 & (boards | boards >> 1) & CELL_LOW_BITS
-    ) != 0  # 13, 14 and 15
-    stages = 2 * large + (compute_empty_cell_bits(boards ^ np.uint64(12 * CELL_LOW_BITS)) != 0)
+    ) != 0  # exponents 13, 14 and 15
+    stages = 2 * is_large + (compute_empty_cell_bits(boards ^ np.uint64(12 * CELL_LOW_BITS)) != 0)
     for stage in range(STAGE_COUNT):
-        some = np.flatnonzero(stages == stage)
-        if len(some):
-            yield stage, some
+        indices = np.flatnonzero(stages == stage)
+        if len(indices):
+            yield stage, indices
 
 
 def iter_pattern_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
-    """Each pattern as often as it is looked at, and how `[N]` the boards fill it."""
-    for facing in _list_symmetries(boards):
+    """Yield each pattern in each symmetry, with the table entry `[N]` of each board."""
+    for view in _list_symmetries(boards):
         for pattern, pieces in enumerate(_split_patterns()):
-            way = facing >> pieces[0].shift
-            way &= pieces[0].mask
+            entries = view >> pieces[0].shift
+            entries &= pieces[0].mask
             for shift, mask in pieces[1:]:
-                way |= facing >> shift & mask
-            yield pattern, way
+                entries |= view >> shift & mask
+            yield pattern, entries
 
 
 @cache
 def load_pattern_tables(stage: int) -> PatternTable:
-    """A number `[PATTERNS, WAYS]` of STEP points for each way that a pattern can be filled."""
-    with np.load(Path(__file__).with_suffix(".npz")) as kept:
-        return np.asarray(kept[f"arr_{stage}"])
+    """Return the table `[patterns, entries]` of one stage, in units of POINTS_PER_UNIT points."""
+    with np.load(Path(__file__).with_suffix(".npz")) as archive:
+        return np.asarray(archive[f"arr_{stage}"])
 
 
 def _list_symmetries(boards: BoardArray) -> list[Ints]:
-    """The boards turned and mirrored in all eight ways."""
-    round_about = boards.byteswap()
-    round_about = round_about >> 4 & LOW_NIBBLE_MASK | (round_about & LOW_NIBBLE_MASK) << 4
-    ways = [boards, round_about, _flip_rows(boards), _flip_rows(round_about)]
-    ways += [np.asarray(transpose_boards(way)) for way in ways]
-    return [way.view(np.int64) for way in ways]
+    """Return the boards in all eight rotations and reflections."""
+    rotated = boards.byteswap()
+    rotated = rotated >> 4 & LOW_NIBBLE_MASK | (rotated & LOW_NIBBLE_MASK) << 4
+    views = [boards, rotated, _flip_rows(boards), _flip_rows(rotated)]
+    views += [np.asarray(transpose_boards(view)) for view in views]
+    return [view.view(np.int64) for view in views]
 
 
 def _flip_rows(boards: BoardArray) -> BoardArray:
-    """The last row first."""
+    """Return the boards with their rows in reverse order."""
     rows = boards.view(np.uint16).reshape(-1, 4)[:, ::-1]
     return np.ascontiguousarray(rows).reshape(-1).view(np.uint64)
 
 
 @cache
 def _split_patterns() -> list[list[PatternPiece]]:
-    """How the cells of each pattern are put side by side."""
-    found = []
+    """Return the pieces of each pattern, whose shifts bring its cells together."""
+    result = []
     for pattern in PATTERNS:
-        cells = [at for at, cell in enumerate(pattern.replace(" ", "")) if cell == "x"]
+        cells = [index for index, cell in enumerate(pattern.replace(" ", "")) if cell == "x"]
         pieces: dict[int, int] = {}
-        for place, cell in enumerate(cells):
-            shift = 4 * (cell - place)
-            pieces[shift] = pieces.get(shift, 0) | 15 << 4 * place
-        found.append([PatternPiece(shift, mask) for shift, mask in pieces.items()])
-    return found
+        for position, cell in enumerate(cells):
+            shift = 4 * (cell - position)
+            pieces[shift] = pieces.get(shift, 0) | 15 << 4 * position
+        result.append([PatternPiece(shift, mask) for shift, mask in pieces.items()])
+    return result

@@ -1,11 +1,11 @@
-"""The golden format: a game as text that people read and programs check to the last number.
+"""The transcript format: a game as text that people read and programs verify exactly.
 
     dmplay: 1                                       a header,
     problem: "hexworld"
     seats: {"agent": "human"}
     seed: 7
 
-    turn: 0                                         a block a turn: the inputs,
+    turn: 0                                         a block for each turn: the inputs,
     draws: [0.625095466]
     state: "(7,2)"                                  then the facts that follow from them
 
@@ -14,11 +14,11 @@
     draws: [0.897213801]
     state: "(8,1)"
     rewards: {"agent": 0}
-    | a frame, if wanted                            and what the screen showed
+    | a frame, if wanted                            and the contents of the screen
 
     end: {"reason": "quit", "turns": 1, "return": {"agent": 0}, "total": {"agent": 0}, ...}
 
-Lines that begin with `# ` are notes: anybody may add them, nothing checks them.
+Lines that begin with `# ` are notes: anyone may add them, and nothing checks them.
 """
 
 import hashlib
@@ -32,16 +32,17 @@ from dmplay.chance import Array
 from dmplay.core import NO_OBSERVATION_TEXT, Problem, array_bytes
 from dmplay.session import DEFAULT_TURN_LIMIT, MAX_LISTED_STATES, Session, Turn, belief_size
 
-HUMAN_PLAYER, MODEL_PLAYER = "human", "mcp"  # who plays from outside: a language model is one
+# players that are not dmplay's agents: a person, or a language model
+HUMAN_PLAYER, MODEL_PLAYER = "human", "mcp"
 EXTERNAL_PLAYERS = (HUMAN_PLAYER, MODEL_PLAYER)
-SIGNIFICANT_DIGITS = 10  # significant, of a fact that is a real number
-NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")  # ends that the game itself comes to
+SIGNIFICANT_DIGITS = 10  # of a fact that is a real number
+NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")  # a game reaches these ends by itself
 NOTE_PATTERN = re.compile(r"^#.*\n", re.MULTILINE)
 PLAYER_END_REASONS = ("quit", "interrupted", "illegal", "forfeit")
 JSON_ENCODER = json.JSONEncoder(ensure_ascii=False)
-TAKE_BACK_EVENTS = ("undo", "reroll")  # what takes turns back
+TAKE_BACK_EVENTS = ("undo", "reroll")  # events that take back turns
 EVENT_KEYS = (*TAKE_BACK_EVENTS, "help")
-MAX_CACHED_LINES = 4096  # lines that are remembered, to be read or written again
+MAX_CACHED_LINES = 4096  # lines that are cached when they are read or written
 
 FrameRenderer = Callable[[Session], str]
 NestedNumbers = float | list[float] | list["NestedNumbers"]
@@ -50,7 +51,10 @@ NestedNumbers = float | list[float] | list["NestedNumbers"]
 def resolve_turn_limit(
     problem: Problem, seats: Collection[str], requested_turns: int | None
 ) -> int | None:
-    """The limit of a game: what was asked for; 10,000 where nothing and nobody else ends it."""
+    """Return the turn limit of a game: the requested one, or 10,000 if nothing else ends it.
+
+    The default applies if the problem has no horizon and can run forever, and no human plays.
+    """
     if (
         requested_turns is None
         and problem.horizon is None
@@ -62,53 +66,61 @@ def resolve_turn_limit(
 
 
 def round_number(value: float) -> float:
-    """A real number as a fact: whole if it is, else cut to ten significant digits."""
+    """Return a real number as a fact: whole if it is, else with ten significant digits."""
     if value % 1 == 0 and abs(value) < 10**SIGNIFICANT_DIGITS:
         return int(value)
-    short = float(f"{value:.{SIGNIFICANT_DIGITS}g}")
-    return int(short) if short.is_integer() and abs(short) < 10**SIGNIFICANT_DIGITS else short
+    rounded = float(f"{value:.{SIGNIFICANT_DIGITS}g}")
+    return (
+        int(rounded) if rounded.is_integer() and abs(rounded) < 10**SIGNIFICANT_DIGITS else rounded
+    )
 
 
 def _round_numbers(values: NestedNumbers) -> object:
+    """Return nested lists of numbers with every number rounded."""
     return [*map(_round_numbers, values)] if isinstance(values, list) else round_number(values)
 
 
 def _round_by_agent(problem: Problem, values: Array) -> dict[str, object]:
-    told = zip(problem.agents, values.tolist(), strict=True)
-    return {agent: _round_numbers(value) for agent, value in told}
+    """Return a rounded value for each agent, by the agents' names."""
+    pairs = zip(problem.agents, values.tolist(), strict=True)
+    return {agent: _round_numbers(value) for agent, value in pairs}
 
 
 class TurnFact(NamedTuple):
-    """A line of a turn: what it tells of, where there is anything to tell, and how it tells it."""
+    """A line of a turn, as two functions: from session to array or None, and from array to JSON."""
 
     extract: Callable[[Session], Array | None]
     to_json: Callable[[Problem, Array], object]
 
 
 def _actions_to_json(problem: Problem, actions: Array) -> object:
-    did = zip(problem.agents, problem.actions, actions.tolist(), strict=True)
-    return {agent: known.to_json_value(action) for agent, known, action in did}
+    """Return a joint action as JSON values, by the agents' names."""
+    joint_action = zip(problem.agents, problem.actions, actions.tolist(), strict=True)
+    return {agent: space.to_json_value(action) for agent, space, action in joint_action}
 
 
 def _extract_uniforms(session: Session) -> Array | None:
-    draws = session.turns[-1].uniforms if session.turns else session.initial_uniforms
-    return draws if len(draws) else None
+    """Return the uniforms of the last turn or of the start; None if there are none."""
+    uniforms = session.turns[-1].uniforms if session.turns else session.initial_uniforms
+    return uniforms if len(uniforms) else None
 
 
 def _extract_state(session: Session) -> Array | None:
-    """The state, where there is anything to tell of it."""
+    """Return the current state; None if a transcript writes nothing about it."""
     state = session.state
-    quiet = session.problem.state_count == 1 or (
+    is_omitted = session.problem.state_count == 1 or (
         state.dtype == object and not _format_state_line(session)
     )
-    return None if quiet else state
+    return None if is_omitted else state
 
 
 def _format_state_line(session: Session) -> str:
+    """Return the current state as a transcript writes it."""
     return session.problem.format_transcript_state(session.state)
 
 
 def _state_to_json(problem: Problem, state: Array) -> object:
+    """Return a state as a JSON value: rounded numbers, or text."""
     return (
         _round_numbers(state.tolist())
         if state.dtype.kind == "f"
@@ -117,25 +129,27 @@ def _state_to_json(problem: Problem, state: Array) -> object:
 
 
 def _observations_to_json(problem: Problem, observations: Array) -> object:
-    seen = zip(problem.agents, problem.observations, observations, strict=True)
-    told = (
-        (agent, kind.to_json_value(o))
-        for agent, kind, o in seen
-        if kind.format_observation(o) != NO_OBSERVATION_TEXT
+    """Return the observations that have a text as JSON values, by the agents' names."""
+    observed_rows = zip(problem.agents, problem.observations, observations, strict=True)
+    facts = (
+        (agent, space.to_json_value(o))
+        for agent, space, o in observed_rows
+        if space.format_observation(o) != NO_OBSERVATION_TEXT
     )
-    return {agent: fact if isinstance(fact, str) else _round_numbers(fact) for agent, fact in told}
+    return {agent: fact if isinstance(fact, str) else _round_numbers(fact) for agent, fact in facts}
 
 
 def _extract_observations(session: Session) -> Array | None:
-    """What was seen in the last turn, or before the first, where anything was."""
+    """Return the observations of the last turn or of the start; None if there are none."""
     problem = session.problem
     if session.turns or not problem.partially_observable:
         return session.turns[-1].observations if problem.partially_observable else None
-    first: Array = problem.initial_observations(session.initial_state[None])[0]
-    return first if _observations_to_json(problem, first) else None
+    initial_observations: Array = problem.initial_observations(session.initial_state[None])[0]
+    return initial_observations if _observations_to_json(problem, initial_observations) else None
 
 
 def _extract_belief(session: Session) -> Array | None:
+    """Return the current beliefs; None if there are none, or too many states to list."""
     return session.current_beliefs() if belief_size(session.problem) <= MAX_LISTED_STATES else None
 
 
@@ -156,31 +170,31 @@ FIELDS_BY_FACT = {"draws" if name == "uniforms" else name: name for name in Turn
 
 
 def collect_turn_facts(session: Session) -> dict[str, object]:
-    """The lines of the last turn, or of the opening."""
-    every = [(key, fact.to_json, fact.extract(session)) for key, fact in TURN_FACTS.items()]
+    """Return the facts of the last turn, or of the start, by their keys."""
+    entries = [(key, fact.to_json, fact.extract(session)) for key, fact in TURN_FACTS.items()]
     problem = session.problem
-    facts = {key: told(problem, array) for key, told, array in every if array is not None}
+    facts = {key: to_json(problem, array) for key, to_json, array in entries if array is not None}
     return {"turn": len(session.turns), **facts}
 
 
 class TurnFormatter:
-    """Writes the turns of a session; most facts come again, and are not put into words anew."""
+    """A formatter of the turns of a session, which caches lines because most facts recur."""
 
     def __init__(self, session: Session) -> None:
         self._session, problem = session, session.problem
         self.omits_belief = (
             belief_size(problem) > MAX_LISTED_STATES
-        )  # a turn alone says all that is told of it
-        silent = {
+        )  # then a turn's block depends on nothing but the turn
+        is_absent = {
             "draws": not problem.uniform_counts.step,
             "state": problem.state_count == 1,
             "observations": not problem.partially_observable,
         }
-        self._fact_keys = [key for key in FIELDS_BY_FACT if not silent.get(key)]
+        self._fact_keys = [key for key in FIELDS_BY_FACT if not is_absent.get(key)]
         self._cached_lines: dict[str, dict[tuple[str, bytes], str]] = {key: {} for key in TURN_KEYS}
 
     def format_turn(self) -> list[str]:
-        """The lines of the last turn, or of the opening, as `turn_facts` has them."""
+        """Return the lines of the last turn or the start, equal to `collect_turn_facts`."""
         session = self._session
         if not session.turns:
             return format_lines(collect_turn_facts(session))
@@ -199,63 +213,70 @@ class TurnFormatter:
         return rows
 
     def format_turns(self, turns: Turn) -> str:
-        """The blocks of the next turns `[T, ...]`, where each alone says all that is told of it."""
+        """Return the blocks of the next turns `[T, ...]`; the session must omit beliefs."""
         columns = [
             self._iter_value_lines(key, getattr(turns, FIELDS_BY_FACT[key]))
             for key in self._fact_keys
         ]
-        every = zip(self._session.next_turn_numbers(len(turns.state)), *columns, strict=True)
-        return "".join([join_block([f"turn: {turn}", *rows]) for turn, *rows in every])
+        lines_by_turn = zip(
+            self._session.next_turn_numbers(len(turns.state)), *columns, strict=True
+        )
+        return "".join([join_block([f"turn: {turn}", *rows]) for turn, *rows in lines_by_turn])
 
     def _iter_value_lines(self, key: str, values: Array) -> Iterator[str]:
-        """The line of each of some values `[T, ...]` of a fact."""
-        every, size = array_bytes(values), values.nbytes // len(values)
-        for place, value in enumerate(values):
-            yield self._format_value_line(key, value, every[place * size : (place + 1) * size])
+        """Yield the line of each of a fact's values `[T, ...]`."""
+        value_bytes, size = array_bytes(values), values.nbytes // len(values)
+        for index, value in enumerate(values):
+            yield self._format_value_line(
+                key, value, value_bytes[index * size : (index + 1) * size]
+            )
 
     def _format_value_line(self, key: str, value: Array, raw_bytes: bytes) -> str:
-        """The line of a fact, by its bytes."""
-        if key == "draws":  # which hardly come again
+        """Return the line of a fact, which is cached by the bytes of the value."""
+        if key == "draws":  # Uniforms hardly ever recur.
             return f"draws: {value.tolist()}"
-        known, fact = self._cached_lines[key], (value.dtype.char, raw_bytes)
-        row = known.get(fact)
+        cache, cache_key = self._cached_lines[key], (value.dtype.char, raw_bytes)
+        row = cache.get(cache_key)
         if row is None:
             row = f"{key}: {encode_json(TURN_FACTS[key].to_json(self._session.problem, value))}"
             if (
-                len(known) < MAX_CACHED_LINES and value.dtype.kind != "O"
-            ):  # of which these are places
-                known[fact] = row
+                len(cache) < MAX_CACHED_LINES and value.dtype.kind != "O"
+            ):  # whose bytes are addresses
+                cache[cache_key] = row
         return row
 
 
 def collect_end_facts(session: Session) -> dict[str, object]:
-    """The end line without its checksum."""
-    told: dict[str, object] = {
+    """Return the facts of the end line, without its checksum."""
+    facts: dict[str, object] = {
         "reason": session.end_reason,
         "turns": len(session.turns),
         "return": _round_by_agent(session.problem, session.returns()),
         "total": _round_by_agent(session.problem, session.total_rewards()),
     }
-    return told | ({"help": dict(session.hint_counts)} if session.hint_counts else {})
+    return facts | ({"help": dict(session.hint_counts)} if session.hint_counts else {})
 
 
 def format_end_block(session: Session, digest: str) -> list[str]:
-    """The end line, with the checksum of what stands above it."""
+    """Return the end line, with the checksum of the lines above it."""
     return format_lines({"end": collect_end_facts(session) | {"sha256": digest}})
 
 
 def format_lines(facts: Mapping[str, object]) -> list[str]:
-    """The lines of a block, without the empty one that ends it."""
+    """Return the lines of a block, without the empty line that ends it."""
     return [f"{key}: {encode_json(value)}" for key, value in facts.items()]
 
 
 def append_frame(rows: list[str], frame: str) -> list[str]:
-    """The lines of a block with its frame under them."""
+    """Return the lines of a block, followed by the lines of its frame."""
     return rows + [f"| {line}".rstrip() for line in frame.split("\n") if frame]
 
 
 def encode_json(value: object) -> str:
-    """A fact as JSON writes it; most are so short that to set up an encoder would cost more."""
+    """Return a value as JSON text.
+
+    Most values are so short that setting up an encoder would take longer.
+    """
     if isinstance(value, dict):
         return (
             "{"
@@ -270,20 +291,20 @@ def encode_json(value: object) -> str:
 
 
 def join_block(block: list[str]) -> str:
-    """A block as it is written: its lines and an empty one."""
+    """Return the text of a block: its lines and an empty one."""
     return "\n".join([*block, "", ""])
 
 
 def compute_checksum(content: str) -> str:
-    """SHA-256 of every line but the notes, in short."""
+    """Return the first 16 hexadecimal digits of the SHA-256 of all lines except notes."""
     return shorten_digest(hashlib.sha256(strip_notes(content).encode()))
 
 
 def shorten_digest(digest: "hashlib._Hash") -> str:
-    """A checksum as the end line has it: the first 16 hexadecimal digits."""
+    """Return the first 16 hexadecimal digits of a digest, as in the end line."""
     return digest.hexdigest()[:16]
 
 
 def strip_notes(content: str) -> str:
-    """The lines that a checksum covers."""
+    """Return the content without notes, which the checksum does not cover."""
     return NOTE_PATTERN.sub("", content)

@@ -1,6 +1,7 @@
-"""The header of a transcript: what a line of it is called, may hold and means where it is absent.
+"""The header of a transcript: the key, the type and the default of each line.
 
-A new line is a new field of `Header`, and one of the same name of `game.request.Request`.
+A new line requires a new field of `Header`, and a field of the same name in
+`game.requests.GameRequest`.
 """
 
 from collections.abc import Callable, Mapping
@@ -13,22 +14,23 @@ FORMAT_VERSION = 1
 
 
 class ValueType(NamedTuple):
-    """What may stand on a line."""
+    """The type of a header value: its description in error messages, and a test of values."""
 
     expected: str
     accepts: Callable[[object], bool]
 
 
 class HeaderLine(NamedTuple):
-    """One line: its key, the field it is, what may stand there, and what is meant without it."""
+    """A line of the header: its key, field name, value type and default."""
 
     key: str
     field: str
     value_type: ValueType
-    default: object  # MISSING where it must stand
+    default: object  # MISSING if the line is required
 
 
 def _is_name_map(value: object) -> bool:
+    """Return whether a value is a dict whose values are strings."""
     return isinstance(value, dict) and all(isinstance(name, str) for name in value.values())
 
 
@@ -51,51 +53,50 @@ STRICT_TYPE = ValueType(
 
 @dataclass(frozen=True, kw_only=True)
 class Header:
-    """What game it is and who sat there: a line a field, in this order, unless it is as usual."""
+    """The game and players of a transcript: one line per field, in this order, except defaults."""
 
-    problem: Annotated[str, NAME_TYPE]  # a path in it told from the transcript's folder
-    origin: Annotated[str, ORIGIN_TYPE] = ""  # of a file its hash, of another library its version
+    problem: Annotated[str, NAME_TYPE]  # a path in it is relative to the transcript's folder
+    origin: Annotated[str, ORIGIN_TYPE] = ""  # hash of a file, or version of another library
     parameters: Annotated[Mapping[str, object], VALUE_MAP_TYPE, "set"] = field(default_factory=dict)
     seats: Annotated[Mapping[str, str], NAME_MAP_TYPE]
     seed: Annotated[int, WHOLE_NUMBER_TYPE]
     episode: Annotated[int, WHOLE_NUMBER_TYPE] = 0
     turns: Annotated[int | None, WHOLE_NUMBER_TYPE] = (
-        None  # a turn limit other than the problem's horizon
+        None  # turn limit, if it differs from the problem's horizon
     )
-    strict: Annotated[bool | str, STRICT_TYPE] = (
-        False  # nothing is taken back; "hints": no help either
-    )
-    reveal: Annotated[bool, FLAG_TYPE] = False  # the players saw what is hidden
+    strict: Annotated[bool | str, STRICT_TYPE] = False  # undo is forbidden; "hints": hints are, too
+    reveal: Annotated[bool, FLAG_TYPE] = False  # the players saw hidden information
     branched: Annotated[int | None, WHOLE_NUMBER_TYPE] = (
-        None  # the turn from which another game was gone on
+        None  # turn from which another game was continued
     )
     peeked: Annotated[bool, FLAG_TYPE] = (
-        False  # what is hidden was shown, and the game gone on with
+        False  # hidden information was shown, and the game continued
     )
-    player: Annotated[str, PLAYER_NAME_TYPE] = ""  # who says to be the person
+    player: Annotated[str, PLAYER_NAME_TYPE] = ""  # name that the person stated
 
     @property
     def uniform_source(self) -> SeededUniforms:
-        """The dice of its seed."""
+        """The uniforms that follow from the seed and the episode."""
         return SeededUniforms(self.seed, self.episode)
 
 
 def _make_header_line(header_field: Field[Any]) -> HeaderLine:
-    _, kind, *key = get_args(header_field.type)
+    """Return the header line of a field of `Header`."""
+    _, value_type, *key = get_args(header_field.type)
     default = (
         header_field.default
         if header_field.default_factory is MISSING
         else header_field.default_factory()
     )
-    return HeaderLine(key[0] if key else header_field.name, header_field.name, kind, default)
+    return HeaderLine(key[0] if key else header_field.name, header_field.name, value_type, default)
 
 
 HEADER_LINES = tuple(_make_header_line(one) for one in fields(Header))
 
 
 def collect_header_facts(header: Header) -> dict[str, object]:
-    """The header's lines, without those that say what is meant anyhow."""
-    every = [(line, getattr(header, line.field)) for line in HEADER_LINES]
+    """Return the values of the header lines by key, without those equal to their defaults."""
+    pairs = [(line, getattr(header, line.field)) for line in HEADER_LINES]
     return {"dmplay": FORMAT_VERSION} | {
-        line.key: told for line, told in every if told != line.default
+        line.key: value for line, value in pairs if value != line.default
     }

@@ -1,4 +1,4 @@
-"""What a block of a transcript says that was done and drawn, whether or not it can be."""
+"""The inputs of a transcript block: their form is checked, but not whether they are legal."""
 
 import json
 
@@ -11,7 +11,7 @@ from dmplay.transcript.reading import Block, Transcript
 
 
 def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
-    """The draws `[count]` of a block."""
+    """Return the uniforms `[count]` of a block; raise BadTranscript if they are malformed."""
     values = block.get("draws", [])
     if not isinstance(values, list) or not all(
         type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
@@ -25,36 +25,46 @@ def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
 
 
 def read_actions(transcript: Transcript, block: Block, problem: Problem) -> list[float]:
-    """The action of each agent in a turn."""
-    told = block.get("actions")
-    if not isinstance(told, dict) or list(told) != list(problem.agents):
+    """Return each agent's action in a turn; raise BadTranscript if one is missing or unknown."""
+    values_by_agent = block.get("actions")
+    if not isinstance(values_by_agent, dict) or list(values_by_agent) != list(problem.agents):
         expected = f"expected one for each of {', '.join(problem.agents)}"
         raise transcript.error_at(block.line_of_key("actions"), f"actions: {expected}")
     actions = []
-    for seat, (agent, value) in enumerate(told.items()):
+    for seat, (agent, value) in enumerate(values_by_agent.items()):
         if type(value) not in problem.actions[seat].json_types:
-            what = f"actions: {agent}: got {json.dumps(value)}"
-            raise transcript.error_at(block.line_of_key("actions"), what)
+            explanation = f"actions: {agent}: got {json.dumps(value)}"
+            raise transcript.error_at(block.line_of_key("actions"), explanation)
         try:
             actions.append(problem.parse_action(seat, str(value)))
         except DmplayError as error:
-            what = f"actions: {agent}: {error}"
-            raise transcript.error_at(block.line_of_key("actions"), what) from None
+            explanation = f"actions: {agent}: {error}"
+            raise transcript.error_at(block.line_of_key("actions"), explanation) from None
     return actions
 
 
 def read_hint_counts(transcript: Transcript, block: Block, problem: Problem) -> dict[str, int]:
-    """How often each seat was helped at one time."""
-    told = block["help"]
-    if not isinstance(told, dict) or not told or not {*told} <= {*problem.agents}:
+    """Return the number of hints for each seat in a block of kind `help`.
+
+    Raises BadTranscript if it is malformed.
+    """
+    hint_counts = block["help"]
+    if (
+        not isinstance(hint_counts, dict)
+        or not hint_counts
+        or not {*hint_counts} <= {*problem.agents}
+    ):
         raise transcript.error_at(block.line, f"help: expected some of {', '.join(problem.agents)}")
-    if not all(type(many) is int and many > 0 for many in told.values()):
+    if not all(type(count) is int and count > 0 for count in hint_counts.values()):
         raise transcript.error_at(block.line, "help: expected whole numbers, as 1")
-    return told
+    return hint_counts
 
 
 def read_count(transcript: Transcript, block: Block, key: str) -> int:
-    """How many turns an undo takes back, or the number of a reroll."""
+    """Return the number of turns of an undo, or the number of a reroll.
+
+    Raises BadTranscript if it is not a positive whole number.
+    """
     value = block[key]
     if type(value) is not int or value < 1:
         raise transcript.error_at(block.line, f"{key}: expected a whole number, as 1")

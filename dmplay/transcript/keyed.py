@@ -1,4 +1,4 @@
-"""One line of a transcript, a key and its JSON value: strict, and with the column of a fault."""
+"""The strict parser of one transcript line, a key and a JSON value; errors state the column."""
 
 import json
 import math
@@ -10,49 +10,52 @@ from itertools import chain
 from dmplay.errors import BadTranscript
 
 KEY_PATTERN = re.compile(r"([a-z0-9]+): ")
-MAX_NESTING = 32  # a list in a list
-MAX_SAFE_DIGITS = 300  # digits that no number is too large with
-SURROGATE_PATTERN = re.compile(r"\\u[dD][89a-fA-F]")  # we write characters, never their halves
+MAX_NESTING = 32  # levels of lists and objects inside each other
+MAX_SAFE_DIGITS = 300  # digits of an integer that is not too large for a float
+# dmplay writes whole characters, never surrogates
+SURROGATE_PATTERN = re.compile(r"\\u[dD][89a-fA-F]")
 
 
 def parse_line(row: str, path: str, line: int) -> tuple[str, object]:
-    """The key and value of a line."""
-    found = KEY_PATTERN.match(row)
-    if not found:
+    """Return the key and value of a line; raise BadTranscript if it is malformed."""
+    match = KEY_PATTERN.match(row)
+    if not match:
         expected = "expected 'key: value', '| frame', '# note' or nothing"
         raise BadTranscript(path, line, 1, expected)
-    at = found.end()
+    value_start = match.end()
     if "\\" in row and SURROGATE_PATTERN.search(row):
         raise BadTranscript(path, line, None, "half a character")
     try:
-        value = _decode_value(row, at)
+        value = _decode_value(row, value_start)
         if len(row) > MAX_NESTING and row.count("[") + row.count("{") > MAX_NESTING:
             _check_nesting(value, MAX_NESTING)
-        return sys.intern(found[1]), value
+        return sys.intern(match[1]), value
     except json.JSONDecodeError as error:
-        raise BadTranscript(path, line, at + error.colno, error.msg.lower()) from None
+        raise BadTranscript(path, line, value_start + error.colno, error.msg.lower()) from None
     except RecursionError:
-        raise BadTranscript(path, line, at + 1, "nested too deeply") from None
+        raise BadTranscript(path, line, value_start + 1, "nested too deeply") from None
     except ValueError as error:
-        raise BadTranscript(path, line, at + 1, str(error)) from None
+        raise BadTranscript(path, line, value_start + 1, str(error)) from None
 
 
 def _decode_value(row: str, start: int) -> object:
-    """The JSON value from this column to the end of the line."""
+    """Return the JSON value from a column to the end of the line."""
     try:
         value, end = JSON_DECODER.raw_decode(row, start)
     except ValueError:
         end = 0
     return (
         value if end == len(row) else JSON_DECODER.decode(row[start:])
-    )  # blanks around it, or a fault
+    )  # with blanks around it, or malformed
 
 
 def _reject_constant(name: str) -> float:
+    """Raise ValueError, because JSON has no such number."""
     raise ValueError(f"{name} is not a number")
 
 
 def _parse_finite_float(digits: str) -> float:
+    """Return a number as a float; raise ValueError if it is infinite."""
     value = float(digits)
     if math.isinf(value):
         raise ValueError(f"{digits} is too large")
@@ -60,17 +63,18 @@ def _parse_finite_float(digits: str) -> float:
 
 
 def _parse_integer(digits: str) -> int:
+    """Return a number as an int; raise ValueError if it would be infinite as a float."""
     if len(digits) > MAX_SAFE_DIGITS:
         _parse_finite_float(digits)
     return int(digits)
 
 
 def _check_nesting(value: object, max_nesting: int) -> None:
-    """Raises RecursionError where a value is nested deeper than that."""
+    """Raise RecursionError if a value is nested deeper than `max_nesting` levels."""
     level = [value]
     for _ in range(max_nesting):
-        nested = (one for one in level if isinstance(one, (list, dict)))
-        parts = (one.values() if isinstance(one, dict) else one for one in nested)
+        containers = (item for item in level if isinstance(item, (list, dict)))
+        parts = (item.values() if isinstance(item, dict) else item for item in containers)
         level = [*chain.from_iterable(parts)]
         if not level:
             return
@@ -78,11 +82,12 @@ def _check_nesting(value: object, max_nesting: int) -> None:
 
 
 def _build_unique_dict(pairs: list[tuple[str, object]]) -> dict[str, object]:
-    unique = dict(pairs)
-    if len(unique) < len(pairs):
+    """Return the pairs as a dict; raise ValueError if a key occurs twice."""
+    result = dict(pairs)
+    if len(result) < len(pairs):
         name = Counter(name for name, _ in pairs).most_common(1)[0][0]
         raise ValueError(f"{name!r} stands twice")
-    return unique
+    return result
 
 
 JSON_DECODER = json.JSONDecoder(

@@ -1,4 +1,4 @@
-"""Reading a transcript: strict about form, with the line and column of the first fault."""
+"""The strict reader of transcripts; errors state the line and column of the first fault."""
 
 import re
 import sys
@@ -32,7 +32,7 @@ NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
 class Entry(NamedTuple):
-    """A value, and the line it stands on."""
+    """A value of a block, and the number of its line."""
 
     line: int
     value: object
@@ -40,90 +40,97 @@ class Entry(NamedTuple):
 
 @dataclass(slots=True)
 class Block:
-    """The lines between two empty ones: a hundred thousand of them are few bytes each."""
+    """The lines between two empty ones, in few bytes because a file can have 100,000 blocks."""
 
     line: int
-    keys: tuple[str, ...]  # shared by all blocks that have the same
+    keys: tuple[str, ...]  # shared by all blocks with the same keys
     values: tuple[object, ...]
     frame: tuple[str, ...]
-    notes: tuple[tuple[int, str], ...]  # how many lines of the block stand before it, and its text
+    # (number of lines of the block before the note, text of the note)
+    notes: tuple[tuple[int, str], ...]
 
     @property
     def kind(self) -> str:
-        """What it is: dmplay (the header), turn, undo, reroll or end."""
+        """The kind of block, its first key: dmplay (a header), turn, undo, reroll, help or end."""
         return self.keys[0]
 
     def __getitem__(self, key: str) -> object:
         return self.values[self.keys.index(key)]
 
     def get(self, key: str, default: object = None) -> object:
-        """A value, or what is meant where there is none."""
+        """Return the value of a key, or the default if the block does not have it."""
         return self[key] if key in self.keys else default
 
     def file_line(self, row: int) -> int:
-        """The line of the file on which this line of the block stands."""
-        between = sum(0 < before <= row for before, _ in self.notes)
-        return self.line + row + between
+        """Return the number in the file of a line of the block, counted from 0 without notes."""
+        note_count = sum(0 < position <= row for position, _ in self.notes)
+        return self.line + row + note_count
 
     def line_of_key(self, key: str) -> int:
-        """The line of a value; the block's first where there is none."""
+        """Return the line number of a key; the block's first if it does not have the key."""
         return self.file_line(self.keys.index(key)) if key in self.keys else self.line
 
     @property
     def entries(self) -> dict[str, Entry]:
-        """All values with their lines."""
+        """All values by key, with their line numbers."""
         return {key: Entry(self.line_of_key(key), self[key]) for key in self.keys}
 
     def rewrite(self, rows: list[str]) -> str:
-        """The text of this block with these lines."""
+        """Return the text of the block with new lines and its old notes."""
         return join_block(self.insert_notes(rows))
 
     def insert_notes(self, rows: list[str]) -> list[str]:
-        """New lines of this block with its notes in their places."""
-        out = list(rows)
-        for place, note in reversed(self.notes):
-            out.insert(min(place, len(rows)), note)
-        return out
+        """Return new lines of the block, with its notes inserted at their positions."""
+        result = list(rows)
+        for position, note in reversed(self.notes):
+            result.insert(min(position, len(rows)), note)
+        return result
 
 
 @dataclass(frozen=True)
 class Transcript:
-    """A file read and checked for form; whether it is true is for `verify` to say."""
+    """A file that was read and checked for its form; `verify` checks whether it is true."""
 
     path: str
     header: Header
     header_block: Block
-    blocks: list[Block]  # the opening, turns and events
+    blocks: list[Block]  # the start, turns and events
     end_block: Block | None
-    content: str  # the whole blocks, up to the end line
+    content: str  # the complete blocks, up to the end line
     end_text: str  # the end line and the notes around it
-    torn_tail: str  # what follows the last whole block of an unfinished file
+    torn_tail: str  # text after the last complete block of an unfinished file
 
     def error_at(self, line: int, explanation: str) -> BadTranscript:
-        """The error that a line of it is."""
+        """Return an error with the path and a line number."""
         return BadTranscript(self.path, line, None, explanation)
 
     @property
     def end_reason(self) -> str:
-        """Why the game ended, as its end line says; '' without one."""
-        told = self.end_block["end"] if self.end_block else None
-        return str(told.get("reason")) if isinstance(told, dict) else ""
+        """The reason in the end line; '' without an end line."""
+        end_facts = self.end_block["end"] if self.end_block else None
+        return str(end_facts.get("reason")) if isinstance(end_facts, dict) else ""
 
     @property
     def notes(self) -> list[str]:
-        """The notes, wherever they stand."""
+        """All notes of the file, in order."""
         return [
-            row[:-1] for part in (self.content, self.end_text) for row in NOTE_PATTERN.findall(part)
+            row[:-1]
+            for section in (self.content, self.end_text)
+            for row in NOTE_PATTERN.findall(section)
         ]
 
     @property
     def player_end_reason(self) -> str:
-        """The reason where somebody ended the game before it came to its end; else ''."""
+        """The end reason if a player ended the game early; else ''."""
         return self.end_reason if self.end_reason in PLAYER_END_REASONS else ""
 
 
 def read_transcript(path: str | Path) -> Transcript:
-    """Reads a transcript strictly; raises BadTranscript with line and column, or OSError."""
+    """Return the transcript in a file, read strictly.
+
+    Raises BadTranscript with line and column, also if the file ends before its first turn; or
+    OSError.
+    """
     transcript = read_incomplete_transcript(path)
     if not transcript.blocks:
         line = transcript.content.count("\n") + 1
@@ -132,12 +139,15 @@ def read_transcript(path: str | Path) -> Transcript:
 
 
 def read_incomplete_transcript(path: str | Path) -> Transcript:
-    """A transcript as it was left, perhaps before its first turn."""
+    """Return the transcript in a file, even if the file ends before its first turn."""
     return parse_transcript(disk.read_bytes(Path(path)), str(path))
 
 
 def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
-    """A transcript from its bytes, torn before its opening or not; `path` is for messages."""
+    """Return the transcript in the bytes of a file, complete or not.
+
+    `path` is for messages. Raises BadTranscript with line and column.
+    """
     content, last, torn = _split_sections(_decode_utf8(raw, path), path)
     blocks = list(_parse_blocks(content, path, 1))
     end = next(iter(_parse_blocks(last, path, content.count("\n") + 1)), None) if last else None
@@ -145,21 +155,24 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
         if torn:
             raise BadTranscript(path, 1, None, "not a transcript, or torn before its first turn")
         raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {FORMAT_VERSION}'")
-    header, *rest = blocks
-    for place, block in enumerate(rest):
-        opening = block.kind == "turn" and block["turn"] == 0
-        if block.kind in ("dmplay", "end") or opening != (place == 0):
-            expected = "a turn, an undo or a reroll" if place else "the opening, 'turn: 0'"
+    header_block, *game_blocks = blocks
+    for index, block in enumerate(game_blocks):
+        is_start = block.kind == "turn" and block["turn"] == 0
+        if block.kind in ("dmplay", "end") or is_start != (index == 0):
+            expected = "a turn, an undo or a reroll" if index else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
-    told = parse_header(header, path)
-    barred = EVENT_KEYS if told.strict == "hints" else TAKE_BACK_EVENTS if told.strict else ()
-    for block in rest:
-        if block.kind in barred:
+    header = parse_header(header_block, path)
+    forbidden_kinds = (
+        EVENT_KEYS if header.strict == "hints" else TAKE_BACK_EVENTS if header.strict else ()
+    )
+    for block in game_blocks:
+        if block.kind in forbidden_kinds:
             raise BadTranscript(path, block.line, None, f"got {block.kind}, but the game is strict")
-    return Transcript(path, told, header, rest, end, content, last, torn)
+    return Transcript(path, header, header_block, game_blocks, end, content, last, torn)
 
 
 def _decode_utf8(raw: bytes, path: str) -> str:
+    """Return the content of a file as text; raise BadTranscript if it is not UTF-8."""
     try:
         return raw.decode()
     except UnicodeDecodeError as error:
@@ -169,55 +182,55 @@ def _decode_utf8(raw: bytes, path: str) -> str:
 
 
 def _split_sections(content: str, path: str) -> tuple[str, str, str]:
-    """The whole blocks, the end block or '', and the torn tail or ''."""
+    """Return the complete blocks, the end block or '', and the incomplete tail or ''."""
     if "\r" in content:
         line = content[: content.index("\r")].count("\n") + 1
-        fault = "a carriage return; lines end with a newline alone"
-        raise BadTranscript(path, line, None, fault)
-    at = content.rfind("\n\n") + 2 if "\n\n" in content else 0
-    tail = content[at:]
+        explanation = "a carriage return; lines end with a newline alone"
+        raise BadTranscript(path, line, None, explanation)
+    tail_start = content.rfind("\n\n") + 2 if "\n\n" in content else 0
+    tail = content[tail_start:]
     if END_BLOCK_PATTERN.match(tail):
-        return content[:at], tail, ""
-    return (content, "", "") if NOTES_PATTERN.match(tail) else (content[:at], "", tail)
+        return content[:tail_start], tail, ""
+    return (content, "", "") if NOTES_PATTERN.match(tail) else (content[:tail_start], "", tail)
 
 
 def _parse_blocks(content: str, path: str, first: int) -> Iterator[Block]:
-    """The blocks of some whole lines, the first of which has this number.
+    """Yield the blocks of complete lines, the first of which has this number.
 
-    Most lines of a game come again and again: these are read once, and their values shared.
+    Most lines of a game recur. Each is parsed once, and blocks share its value.
     """
-    known: dict[str, tuple[str, object]] = {}
-    shapes: dict[tuple[str, ...], tuple[str, ...]] = {}
+    cache: dict[str, tuple[str, object]] = {}
+    shared_keys: dict[tuple[str, ...], tuple[str, ...]] = {}
     entries: dict[str, object] = {}
     frame: list[str] = []
     notes: list[tuple[int, str]] = []
-    begun = first
+    first_line = first
     for line, row in enumerate(_iter_lines(content), first):
-        found = known.get(row)
+        parsed_line = cache.get(row)
         if (
-            found is None
+            parsed_line is None
             and row
             and not _collect_frame_or_note(row, line, path, len(entries), frame, notes)
         ):
-            found = parse_line(row, path, line)
-            if len(known) < MAX_CACHED_LINES:
-                known[row] = found
-        if found:
-            key, value = found
+            parsed_line = parse_line(row, path, line)
+            if len(cache) < MAX_CACHED_LINES:
+                cache[row] = parsed_line
+        if parsed_line:
+            key, value = parsed_line
             if key in entries:
                 raise BadTranscript(path, line, 1, f"{key} stands twice in this block")
             if frame:
                 raise BadTranscript(path, line, 1, f"{key} after the frame")
-            begun = begun if entries else line
+            first_line = first_line if entries else line
             entries[key] = value
         elif not row and frame and not entries:
             raise BadTranscript(path, line, None, "a frame without a turn")
         elif not row and entries:
             keys = tuple(entries)
-            block = Block(begun, keys, tuple(entries.values()), tuple(frame), tuple(notes))
-            if keys not in shapes:
-                shapes[keys] = _check_key_order(block, path)
-            block.keys = shapes[keys]
+            block = Block(first_line, keys, tuple(entries.values()), tuple(frame), tuple(notes))
+            if keys not in shared_keys:
+                shared_keys[keys] = _check_key_order(block, path)
+            block.keys = shared_keys[keys]
             yield block
             entries.clear()
             frame.clear()
@@ -225,21 +238,24 @@ def _parse_blocks(content: str, path: str, first: int) -> Iterator[Block]:
 
 
 def _iter_lines(content: str) -> Iterator[str]:
-    """The lines, of which not all are held at once."""
-    at = 0
-    while (end := content.find("\n", at + MAX_LINE_CHARS)) >= 0:
-        yield from content[at:end].split("\n")
-        at = end + 1
-    yield from content[at:].split("\n")
+    """Yield the lines, without holding all of them in memory at once."""
+    start = 0
+    while (end := content.find("\n", start + MAX_LINE_CHARS)) >= 0:
+        yield from content[start:end].split("\n")
+        start = end + 1
+    yield from content[start:].split("\n")
 
 
 def _collect_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goes
     row: str, line: int, path: str, entry_count: int, frame: list[str], notes: list[tuple[int, str]]
 ) -> bool:
-    """Whether a line is one of a frame, or a note; it is kept as such."""
+    """Append a line of a frame or a note to its list; return whether the line was either.
+
+    Raises BadTranscript if the line is too long.
+    """
     if len(row) > MAX_LINE_CHARS:
-        fault = "a line of over a million characters"
-        raise BadTranscript(path, line, MAX_LINE_CHARS + 1, fault)
+        explanation = "a line of over a million characters"
+        raise BadTranscript(path, line, MAX_LINE_CHARS + 1, explanation)
     if row[0] not in "#|":
         return False
     if row == "#" or row.startswith("# "):
@@ -252,7 +268,7 @@ def _collect_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goe
 
 
 def _check_key_order(block: Block, path: str) -> tuple[str, ...]:
-    """The keys of a block, which must be its kind's, in order."""
+    """Return the keys of a block; raise BadTranscript if one is unknown or out of order."""
     if block.kind not in BLOCK_KEYS:
         raise BadTranscript(path, block.line, 1, str(UnknownName("block", block.kind, BLOCK_KEYS)))
     order = BLOCK_KEYS[block.kind]
@@ -266,23 +282,23 @@ def _check_key_order(block: Block, path: str) -> tuple[str, ...]:
 
 
 def parse_header(block: Block, path: str) -> Header:
-    """The header that a block holds; raises BadTranscript where it is none."""
+    """Return the header in a block; raise BadTranscript if it is malformed."""
     _read_header_value(block, path, "dmplay", VERSION_TYPE)
-    told = {
+    values = {
         line.field: _read_header_value(block, path, line.key, line.value_type, line.default)
         for line in HEADER_LINES
     }
-    return Header(**told)
+    return Header(**values)
 
 
 def _read_header_value(
     block: Block, path: str, key: str, value_type: ValueType, default: object = MISSING
 ) -> Any:
-    """What stands on a line of the header, or what is meant where there is none."""
+    """Return the value of a header line or its default; raise BadTranscript if it is malformed."""
     entry = block.entries.get(key)
     if entry is None and default is MISSING:
-        what = f"the header has no {key}: {value_type.expected}"
-        raise BadTranscript(path, block.line, None, what)
+        explanation = f"the header has no {key}: {value_type.expected}"
+        raise BadTranscript(path, block.line, None, explanation)
     if entry is None:
         return default
     if not value_type.accepts(entry.value):

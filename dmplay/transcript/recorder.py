@@ -1,4 +1,4 @@
-"""Writing a transcript as the game goes: a block a turn, each one write."""
+"""The writer of a transcript during a game; each block is a single write."""
 
 import contextlib
 import errno
@@ -24,14 +24,14 @@ from dmplay.transcript.seal import RESUMABLE_END_REASONS
 
 
 class Recorder:
-    """The open transcript of a session; after `end` nothing more is written.
+    """The open transcript of a session; after `write_end`, nothing more is written.
 
-    Where the disk refuses, `fault` says why, and what is missing is tried again with the next
-    turn: the file never holds half a turn, and the game goes on. Where states are hidden, nobody
-    else may read the file before the end.
+    If the disk fails, `write_error` is the reason, and the missing text is written with the next
+    turn: the file never contains half a turn, and the game continues. If states are hidden, only
+    the owner may read the file before the end.
     """
 
-    is_private = False  # whether it stays its owner's alone
+    is_private = False  # True if only the owner may read the file after the end
 
     def __init__(self, path: Path, session: Session, frame: FrameRenderer | None = None) -> None:
         self.path = path
@@ -54,18 +54,21 @@ class Recorder:
         frame: FrameRenderer | None = None,
         force: bool = False,
     ) -> "Recorder":
-        """A new file with the header and the opening; refuses one that exists without `force`."""
+        """Return the recorder of a new file with the header and the start.
+
+        Raises BadParameter if the file exists and `force` is False, or if it cannot be written.
+        """
         recorder = cls(path, session, frame)
-        device = disk.is_output_device(path)
+        is_device = disk.is_output_device(path)
         try:
-            if not device:
+            if not is_device:
                 disk.check_writable(path, force=force)
-            how = os.O_APPEND if device else 0 if path.exists() else os.O_EXCL
+            flags = os.O_APPEND if is_device else 0 if path.exists() else os.O_EXCL
             mode = disk.PRIVATE_FILE_MODE if session.problem.partially_observable else 0o644
-            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | how, mode)
+            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | flags, mode)
             recorder._lock_file()
             recorder._set_file_mode(disk.PRIVATE_FILE_MODE)
-            if not device:
+            if not is_device:
                 os.ftruncate(recorder._file, 0)
         except FileExistsError:
             raise BadParameter(f"{path} exists; give another name, or --force") from None
@@ -78,7 +81,7 @@ class Recorder:
     def resume(
         cls, path: Path, content: str, session: Session, frame: FrameRenderer | None = None
     ) -> "Recorder":
-        """The file cut to `content`, its whole blocks, and open for more."""
+        """Return the recorder of an existing file, cut to `content`, its complete blocks."""
         recorder = cls(path, session, frame)
         try:
             recorder._file = os.open(path, os.O_WRONLY)
@@ -94,19 +97,19 @@ class Recorder:
         return recorder
 
     def _lock_file(self) -> None:
-        """Keeps other programs from writing the same file, where the system can."""
+        """Lock the file if the system can; raise BadParameter if another program plays the game."""
         if not disk.is_output_device(self.path) and disk.is_locked_elsewhere(self._file):
             self.close()
             raise BadParameter(f"{self.path}: somebody plays this game now")
 
     def _set_file_mode(self, mode: int) -> None:
-        """Says who may read the file, where what stands in it is hidden."""
+        """Set the permissions of the file, if its problem has hidden states."""
         if self.session.problem.partially_observable and not disk.is_output_device(self.path):
-            with contextlib.suppress(OSError):  # not on every file system
+            with contextlib.suppress(OSError):  # Some file systems have no permissions.
                 os.fchmod(self._file, mode)
 
     def write_turn(self, header: str = "") -> None:
-        """Writes the last turn; the opening, with the header before it, in one."""
+        """Write the last turn; or the header and the start, in one write."""
         rows = self._formatter.format_turn()
         self._append_block(
             header
@@ -114,15 +117,15 @@ class Recorder:
         )
 
     def write_event(self, key: str, value: object) -> None:
-        """Writes an undo of so many turns, the number of a reroll, or who was helped how often."""
+        """Write an undo (its turns), a reroll (its number) or `help` (hint counts by seat)."""
         self._append_block(join_block(format_lines({key: value})))
 
     def write_note(self, row: str) -> None:
-        """Writes a note, which no checksum counts."""
+        """Write a note, which the checksum does not cover."""
         self._append_bytes(f"{row}\n".encode())
 
     def write_end(self, notes: str = "") -> None:
-        """Writes the end line, and notes, and closes the file; a second end is none."""
+        """Write the end line and notes, and close the file; do nothing if it is closed."""
         if self._file < 0:
             return
         self._append_bytes(
@@ -130,41 +133,41 @@ class Recorder:
                 [*format_end_block(self.session, shorten_digest(self._digest)), notes]
             ).encode()
         )
-        own = self.is_private or self.session.end_reason in RESUMABLE_END_REASONS
-        self._set_file_mode(disk.PRIVATE_FILE_MODE if own else disk.default_file_mode())
+        is_private = self.is_private or self.session.end_reason in RESUMABLE_END_REASONS
+        self._set_file_mode(disk.PRIVATE_FILE_MODE if is_private else disk.default_file_mode())
         self.close()
 
     @property
     def is_saved(self) -> bool:
-        """Whether its file has all that was played, to be read again."""
+        """True if the file contains all that was played, and can be read again."""
         return self.write_error is None and not disk.is_output_device(self.path)
 
     @property
     def is_open(self) -> bool:
-        """Whether there is more to come."""
+        """True until the file is closed."""
         return self._file >= 0
 
     def close(self) -> None:
-        """Closes the file as it is: without an end line it stays unfinished."""
+        """Close the file without an end line, so that it stays unfinished."""
         if self._file >= 0:
             os.close(self._file)
         self._file = -1
 
     def _append_block(self, block: str) -> None:
-        """Appends a block, of which the checksum counts every line."""
-        new = block.encode()
-        self._digest.update(new)
-        self._append_bytes(new)
+        """Append a block, all of whose lines the checksum covers."""
+        data = block.encode()
+        self._digest.update(data)
+        self._append_bytes(data)
 
     def _append_bytes(self, data: bytes) -> None:
-        """Appends lines in one write, with what an earlier one left; all of it or nothing."""
+        """Append data and any that earlier failed, in one write: all of it or nothing."""
         self._pending = raw = self._pending + data
         try:
             if os.write(self._file, raw) < len(raw):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
             self.write_error = error
-            with contextlib.suppress(OSError):  # a device has no length
+            with contextlib.suppress(OSError):  # A device cannot be truncated.
                 os.ftruncate(self._file, self._size)
                 os.lseek(self._file, self._size, os.SEEK_SET)
         else:

@@ -1,4 +1,4 @@
-"""Playing a transcript again from its inputs: actions, draws, undos and rerolls."""
+"""Replay of a transcript from its inputs: actions, uniforms, undos and rerolls."""
 
 from collections.abc import Collection, Sequence
 
@@ -16,17 +16,23 @@ def start_session(
     uniform_source: EpisodeUniforms,
     policies: Sequence[Policy | None] = (),
 ) -> Session:
-    """The session of a transcript before its first turn, with the recorded opening."""
+    """Return the session of a transcript before its first turn, with the recorded start."""
     header = transcript.header
     check_seats(transcript, problem)
-    begun = transcript.blocks[:1]  # none where the file is torn before it
-    opening = read_uniforms(transcript, begun[0], problem.uniform_counts.start) if begun else None
+    start_blocks = transcript.blocks[:1]  # empty if the file ends before the start
+    initial_uniforms = (
+        read_uniforms(transcript, start_blocks[0], problem.uniform_counts.start)
+        if start_blocks
+        else None
+    )
     limit = resolve_turn_limit(problem, header.seats.values(), header.turns)
-    return Session(problem, uniform_source, policies, turn_limit=limit, initial_uniforms=opening)
+    return Session(
+        problem, uniform_source, policies, turn_limit=limit, initial_uniforms=initial_uniforms
+    )
 
 
 def check_seats(transcript: Transcript, problem: Problem) -> None:
-    """Refuses seats that are not those of the problem."""
+    """Raise BadTranscript if the seats are not the agents of the problem."""
     seats = transcript.header.seats
     if list(seats) != list(problem.agents):
         entry = transcript.header_block.entries["seats"]
@@ -37,23 +43,29 @@ def check_seats(transcript: Transcript, problem: Problem) -> None:
 def replay(
     transcript: Transcript, problem: Problem, policies: Sequence[Policy | None] = ()
 ) -> Session:
-    """The session after every whole block of a transcript: to go on with, or to look at."""
+    """Return the session after every complete block of a transcript."""
     session = start_session(transcript, problem, transcript.header.uniform_source, policies)
-    ahead = BatchReplayer(transcript, transcript.blocks, session)
-    for place in range(1, len(transcript.blocks)):
-        ahead.apply_block(place)
+    replayer = BatchReplayer(transcript, transcript.blocks, session)
+    for position in range(1, len(transcript.blocks)):
+        replayer.apply_block(position)
     return session
 
 
 def check_unattended_turns(
     transcript: Transcript, seats: Collection[str], allowed_turns: int | None = None
 ) -> None:
-    """Refuses more turns of agents alone than the file holds, unless so many are asked for."""
+    """Raise BadTranscript if agents alone would play too many turns.
+
+    The header's turn limit may be at most DEFAULT_TURN_LIMIT, the number of blocks in the file, or
+    `allowed_turns`, whichever is greatest. With a human player it is not checked.
+    """
     turns = transcript.header.turns or 0
     if HUMAN_PLAYER in seats or turns <= max(
         DEFAULT_TURN_LIMIT, len(transcript.blocks), allowed_turns or 0
     ):
         return
     line = transcript.header_block.entries["turns"].line
-    what = f"turns: got {turns}, expected at most {DEFAULT_TURN_LIMIT} where no person plays"
-    raise transcript.error_at(line, f"{what}; if you want them: dmplay resume FILE --turns {turns}")
+    explanation = f"turns: got {turns}, expected at most {DEFAULT_TURN_LIMIT} where no person plays"
+    raise transcript.error_at(
+        line, f"{explanation}; if you want them: dmplay resume FILE --turns {turns}"
+    )

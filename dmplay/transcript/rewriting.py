@@ -1,4 +1,4 @@
-"""A transcript as it would be written today: the draws of its seed, its agents asked again."""
+"""The rewriting of a transcript by the current code: its seed and agents are used again."""
 
 from collections.abc import Iterator, Sequence
 
@@ -27,14 +27,14 @@ def rewrite_transcript(
     policies: Sequence[Policy | None] = (),
     frame: FrameRenderer | None = None,
 ) -> str:
-    """The file as it would be written today.
+    """Return the file as the current code would write it.
 
-    What people did stays as the file has it, as long as it can be done; notes stay in their block.
+    The actions of people stay as recorded while they are legal. Notes stay in their blocks.
     """
     session = _start_seeded_session(transcript, problem, policies)
-    opening, *blocks = transcript.blocks
+    start_block, *blocks = transcript.blocks
     parts = [transcript.header_block.rewrite(format_lines(collect_header_facts(transcript.header)))]
-    parts.append(_rewrite_turn(session, opening, frame))
+    parts.append(_rewrite_turn(session, start_block, frame))
     parts += [_rewrite_block(transcript, block, session, frame) for block in blocks]
     if transcript.end_block is None:
         return "".join(parts)
@@ -45,48 +45,54 @@ def rewrite_transcript(
 
 
 def rewrite_end(end: Block, session: Session, digest: str) -> str:
-    """The end line with this checksum, the notes of the old one in their places."""
+    """Return the end line with a new checksum and the notes of the old one at their positions."""
     return "\n".join([*end.insert_notes(format_end_block(session, digest)), ""])
 
 
 def _start_seeded_session(
     transcript: Transcript, problem: Problem, policies: Sequence[Policy | None]
 ) -> Session:
-    """The session before its first turn, with the opening of its seed."""
-    dice = transcript.header.uniform_source
+    """Return the session before its first turn, with the start that follows from its seed."""
+    uniform_source = transcript.header.uniform_source
     return Session(
-        problem, dice, policies, turn_limit=start_session(transcript, problem, dice).turn_limit
+        problem,
+        uniform_source,
+        policies,
+        turn_limit=start_session(transcript, problem, uniform_source).turn_limit,
     )
 
 
 def _rewrite_block(
     transcript: Transcript, block: Block, session: Session, frame: FrameRenderer | None
 ) -> str:
-    """Plays a block, people as it says and agents as they choose now; '' after the game's end."""
+    """Replay a block and return its new text; '' for a turn after the end of the game.
+
+    People act as recorded, and agents choose again.
+    """
     if block.kind != "turn":
         apply_block(transcript, block, session)
         return block.rewrite(format_lines({block.kind: block[block.kind]}))
     if session.over:
         return ""
-    told = read_actions(transcript, block, session.problem)
-    people = zip(told, session.seated_policies, strict=True)
-    session.advance([None if agent else action for action, agent in people])
+    actions = read_actions(transcript, block, session.problem)
+    pairs = zip(actions, session.seated_policies, strict=True)
+    session.advance([None if policy else action for action, policy in pairs])
     return _rewrite_turn(session, block, frame)
 
 
 def _rewrite_turn(session: Session, block: Block, frame: FrameRenderer | None) -> str:
-    """The session's last turn, or its opening, in place of this block."""
-    drawn = frame(session) if frame and block.frame else ""
-    return block.rewrite(append_frame(format_lines(collect_turn_facts(session)), drawn))
+    """Return the session's last turn or its start, as the new text of a block."""
+    frame_text = frame(session) if frame and block.frame else ""
+    return block.rewrite(append_frame(format_lines(collect_turn_facts(session)), frame_text))
 
 
 def _play_remaining_turns(
     transcript: Transcript, session: Session, frame: FrameRenderer | None
 ) -> Iterator[str]:
-    """The turns that agents alone play on, where the game came to its end of itself."""
+    """Yield the further turns that agents alone play, if the game ended by itself."""
     if all(session.seated_policies) and transcript.end_reason in NATURAL_END_REASONS:
         check_unattended_turns(transcript, ())
-    draw = frame if transcript.blocks[-1].frame else None
+    renderer = frame if transcript.blocks[-1].frame else None
     while (
         transcript.end_reason in NATURAL_END_REASONS
         and all(session.seated_policies)
@@ -94,5 +100,7 @@ def _play_remaining_turns(
     ):
         session.advance()
         yield join_block(
-            append_frame(format_lines(collect_turn_facts(session)), draw(session) if draw else "")
+            append_frame(
+                format_lines(collect_turn_facts(session)), renderer(session) if renderer else ""
+            )
         )

@@ -1,4 +1,4 @@
-"""Verifying a transcript: do its facts follow from its inputs, and its inputs from its seed?"""
+"""Verification of a transcript: of its facts by its inputs, and of its inputs by its seed."""
 
 import hashlib
 from collections.abc import Sequence
@@ -35,32 +35,32 @@ def verify(
     policies: Sequence[Policy | None] = (),
     frame: FrameRenderer | None = None,
 ) -> VerificationReport:
-    """Compares every fact with the replay of the inputs, and every input with seed and agents.
+    """Return a report that compares facts with a replay, and inputs with the seed and agents.
 
-    `policies` are the agents to ask again; None stands for a seat that only the file can tell of.
+    The `policies` choose again; None stands for a seat whose actions only the file records.
     """
-    seated = zip_longest(transcript.header.seats.values(), policies)
-    unasked = dict.fromkeys(who for who, policy in seated if policy is None)
+    pairs = zip_longest(transcript.header.seats.values(), policies)
+    unchecked_players = dict.fromkeys(player for player, policy in pairs if policy is None)
     report = VerificationReport(
-        transcript.path, unchecked_players=[*unasked], peeked=transcript.header.peeked
+        transcript.path, unchecked_players=[*unchecked_players], peeked=transcript.header.peeked
     )
     check = _Verifier(transcript, report, frame)
     try:
         check.check_game(problem, policies)
     except BadTranscript as error:
         report.findings.append(make_finding(error, "inputs"))
-    except (BadParameter, BudgetExceeded) as error:  # of a drawing
+    except (BadParameter, BudgetExceeded) as error:  # raised when a frame is rendered
         line = transcript.header_block.line
         report.findings.append(Finding("frame", transcript.path, line, "frame", str(error)))
     return report
 
 
-RELATIVE_TOLERANCE = 1e-6  # of the scale of a fact that is a real number
-MAX_TRIED_REROLLS = 10  # numbers of a reroll that are tried where its draws are another's
+RELATIVE_TOLERANCE = 1e-6  # relative to the magnitude of a real-valued fact
+MAX_TRIED_REROLLS = 10  # numbers that are tried if the uniforms belong to another reroll
 
 
 class _Verifier:
-    """One pass over a transcript, beside what would be written of it today."""
+    """One pass over a transcript, compared with the file that the current code would write."""
 
     def __init__(
         self, transcript: Transcript, report: VerificationReport, frame: FrameRenderer | None
@@ -68,36 +68,38 @@ class _Verifier:
         self.transcript = transcript
         self.report = report
         self.frame = frame
-        self.matched_chars = 0  # up to which the file is as it would be written today
-        self.rewritten_digest = hashlib.sha256()  # of what would be written
-        self.first_mismatch: str | None = None  # what would be written from there on
-        self.last_event: Block | None = None  # the last undo or reroll
-        self.uniforms_match: list[bool] = []  # whether each block's draws are the seed's
+        self.matched_chars = 0  # length of the text in which the file equals its rewriting
+        self.rewritten_digest = hashlib.sha256()  # of the rewriting
+        self.first_mismatch: str | None = None  # first block of the rewriting that differs
+        # last block that is not a turn, such as an undo or a reroll
+        self.last_event: Block | None = None
+        # for each block, whether its uniforms follow from the seed
+        self.uniforms_match: list[bool] = []
 
     def check_game(self, problem: Problem, policies: Sequence[Policy | None]) -> None:
-        """Plays the transcript again and compares block by block."""
+        """Replay the transcript and compare it block by block."""
         transcript = self.transcript
         header = transcript.header
-        dice = header.uniform_source
+        uniform_source = header.uniform_source
         if self._check_turn_limit():
             return
-        session = start_session(transcript, problem, dice, policies)
+        session = start_session(transcript, problem, uniform_source, policies)
         self._matches_rewriting(transcript.header_block, format_lines(collect_header_facts(header)))
-        writer = TurnFormatter(session)
-        self._compare_turn(transcript.blocks[0], session, dice, writer)
-        blocks, place = transcript.blocks, 1
-        ahead = BatchReplayer(transcript, blocks, session)
-        while place < len(blocks):
+        formatter = TurnFormatter(session)
+        self._compare_turn(transcript.blocks[0], session, uniform_source, formatter)
+        blocks, position = transcript.blocks, 1
+        replayer = BatchReplayer(transcript, blocks, session)
+        while position < len(blocks):
             turns = (
-                ahead.compute_turns(place)
-                if writer.omits_belief and self.first_mismatch is None
+                replayer.compute_turns(position)
+                if formatter.omits_belief and self.first_mismatch is None
                 else None
             )
-            many = len(turns.state) if turns else 1
-            if turns is None or not self._check_batch(turns, session, dice, writer):
-                for block in blocks[place : place + many]:
-                    self._check_block(block, session, dice, writer)
-            place += many
+            turn_count = len(turns.state) if turns else 1
+            if turns is None or not self._check_batch(turns, session, uniform_source, formatter):
+                for block in blocks[position : position + turn_count]:
+                    self._check_block(block, session, uniform_source, formatter)
+            position += turn_count
         self.report.turns, self.report.hint_counts = len(session.turns), dict(session.hint_counts)
         if len(self.uniforms_match) > 1 and not any(self.uniforms_match):
             self._report_wrong_seed()
@@ -110,26 +112,24 @@ class _Verifier:
         uniform_source: SeededUniforms,
         formatter: TurnFormatter,
     ) -> bool:
-        """Plays turns that are as they would be written today, by this seed and these agents;
-        whether they are.
-        """
-        written = formatter.format_turns(turns)
-        if not self.transcript.content.startswith(written, self.matched_chars):
+        """Play turns if they equal their rewriting by seed and agents; return whether they do."""
+        new_text = formatter.format_turns(turns)
+        if not self.transcript.content.startswith(new_text, self.matched_chars):
             return False
-        many, count = turns.uniforms.shape
-        thrown = session.reroll_counts
-        seeds = [
-            uniform_source.generate_uniforms(NATURE_STREAM, n, thrown.get(n, 0), count)
-            for n in session.next_turn_numbers(many)
+        turn_count, uniform_count = turns.uniforms.shape
+        rerolls = session.reroll_counts
+        seed_uniforms = [
+            uniform_source.generate_uniforms(NATURE_STREAM, n, rerolls.get(n, 0), uniform_count)
+            for n in session.next_turn_numbers(turn_count)
         ]
         if not np.array_equal(
-            turns.uniforms, np.concatenate(seeds)
+            turns.uniforms, np.concatenate(seed_uniforms)
         ) or not session.can_reproduce_turns(turns):
             return False
         session.append_turns(split_turns(turns))
-        self.rewritten_digest.update(written.encode())
-        self.matched_chars += len(written)
-        self.uniforms_match += [True] * many * bool(count)
+        self.rewritten_digest.update(new_text.encode())
+        self.matched_chars += len(new_text)
+        self.uniforms_match += [True] * turn_count * bool(uniform_count)
         return True
 
     def _check_block(
@@ -139,11 +139,11 @@ class _Verifier:
         uniform_source: SeededUniforms,
         formatter: TurnFormatter,
     ) -> None:
-        """Plays a turn or an event, and compares it."""
+        """Play a turn or an event, and compare it."""
         if block.kind == "turn":
-            told = read_actions(self.transcript, block, session.problem)
-            self._compare_agent_actions(block, session, told)
-            apply_block(self.transcript, block, session, told)
+            actions = read_actions(self.transcript, block, session.problem)
+            self._compare_agent_actions(block, session, actions)
+            apply_block(self.transcript, block, session, actions)
             self._compare_turn(block, session, uniform_source, formatter)
         else:
             apply_block(self.transcript, block, session)
@@ -151,7 +151,7 @@ class _Verifier:
             self._matches_rewriting(block, format_lines({block.kind: block[block.kind]}))
 
     def _matches_rewriting(self, block: Block, rows: list[str]) -> bool:
-        """Whether a block stands in the file as it would be written today, with these lines."""
+        """Return whether the file equals its rewriting up to this block, with these new lines."""
         text = block.rewrite(rows)
         self.rewritten_digest.update((strip_notes(text) if block.notes else text).encode())
         if self.first_mismatch is None and not self.transcript.content.startswith(
@@ -165,19 +165,23 @@ class _Verifier:
     def _add_finding(
         self, level: str, line: int, location: str, subject: str, *pair: object
     ) -> None:
+        """Append a finding to the report."""
         self.report.findings.append(
             Finding(level, self.transcript.path, line, location, subject, *pair)
         )
 
     def _check_turn_limit(self) -> bool:
-        """A limit other than the one that ended the game: every later finding would follow."""
+        """Return whether the turn limit differs from the one that ended the game, and report it.
+
+        All later findings would follow from it.
+        """
         end, header = self.transcript.end_block, self.transcript.header_block
-        told = end["end"] if end else None
-        if not isinstance(told, dict) or told.get("reason") != "turn limit":
+        end_facts = end["end"] if end else None
+        if not isinstance(end_facts, dict) or end_facts.get("reason") != "turn limit":
             return False
         entry = header.entries.get("turns")
         last = self.transcript.blocks[-1].get("turn")
-        if entry is None or entry.value == last or told.get("turns") != last:
+        if entry is None or entry.value == last or end_facts.get("turns") != last:
             return False
         self._add_finding("facts", entry.line, "header", "turns", entry.value, last)
         return True
@@ -185,18 +189,23 @@ class _Verifier:
     def _compare_agent_actions(
         self, block: Block, session: Session, recorded: Sequence[float]
     ) -> None:
-        """Asks the agents of this turn again."""
+        """Compare the agents' actions in a turn with those that they choose now.
+
+        Raises BadTranscript if an agent fails.
+        """
         try:
             choices = session.choose_policy_actions()
         except (BadPolicy, BudgetExceeded) as error:
             raise self.transcript.error_at(block.line, str(error)) from None
-        for seat, (action, chosen) in enumerate(zip(recorded, choices, strict=True)):
-            if chosen is not None and chosen != action:
-                name = session.problem.agents[seat]
-                did, does = (session.problem.format_action(seat, x) for x in (action, chosen))
+        for seat, (action, choice) in enumerate(zip(recorded, choices, strict=True)):
+            if choice is not None and choice != action:
+                agent = session.problem.agents[seat]
+                recorded_name, chosen_name = (
+                    session.problem.format_action(seat, x) for x in (action, choice)
+                )
                 line = block.line_of_key("actions")
-                where = f"turn {block['turn']}, {name}"
-                self._add_finding("inputs", line, where, "action", did, does)
+                location = f"turn {block['turn']}, {agent}"
+                self._add_finding("inputs", line, location, "action", recorded_name, chosen_name)
 
     def _compare_turn(
         self,
@@ -205,7 +214,7 @@ class _Verifier:
         uniform_source: SeededUniforms,
         formatter: TurnFormatter,
     ) -> None:
-        """Compares the facts, the frame and the draws of a turn or the opening."""
+        """Compare the facts, the frame and the uniforms of a turn or of the start."""
         turn = len(session.turns)
         self._compare_uniforms(block, session, uniform_source, turn)
         frame = self.frame(session) if block.frame and self.frame else ""
@@ -222,105 +231,127 @@ class _Verifier:
             if key not in facts:
                 self._add_finding("facts", entry.line, f"turn {turn}", key, entry.value, "nothing")
         if block.frame and self.frame:
-            drawn = [row.rstrip() for row in frame.split("\n")]
-            self._compare_frame(block, turn, drawn)
+            frame_rows = [row.rstrip() for row in frame.split("\n")]
+            self._compare_frame(block, turn, frame_rows)
 
     def _compare_fact(self, entry: Entry, turn: int, key: str, replayed: object) -> None:
-        """Compares one fact, seat by seat where it has seats."""
-        told = entry.value
-        if isinstance(told, dict) and isinstance(replayed, dict) and told.keys() == replayed.keys():
+        """Compare one fact, seat by seat if it has a value for each seat."""
+        recorded = entry.value
+        if (
+            isinstance(recorded, dict)
+            and isinstance(replayed, dict)
+            and recorded.keys() == replayed.keys()
+        ):
             for seat, value in replayed.items():
-                if not _is_close(told[seat], value):
-                    what = key.removesuffix("s") if key != "rewards" else "reward"
-                    where = f"turn {turn}, {seat}"
-                    self._add_finding("facts", entry.line, where, what, told[seat], value)
-        elif not _is_close(told, replayed):
-            self._add_finding("facts", entry.line, f"turn {turn}", key, told, replayed)
+                if not _is_close(recorded[seat], value):
+                    fact_name = key.removesuffix("s") if key != "rewards" else "reward"
+                    location = f"turn {turn}, {seat}"
+                    self._add_finding(
+                        "facts", entry.line, location, fact_name, recorded[seat], value
+                    )
+        elif not _is_close(recorded, replayed):
+            self._add_finding("facts", entry.line, f"turn {turn}", key, recorded, replayed)
 
     def _compare_frame(self, block: Block, turn: int, rendered: list[str]) -> None:
-        for place, (told, row) in enumerate(zip_longest(block.frame, rendered)):
-            if told != row:
-                line = block.file_line(len(block.keys) + min(place, len(block.frame) - 1))
-                shown = ("no more lines" if one is None else one for one in (told, row))
-                self._add_finding("frame", line, f"turn {turn}", "frame", *shown)
+        """Compare a frame line by line, and report the first difference."""
+        for index, (recorded_row, row) in enumerate(zip_longest(block.frame, rendered)):
+            if recorded_row != row:
+                line = block.file_line(len(block.keys) + min(index, len(block.frame) - 1))
+                row_texts = (
+                    "no more lines" if text is None else text for text in (recorded_row, row)
+                )
+                self._add_finding("frame", line, f"turn {turn}", "frame", *row_texts)
                 return
 
     def _compare_uniforms(
         self, block: Block, session: Session, uniform_source: SeededUniforms, turn: int
     ) -> None:
-        """Compares a block's draws with the seed's."""
-        draws = session.turns[-1].uniforms if turn else session.initial_uniforms
-        if not len(draws):
+        """Compare a block's uniforms with those of the seed.
+
+        If those of a reroll differ, report another number of the reroll that would match.
+        """
+        uniforms = session.turns[-1].uniforms if turn else session.initial_uniforms
+        if not len(uniforms):
             return
-        thrown = session.reroll_counts.get(turn, 0)
-        seeds = uniform_source.generate_uniforms(NATURE_STREAM, turn, thrown, len(draws))[0]
-        self.uniforms_match.append(seeds.tolist() == draws.tolist())
+        reroll = session.reroll_counts.get(turn, 0)
+        seed_uniforms = uniform_source.generate_uniforms(
+            NATURE_STREAM, turn, reroll, len(uniforms)
+        )[0]
+        self.uniforms_match.append(seed_uniforms.tolist() == uniforms.tolist())
         if self.uniforms_match[-1]:
             return
         event = self.last_event
-        if thrown and event and event.kind == "reroll":
+        if reroll and event and event.kind == "reroll":
             for number in range(1, MAX_TRIED_REROLLS):
                 if (
-                    uniform_source.generate_uniforms(NATURE_STREAM, turn, number, len(draws))[0]
-                    == draws
+                    uniform_source.generate_uniforms(NATURE_STREAM, turn, number, len(uniforms))[0]
+                    == uniforms
                 ).all():
                     self._add_finding(
-                        "inputs", event.line, f"turn {turn}", "reroll", thrown, number
+                        "inputs", event.line, f"turn {turn}", "reroll", reroll, number
                     )
                     return
         line = block.line_of_key("draws")
-        self._add_finding("inputs", line, f"turn {turn}", "draws", draws.tolist(), seeds.tolist())
+        self._add_finding(
+            "inputs", line, f"turn {turn}", "draws", uniforms.tolist(), seed_uniforms.tolist()
+        )
 
     def _report_wrong_seed(self) -> None:
-        """Every draw differs: then it is the seed that is wrong, not each of them."""
+        """Replace the findings on inputs by one on the seed, because all uniforms differ."""
         findings = self.report.findings
-        findings[:] = [one for one in findings if one.level != "inputs"]
+        findings[:] = [finding for finding in findings if finding.level != "inputs"]
         entry = self.transcript.header_block.entries["seed"]
         self._add_finding(
             "inputs", entry.line, "every turn", "seed", "the seed of these draws", entry.value
         )
 
     def _compare_end(self, session: Session) -> None:
-        """Compares the end line, or says that there is none."""
+        """Compare the end line, or report that there is none."""
         transcript = self.transcript
         end = transcript.end_block
         if end is None:
-            torn = "a torn last turn" if transcript.torn_tail else "no end line"
+            explanation = "a torn last turn" if transcript.torn_tail else "no end line"
             line = transcript.content.count("\n") + 1
-            where = f"turn {len(session.turns)}"
-            self._add_finding("unfinished", line, where, f"unfinished: {torn}")
+            location = f"turn {len(session.turns)}"
+            self._add_finding("unfinished", line, location, f"unfinished: {explanation}")
             return
         entry = end.entries["end"]
-        told = entry.value if isinstance(entry.value, dict) else {}
+        recorded = entry.value if isinstance(entry.value, dict) else {}
         if transcript.player_end_reason:
             session.end(transcript.player_end_reason)
         for key, got in collect_end_facts(session).items():
-            if not _is_close(told.get(key), got):
-                self._add_finding("facts", entry.line, "end", key, told.get(key), got)
-            elif got is None:  # neither the file nor the game says why it ended
+            if not _is_close(recorded.get(key), got):
+                self._add_finding("facts", entry.line, "end", key, recorded.get(key), got)
+            elif got is None:  # neither the file nor the replay has an end reason
                 self._add_finding("facts", entry.line, "end", f"no {key}")
-        if told.keys() - collect_end_facts(session).keys() != {"sha256"}:
-            self._add_finding("facts", entry.line, "end", "keys", sorted(told), "... and sha256")
+        if recorded.keys() - collect_end_facts(session).keys() != {"sha256"}:
+            self._add_finding(
+                "facts", entry.line, "end", "keys", sorted(recorded), "... and sha256"
+            )
         if self.report.is_ok:
             self._compare_checksum(end, session)
 
     def _compare_checksum(self, end: Block, session: Session) -> None:
-        """Where all facts hold, the checksum still says whether a line was touched."""
+        """Report the first line that differs from the rewriting, though all facts are right."""
         content = self.transcript.content
-        told = content[self.matched_chars :] + self.transcript.end_text
-        written = self.first_mismatch or rewrite_end(
+        recorded = content[self.matched_chars :] + self.transcript.end_text
+        rewritten_text = self.first_mismatch or rewrite_end(
             end, session, shorten_digest(self.rewritten_digest)
         )
-        if told == written:
+        if recorded == rewritten_text:
             return
-        rows = zip_longest(told.split("\n"), written.split("\n"))
-        first = content.count("\n", 0, self.matched_chars) + 1
-        line, (row, right) = next(one for one in enumerate(rows, first) if one[1][0] != one[1][1])
-        self._add_finding("checksum", line, "line", "text", row or "nothing", right or "nothing")
+        rows = zip_longest(recorded.split("\n"), rewritten_text.split("\n"))
+        first_line = content.count("\n", 0, self.matched_chars) + 1
+        line, (row, rewritten_row) = next(
+            item for item in enumerate(rows, first_line) if item[1][0] != item[1][1]
+        )
+        self._add_finding(
+            "checksum", line, "line", "text", row or "nothing", rewritten_row or "nothing"
+        )
 
 
 def _is_close(recorded: object, replayed: object) -> bool:
-    """Whether two facts agree: reals within the tolerance, everything else exactly."""
+    """Return whether two facts are equal: reals within the tolerance, all others exactly."""
     if isinstance(recorded, list) and isinstance(replayed, list):
         return len(recorded) == len(replayed) and all(map(_is_close, recorded, replayed))
     if isinstance(recorded, dict) and isinstance(replayed, dict):

@@ -1,7 +1,7 @@
-"""What a hint and a what-if add to a drawing: what each action loses, what one may bring.
+"""Hints and forecasts in drawings: the regret of each action, and the outcomes of one.
 
-A loss is told as `best`, or with its sign: `-0.31`; a bar of it is full for the worst action. What
-loses nothing though another is advised is `as good`.
+A regret is shown as `best`, or as a negative number: `-0.31`. Its bar is full for the worst action.
+Another action without regret than the suggested one is `as good`.
 """
 
 import math
@@ -26,30 +26,30 @@ from dmplay.views.style import (
     Forecast,
 )
 
-MAX_FORECAST_ROWS = 6  # outcomes that are told
-MAX_STATE_COLUMNS = 4  # states that have a column each
-ROW_BAR_COLUMNS = 4  # columns of a bar where all losses stand in one row
-INTEGER_THRESHOLD = 999.5  # from which on a number has no digits but whole ones
+MAX_FORECAST_ROWS = 6  # outcomes
+MAX_STATE_COLUMNS = 4  # states that have a column each; also the minimum width of such a column
+ROW_BAR_COLUMNS = 4  # columns of a bar if all regrets are in one row
+INTEGER_THRESHOLD = 999.5  # from this absolute value on, numbers have no decimals
 MAX_NUMBER_COLUMNS, MIN_NUMBER_COLUMNS = (
     12,
     6,
-)  # columns of a number where there is room, and where there is little
+)  # columns of a number if there is space, and if there is little
 
 
 def format_observation(problem: Problem, seat: int, observation: Array) -> str:
-    """What a seat sees, by name."""
+    """Format a seat's observation by name, or as a state if the problem hides nothing."""
     if not problem.partially_observable:
         return problem.format_transcript_state(observation)
     return strip_escapes(problem.observations[seat].format_observation(observation))
 
 
 def list_action_keys(keys: Mapping[str, str], options: DrawOptions) -> list[str]:
-    """The key of each action, as a board shows it."""
+    """Return the key of each action as the board shows it."""
     return [options.keys_by_action.get(name, key) for key, name in keys.items()]
 
 
 def sort_regrets(options: DrawOptions) -> Mapping[int, float]:
-    """What each legal action loses, the best first."""
+    """Return the regret of each legal action, best first; empty without a hint."""
     return (
         {}
         if options.regret is None
@@ -61,62 +61,75 @@ def sort_regrets(options: DrawOptions) -> Mapping[int, float]:
 def _sort_regrets_cached(
     regret: Sequence[float], suggested_action: float | None
 ) -> Mapping[int, float]:
-    """The same, which every row of a drawing asks for; nobody writes into it."""
+    """Compute `sort_regrets`; cached, so callers must not modify the result.
+
+    Regrets below REGRET_TOLERANCE count as 0. Of equal regrets the suggested action comes first.
+    """
     legal = {
-        a: loss * (loss > REGRET_TOLERANCE) for a, loss in enumerate(regret) if not math.isnan(loss)
+        a: value * (value > REGRET_TOLERANCE)
+        for a, value in enumerate(regret)
+        if not math.isnan(value)
     }
     return dict(sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != suggested_action)))
 
 
 def rank_actions(options: DrawOptions, action_count: int) -> list[int]:
-    """So many actions, the best first where regrets are given and the illegal last; else as is."""
+    """Return all actions, best first with a hint and the illegal ones last, else in order."""
     return list(dict.fromkeys([*sort_regrets(options), *range(action_count)]))
 
 
 def format_regret(options: DrawOptions, action: int, width: int = 6) -> str:
-    """`best`, or what is lost: `-0.31`; nothing where it is not known."""
-    losses = sort_regrets(options)
-    if action not in losses:
+    """Format the regret of an action: `best`, `as good` or `-0.31`; '' if unknown."""
+    regrets = sort_regrets(options)
+    if action not in regrets:
         return ""
-    if losses[action]:
-        return format_significant(-losses[action], width)
-    advised = any(not loss and one == options.suggested_action for one, loss in losses.items())
-    equal = advised and action != options.suggested_action and len(EQUALLY_GOOD_LABEL) <= width
-    return EQUALLY_GOOD_LABEL if equal else BEST_LABEL[:width]
+    if regrets[action]:
+        return format_significant(-regrets[action], width)
+    is_other_suggested = any(
+        not regret and other_action == options.suggested_action
+        for other_action, regret in regrets.items()
+    )
+    is_equally_good = (
+        is_other_suggested
+        and action != options.suggested_action
+        and len(EQUALLY_GOOD_LABEL) <= width
+    )
+    return EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL[:width]
 
 
 def format_significant(number: float, width: int) -> str:
-    """A number in three digits, or in as many as so few columns hold."""
+    """Format a number with three significant digits, or as many as `width` columns hold."""
     forms = [".3g", ".2g", ".1g", ".2f"] if abs(number) < INTEGER_THRESHOLD else []
-    told = [f"{number:{form}}" for form in [*forms, ".0f"]]
-    return next((one for one in told if len(one) <= width), "#" * width)
+    texts = [f"{number:{form}}" for form in [*forms, ".0f"]]
+    return next((text for text in texts if len(text) <= width), "#" * width)
 
 
 def format_regret_bar(options: DrawOptions, action: int, width: int) -> str:
-    """What is lost as a bar, a full one for the worst action, none for the best."""
+    """Format the regret of an action as a bar, full for the worst action and empty for the best."""
     return _format_padded_bar(options, action, width).rstrip("·.")
 
 
 def _format_padded_bar(options: DrawOptions, action: int, width: int) -> str:
-    losses = sort_regrets(options)
-    share = losses.get(action, 0.0) / (max(losses.values(), default=0.0) or 1.0)
-    return _belief.format_bar(share, width, options.ascii)
+    """Format the regret of an action as a bar padded to `width` columns."""
+    regrets = sort_regrets(options)
+    fraction = regrets.get(action, 0.0) / (max(regrets.values(), default=0.0) or 1.0)
+    return _belief.format_bar(fraction, width, options.ascii)
 
 
 def format_regret_with_bar(options: DrawOptions, action: int, width: int) -> str:
-    """A bar of what an action loses against the best, with the number; `best` where nothing."""
-    told = format_regret(options, action, MAX_NUMBER_COLUMNS)
+    """Format the regret of an action as a bar with its number; `best` or `as good` for 0."""
+    text = format_regret(options, action, MAX_NUMBER_COLUMNS)
     return (
-        told
-        if told in {"", BEST_LABEL, EQUALLY_GOOD_LABEL}
-        else f"{_format_padded_bar(options, action, width)} {told}"
+        text
+        if text in {"", BEST_LABEL, EQUALLY_GOOD_LABEL}
+        else f"{_format_padded_bar(options, action, width)} {text}"
     )
 
 
 def format_regret_rows(options: DrawOptions, names: Sequence[str]) -> list[str]:
-    """What each action loses in one row, the best first, as many as it holds; none if not asked.
+    """Format the regrets of all actions as one row, best first, cut to the drawing's width.
 
-    All of them without bars, or in fewer digits, rather than some with.
+    The bars go and the digits become fewer before an action is left out. Return [] without a hint.
     """
     if options.regret is None:
         return []
@@ -136,11 +149,12 @@ def format_regret_rows(options: DrawOptions, names: Sequence[str]) -> list[str]:
 
 
 def _join_hint_row(parts: Iterable[str]) -> str:
+    """Join the entries of the hint row."""
     return "  ".join(["hint", *parts])
 
 
 def format_probability(probability: float, width: int) -> str:
-    """A probability in so many columns: `0.70`, `.70`, `.7` or a star."""
+    """Format a probability in at most `width` columns: `0.70`, `.70`, `.7` or a star."""
     texts = (
         f"{probability:.2f}",
         f"{probability:.2f}"[probability < 1 :],
@@ -150,14 +164,14 @@ def format_probability(probability: float, width: int) -> str:
 
 
 def format_condition(forecast: Forecast, action_phrase: str) -> str:
-    """The action of an outlook as a condition: `if you push left`; whether it is from samples."""
+    """Format a forecast's action as a condition, `if you push left`; note samples."""
     return f"if you {action_phrase}{' (samples)' * forecast.is_sampled}"
 
 
 def format_action_condition(
     view: View[Problem], forecast: Forecast, phrase_template: str = "{}"
 ) -> str:
-    """The action of an outlook by its name as a condition."""
+    """Format the action of a forecast by its name as a condition."""
     return format_condition(
         forecast, phrase_template.format(view.problem.format_action(view.seat, forecast.action))
     )
@@ -169,38 +183,42 @@ def format_forecast_rows(
     state_names: Sequence[str],
     phrase_template: str = "{}",
 ) -> list[str]:
-    """How likely each outcome of the action in question is, what is seen, what then to believe."""
+    """Return rows with the probability, observation and next belief of forecast outcomes.
+
+    At most MAX_FORECAST_ROWS outcomes are listed. Return [] without a forecast.
+    """
     if options.forecast is None:
         return []
-    outlook, problem = options.forecast, view.problem
-    told = [
-        f"{format_percent(float(chance)):>4} {format_observation(problem, view.seat, seen)}"
-        for chance, seen in zip(outlook.probabilities, outlook.outcomes, strict=True)
+    forecast, problem = options.forecast, view.problem
+    outcome_rows = [
+        f"{format_percent(float(probability)):>4} {format_observation(problem, view.seat, outcome)}"
+        for probability, outcome in zip(forecast.probabilities, forecast.outcomes, strict=True)
     ][:MAX_FORECAST_ROWS]
-    head = format_action_condition(view, outlook, phrase_template)
-    rows = [head, *told]
-    if outlook.beliefs is not None:
-        stub = max(map(len, rows))
-        heads = (
+    condition = format_action_condition(view, forecast, phrase_template)
+    rows = [condition, *outcome_rows]
+    if forecast.beliefs is not None:
+        column_width = max(map(len, rows))
+        header = (
             _format_columns(state_names, state_names)
             if len(state_names) <= MAX_STATE_COLUMNS
             else ""
         )
-        then = [_format_belief_columns(state_names, belief) for belief in outlook.beliefs]
-        pairs = zip(rows, [heads, *then], strict=False)
-        rows = [f"{row:<{stub}}{tail}".rstrip() for row, tail in pairs]
-    more = [f"     … {len(outlook.probabilities) - MAX_FORECAST_ROWS} more"]
-    return [*rows, *(more if len(outlook.probabilities) > MAX_FORECAST_ROWS else [])]
+        belief_texts = [_format_belief_columns(state_names, belief) for belief in forecast.beliefs]
+        pairs = zip(rows, [header, *belief_texts], strict=False)
+        rows = [f"{row:<{column_width}}{tail}".rstrip() for row, tail in pairs]
+    more_row = [f"     … {len(forecast.probabilities) - MAX_FORECAST_ROWS} more"]
+    return [*rows, *(more_row if len(forecast.probabilities) > MAX_FORECAST_ROWS else [])]
 
 
 def _format_belief_columns(names: Sequence[str], belief: Reals) -> str:
-    """A belief in columns under the names of the states; of many states the likeliest."""
+    """Format a belief in columns below the state names; of many states the likeliest."""
     if len(names) <= MAX_STATE_COLUMNS:
-        return _format_columns(names, [f"{share:.2f}" for share in belief])
+        return _format_columns(names, [f"{probability:.2f}" for probability in belief])
     return "  " + ", ".join(format_likeliest_states(names, belief)[: MAX_STATE_COLUMNS - 1])
 
 
 def _format_columns(names: Sequence[str], cells: Sequence[str]) -> str:
+    """Align cells to the right in columns as wide as the state names."""
     pairs = zip(names, cells, strict=True)
     return "".join(cell.rjust(max(len(name), MAX_STATE_COLUMNS) + 2) for name, cell in pairs)
 
@@ -208,10 +226,10 @@ def _format_columns(names: Sequence[str], cells: Sequence[str]) -> str:
 def iter_with_and_without_rows(
     drawings: Iterable[Text], rows: Sequence[str], options: DrawOptions
 ) -> Iterator[Text]:
-    """The drawings with these rows below; then, for where there is no room, without."""
+    """Yield the drawings with rows below them, then the same drawings without."""
     if not rows:
         return iter(drawings)
-    kept = [*drawings]
-    folded = [part for row in rows for part in wrap(row, max(options.width, 1)) or [""]]
-    tail = "\n" + "\n".join(folded)
-    return chain((drawn.copy().append(tail) for drawn in kept), kept)
+    boards = [*drawings]
+    wrapped_rows = [part for row in rows for part in wrap(row, max(options.width, 1)) or [""]]
+    rows_text = "\n" + "\n".join(wrapped_rows)
+    return chain((board.copy().append(rows_text) for board in boards), boards)

@@ -1,4 +1,4 @@
-"""Payoff matrices as tables and words: rows are agent 1's actions."""
+"""Draw and describe payoff matrices; the rows are agent 1's actions."""
 
 from collections.abc import Iterator
 from itertools import product
@@ -15,14 +15,15 @@ from dmplay.views._advice import (
 from dmplay.views.canvas import Canvas
 from dmplay.views.style import DrawOptions
 
-INITIAL_COLUMNS = 2  # columns of an action's first letter in the rounds
-CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12  # columns: of a large cell, before it
-PAID_ROUND_COLUMNS = 5  # columns of a round where it stands with its pay
-REGRET_BAR_COLUMNS = 4  # columns of a bar of what an action loses
+INITIAL_COLUMNS = 2  # columns of an action's initial in the list of rounds
+# columns of a cell of the large table; columns before the first cell
+CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12
+PAID_ROUND_COLUMNS = 5  # columns of a round that is listed with its payoff
+REGRET_BAR_COLUMNS = 4  # columns of a regret bar
 
 
 def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
-    """Both actions of the last round."""
+    """Return both actions of the last round, or None before the first."""
     return (
         (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
         if view.joint_actions
@@ -31,7 +32,7 @@ def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
 
 
 def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
-    """A table that names who chooses and who gets what, with the rounds; then smaller tables."""
+    """Yield the boards, largest first: the table with names and rounds, then smaller tables."""
     if options.allow_large:
         yield _draw_large_board(view, options)
     names = view.problem.actions[view.seat]
@@ -43,7 +44,7 @@ def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
 
 
 def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
-    """The table with the last play in brackets, and the rounds so far; then the table alone."""
+    """Yield tables of decreasing width, each with and without the rounds below."""
     for width in (10, 8, 6):
         for history in (True, False):
             canvas = Canvas()
@@ -55,62 +56,62 @@ def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator
 
 
 def _draw_large_board(view: View[MatrixGame], options: DrawOptions) -> Text:
-    """The table that names who gets what, the rounds, and what the action in question pays."""
+    """Draw the named table, the rounds with payoffs, and the payoffs of the previewed action."""
     canvas = Canvas()
     y = draw_paid_rounds(view, canvas, _draw_named_table(view, canvas, options) + 1, options.width)
-    for row, told_ in enumerate(_format_reply_payoffs(view, options), y):
-        canvas.write_text(0, row, told_)
+    for row, text in enumerate(_format_reply_payoffs(view, options), y):
+        canvas.write_text(0, row, text)
     return canvas.to_text()
 
 
 def _draw_named_table(view: View[MatrixGame], canvas: Canvas, options: DrawOptions) -> int:
-    """The table with both payoffs of a cell by name; the row after it."""
-    problem, played = view.problem, get_last_joint_action(view)
+    """Draw the table with both payoffs in a cell by agent name; return the next row."""
+    problem, last_actions = view.problem, get_last_joint_action(view)
     rows, columns = problem.actions
-    down, across = list_marked_agent_names(view)
-    canvas.write_text(0, 0, down)
+    row_agent, column_agent = list_marked_agent_names(view)
+    canvas.write_text(0, 0, row_agent)
     canvas.write_text(0, 1, "chooses", "dim")
-    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, f"{across} chooses")
-    marks = [
+    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, f"{column_agent} chooses")
+    regret_texts = [
         format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
         for action in range(len(problem.actions[view.seat]))
     ]
     for j, name in enumerate(columns):
         x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
-        chosen = played is not None and played[1] == j
-        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=chosen)
-        canvas.write_text(x + 3, 2, marks[j] if view.seat else "", "yellow")
+        is_last_choice = last_actions is not None and last_actions[1] == j
+        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=is_last_choice)
+        canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", "yellow")
     y = 3 if view.seat and options.regret is not None else 2
-    lines = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
+    separator_rows = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
     for i, name in enumerate(rows):
         canvas.write_text(
             0, y, "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns), "dim"
         )
-        chosen = played is not None and played[0] == i
-        _draw_action_label(canvas, 0, y + 1, name, is_last_choice=chosen)
-        canvas.write_text(2, y + 2, "" if view.seat else marks[i], "yellow")
+        is_last_choice = last_actions is not None and last_actions[0] == i
+        _draw_action_label(canvas, 0, y + 1, name, is_last_choice=is_last_choice)
+        canvas.write_text(2, y + 2, "" if view.seat else regret_texts[i], "yellow")
         for j in range(len(columns)):
             _draw_payoff_cell(view, canvas, (i, j), y + 1, options)
         y += 3
-    for row, j in product(lines, range(len(columns))):
+    for row, j in product(separator_rows, range(len(columns))):
         canvas.write_text(ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j, row, "│", "dim")
     return y
 
 
 def _draw_action_label(canvas: Canvas, x: int, y: int, name: str, *, is_last_choice: bool) -> None:
-    """An action at the edge of the table, with a mark where it was the last choice."""
+    """Draw an action at the edge of the table, with a mark if it was the last choice."""
     canvas.write_text(x, y, ">" if is_last_choice else " ", "bold")
     canvas.write_text(x + 2, y, name)
 
 
 def list_marked_agent_names(view: View[MatrixGame]) -> list[str]:
-    """Both agents by name, and which of them the seat is."""
-    you = {view.seat: " (you)"} if view.player_label == "you" else {}
-    return [name + you.get(seat, "") for seat, name in enumerate(view.problem.agents)]
+    """Return both agents' names, the viewer's own with " (you)"."""
+    suffix_by_seat = {view.seat: " (you)"} if view.player_label == "you" else {}
+    return [name + suffix_by_seat.get(seat, "") for seat, name in enumerate(view.problem.agents)]
 
 
 def list_agent_names(view: View[MatrixGame]) -> list[str]:
-    """Both agents, as the seat calls them."""
+    """Return both agents' names, with the viewer's label, such as "you", in place of its own."""
     agents = enumerate(view.problem.agents)
     return [view.player_label if seat == view.seat else name for seat, name in agents]
 
@@ -122,89 +123,95 @@ def _draw_payoff_cell(
     y: int,
     options: DrawOptions,
 ) -> None:
-    """What a pair of actions pays each: in brackets where it was the last play."""
-    here = joint_action == get_last_joint_action(view)
-    tried = options.forecast is not None and joint_action[view.seat] == int(options.forecast.action)
+    """Draw both payoffs of a joint action, in brackets if it was the last play."""
+    is_last_play = joint_action == get_last_joint_action(view)
+    is_previewed = options.forecast is not None and joint_action[view.seat] == int(
+        options.forecast.action
+    )
     x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * joint_action[1] + 1
-    pays = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
-    for row, (name, pay) in enumerate(pays):
-        style = "bold reverse" if here else "bold yellow" if tried else ""
-        told_ = f"{name:<{CELL_COLUMNS - 9}} {pay:>4g}"
-        canvas.write_text(x + 1, y + row, f"[{told_}]" if here else f" {told_} ", style)
+    payoffs = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
+    for row, (name, payoff) in enumerate(payoffs):
+        style = "bold reverse" if is_last_play else "bold yellow" if is_previewed else ""
+        text = f"{name:<{CELL_COLUMNS - 9}} {payoff:>4g}"
+        canvas.write_text(x + 1, y + row, f"[{text}]" if is_last_play else f" {text} ", style)
 
 
 def abbreviate_action(action: str) -> str:
-    """What stands for an action in the rounds: a number, or its first letter."""
+    """Return the short form of an action in the list of rounds: the number, or the first letter."""
     return action if action.isdigit() else action[0].upper()
 
 
 def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[str]:
-    """What each reply pays for the action in question."""
+    """Format the payoffs of the previewed action against each reply; [] without a forecast."""
     if options.forecast is None:
         return []
-    problem, seat, mine = view.problem, view.seat, int(options.forecast.action)
-    paid = problem.payoffs[mine, :, 0] if seat == 0 else problem.payoffs[:, mine, 1]
-    replies = zip(paid, problem.actions[1 - seat], strict=True)
-    first, *others = (f"{pay:g} {reply}" for pay, reply in replies)
-    told_ = ", ".join([first.replace(" ", " against ", 1), *others])
-    return [f"if {problem.format_action(seat, mine)}: {told_}"]
+    problem, seat, own_action = view.problem, view.seat, int(options.forecast.action)
+    payoffs = problem.payoffs[own_action, :, 0] if seat == 0 else problem.payoffs[:, own_action, 1]
+    replies = zip(payoffs, problem.actions[1 - seat], strict=True)
+    first, *others = (f"{payoff:g} {reply}" for payoff, reply in replies)
+    text = ", ".join([first.replace(" ", " against ", 1), *others])
+    return [f"if {problem.format_action(seat, own_action)}: {text}"]
 
 
 def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
-    """Who did what and what it paid, so many columns a round, and the sums; the row after it.
+    """Draw the last rounds with each agent's actions, payoffs and total; return the next row.
 
-    The rounds move to the left by several at a time: most of them only add a column.
+    The rounds move to the left by several at a time, so that most of them only add a column.
     """
     problem = view.problem
     joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
-    room = max((width - ROW_LABEL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
-    step, past = max(room // 3, 1), max(len(joints) - room, 0)
-    kept = joints[-(-past // step) * step :]
+    max_rounds = max((width - ROW_LABEL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
+    step, hidden_count = max(max_rounds // 3, 1), max(len(joints) - max_rounds, 0)
+    visible = joints[-(-hidden_count // step) * step :]
     for seat, name in enumerate(list_agent_names(view)):
         total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
         canvas.write_text(0, y + 2 * seat, name)
         canvas.write_text(0, y + 2 * seat + 1, f"total {total:g}", "dim")
-        did = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in kept]
-        got = [f"{problem.payoffs[joint][seat]:g}" for joint in kept]
+        initials = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in visible]
+        payoff_texts = [f"{problem.payoffs[joint][seat]:g}" for joint in visible]
         canvas.write_text(
-            ROW_LABEL_COLUMNS, y + 2 * seat, "".join(word.rjust(PAID_ROUND_COLUMNS) for word in did)
+            ROW_LABEL_COLUMNS,
+            y + 2 * seat,
+            "".join(action_text.rjust(PAID_ROUND_COLUMNS) for action_text in initials),
         )
         canvas.write_text(
             ROW_LABEL_COLUMNS,
             y + 2 * seat + 1,
-            "".join(pay.rjust(PAID_ROUND_COLUMNS) for pay in got),
+            "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts),
         )
     return y + 4
 
 
 def _draw_payoff_table(view: View[MatrixGame], canvas: Canvas, width: int) -> int:
-    """The table, the last play in brackets; the row after it."""
+    """Draw the small table, the last play in brackets; return the next row."""
     problem = view.problem
     rows, columns = problem.actions
-    played = get_last_joint_action(view)
-    stub = max(max(map(len, rows)) + 1, width)
+    last_actions = get_last_joint_action(view)
+    label_columns = max(max(map(len, rows)) + 1, width)
     for j, name in enumerate(columns):
-        x = stub + j * (width + 1)
+        x = label_columns + j * (width + 1)
         canvas.write_text(x, 0, "│", "dim")
-        chosen = played is not None and played[1] == j
-        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" if chosen else "")
-    canvas.write_text(0, 1, "─" * stub + ("┼" + "─" * width) * len(columns), "dim")
+        is_last_choice = last_actions is not None and last_actions[1] == j
+        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" if is_last_choice else "")
+    canvas.write_text(0, 1, "─" * label_columns + ("┼" + "─" * width) * len(columns), "dim")
     for i, name in enumerate(rows):
-        mark = ">" if played and played[0] == i else " "
+        mark = ">" if last_actions and last_actions[0] == i else " "
         canvas.write_text(0, i + 2, mark + name, "bold" if mark == ">" else "")
         for j in range(len(columns)):
-            x = stub + j * (width + 1)
-            pay = "{:g}, {:g}".format(*problem.payoffs[i, j])
-            here = played == (i, j)
+            x = label_columns + j * (width + 1)
+            payoff_text = "{:g}, {:g}".format(*problem.payoffs[i, j])
+            is_last_play = last_actions == (i, j)
             canvas.write_text(x, i + 2, "│", "dim")
-            shown = f"[{pay}]" if here else pay
-            if len(shown) > width:
-                shown = shown.replace(", ", ",")
-            canvas.write_text(x + 1, i + 2, shown.center(width), "bold reverse" if here else "")
+            cell_text = f"[{payoff_text}]" if is_last_play else payoff_text
+            if len(cell_text) > width:
+                cell_text = cell_text.replace(", ", ",")
+            canvas.write_text(
+                x + 1, i + 2, cell_text.center(width), "bold reverse" if is_last_play else ""
+            )
     return len(rows) + 2
 
 
-def draw_rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
+def draw_rounds(  # noqa: PLR0913 - a canvas, a position and the content
     view: View[MatrixGame],
     canvas: Canvas,
     y: int,
@@ -213,43 +220,51 @@ def draw_rounds(  # noqa: PLR0913 - a place on the canvas, and what goes there
     round_columns: int,
     empty_text: str = "",
 ) -> None:
-    """Who did what, a row an agent and so many columns a round, the last rounds at the end."""
+    """Draw the last rounds: a row for each agent, `round_columns` columns for each round.
+
+    `empty_text` stands in the first column before any round.
+    """
     problem = view.problem
-    stub = max(map(len, problem.agents)) + 7
-    joints = (view.joint_actions or ())[-max((width - stub) // round_columns, 1) :]
+    label_columns = max(map(len, problem.agents)) + 7
+    joints = (view.joint_actions or ())[-max((width - label_columns) // round_columns, 1) :]
     for seat, agent in enumerate(list_marked_agent_names(view)):
         canvas.write_text(0, y + seat, agent)
-        words = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [
+        labels = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [
             empty_text
         ]
-        row = "".join(word[: round_columns - 1].rjust(round_columns) for word in words)
-        canvas.write_text(stub - 1, y + seat, row, "bold")
+        row = "".join(
+            action_text[: round_columns - 1].rjust(round_columns) for action_text in labels
+        )
+        canvas.write_text(label_columns - 1, y + seat, row, "bold")
 
 
 def panel_rows(view: View[MatrixGame]) -> list[tuple[str, str]]:
-    """What the board does not tell."""
+    """Return the side panel's rows, with the facts that the board lacks."""
     return [("discount", f"{view.problem.discount:g}")]
 
 
 def describe_turn(view: View[MatrixGame]) -> str:
-    """Who chose what."""
+    """Describe both choices of the last round."""
     problem = view.problem
-    played = get_last_joint_action(view)
-    assert played
-    both = zip(problem.agents, problem.actions, played, strict=True)
+    last_actions = get_last_joint_action(view)
+    assert last_actions
+    both = zip(problem.agents, problem.actions, last_actions, strict=True)
     return ". ".join(f"{agent} chose {names[action]}" for agent, names, action in both) + "."
 
 
 def describe_situation(view: View[MatrixGame]) -> str:
-    """One sentence a cell, and the last round."""
+    """Describe the viewer's role, the last round and the payoffs of each cell, in sentences."""
     problem = view.problem
     rows, columns = problem.actions
     cells = [
-        f"{mine} against {theirs}: {problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
-        f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."
-        for i, mine in enumerate(rows)
-        for j, theirs in enumerate(columns)
+        (
+            f"{row_action} against {column_action}: "
+            f"{problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
+            f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."
+        )
+        for i, row_action in enumerate(rows)
+        for j, column_action in enumerate(columns)
     ]
-    before = [f"last round: {describe_turn(view)}"] if view.turns_played else []
-    you = [f"you are {problem.agents[view.seat]}."] if view.player_label == "you" else []
-    return " ".join([*you, *before, *cells])
+    last_round = [f"last round: {describe_turn(view)}"] if view.turns_played else []
+    role = [f"you are {problem.agents[view.seat]}."] if view.player_label == "you" else []
+    return " ".join([*role, *last_round, *cells])

@@ -1,4 +1,4 @@
-"""How the blind hunt looks: for each hex how likely the prey is there, and how likely you are."""
+"""The view of the blind hunt: each hex's probabilities of the prey and the player."""
 
 import math
 from collections.abc import Iterator
@@ -25,46 +25,50 @@ from dmplay.views.hexgrid import HexCell, HexSize
 from dmplay.views.style import DrawOptions, Lesson
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
-MAX_DESCRIBED_HEXES = 4  # likeliest hexes that are told in words
-REGRET_ROW_COLUMNS = 58  # columns of what six ways lose
-PREY_SHADE_COUNT = 4  # of the prey, the darkest where it is likeliest
-MAX_PERCENT_HEXES = 3  # likeliest hexes that have their percent
+MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words
+REGRET_ROW_COLUMNS = 58  # columns of a row with the regrets of six directions
+PREY_SHADE_COUNT = 4  # of the prey's probability, the darkest for the likeliest hex
+MAX_PERCENT_HEXES = 3  # number of likeliest hexes that show a percentage
 MIN_CERTAIN_PROBABILITY = 1 - 1e-9
 
 
 class Marginals(NamedTuple):
-    """The probability of each hex to hold the prey, and to hold you."""
+    """The probability that each hex holds the prey, and that it holds the viewer's agent."""
 
     prey: Reals  # [H]
     you: Reals  # [H]
 
 
 def compute_marginals(view: View[CollaborativePredatorPrey]) -> Marginals | None:
-    """What the belief says of each hex; None where it is too large to have."""
+    """Return the marginal probabilities of the belief; None if the belief is too large."""
     return None if view.beliefs is None else _marginalize_belief(view, view.belief)
 
 
 def _marginalize_belief(view: View[CollaborativePredatorPrey], belief: Reals) -> Marginals:
-    """What a belief says of each hex."""
+    """Return the marginal probabilities of a joint belief."""
     problem = view.problem
     joint = belief.reshape((len(problem.hexes),) * problem.walker_count)
 
     def sum_over_others(walker: int) -> Reals:
-        others = tuple(axis for axis in range(problem.walker_count) if axis != walker)
-        return np.asarray(joint.sum(axis=others))
+        """Sum the joint belief over all walkers but one."""
+        other_axes = tuple(axis for axis in range(problem.walker_count) if axis != walker)
+        return np.asarray(joint.sum(axis=other_axes))
 
     return Marginals(sum_over_others(problem.walker_count - 1), sum_over_others(view.seat))
 
 
 def _find_own_hex(view: View[CollaborativePredatorPrey], marginals: Marginals | None) -> Hex | None:
-    """Where you are, if you know."""
+    """Return the hex of the viewer's agent if it is certain, else None."""
     if marginals is None or marginals.you.max() < MIN_CERTAIN_PROBABILITY:
         return None
     return view.problem.hexes[int(marginals.you.argmax())]
 
 
 def iter_boards(view: View[CollaborativePredatorPrey], options: DrawOptions) -> Iterator[Text]:
-    """The map, the largest first, and a row that says how it is to be read."""
+    """Yield the maps, largest first, each with rows that explain it.
+
+    Shaded maps are for screens, hints and forecasts; numbered maps for transcripts.
+    """
     if options.allow_large or options.forecast or options.regret is not None:
         yield from _iter_shaded_maps(view, options)
     else:
@@ -74,82 +78,117 @@ def iter_boards(view: View[CollaborativePredatorPrey], options: DrawOptions) -> 
 def _iter_shaded_maps(
     view: View[CollaborativePredatorPrey], options: DrawOptions
 ) -> Iterator[Text]:
-    """The belief as shades; of an action that is asked for, after each of its two likeliest senses;
-    at the end who truly is where.
+    """Yield maps with the prey's belief as shades.
+
+    With a forecast, each hex has the beliefs after the two likeliest observations. Once the state
+    is revealed, the maps show all true positions.
     """
-    problem, known = view.problem, compute_marginals(view)
-    here = _find_own_hex(view, known)
-    around = hex_neighbours(here) if options.show_keys and here else []
-    shown = _forecast_prey_marginals(view, options) or ([known.prey] if known else [])
-    truly: dict[Hex, list[str]] = {}
-    for walker, place in enumerate(
+    problem, hex_beliefs = view.problem, compute_marginals(view)
+    own_hex = _find_own_hex(view, hex_beliefs)
+    adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
+    prey_beliefs = _forecast_prey_marginals(view, options) or (
+        [hex_beliefs.prey] if hex_beliefs else []
+    )
+    true_glyphs: dict[Hex, list[str]] = {}
+    for walker, position in enumerate(
         [] if options.revealed_state is None else options.revealed_state
     ):
-        truly.setdefault(problem.hexes[int(place)], []).append(_get_agent_glyph(view, walker))
-
-    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
-        at, room = problem.hexes.index(hex_), size.width - 1
-        shades = [
-            _format_prey_shade(belief, at, room if size.text_rows else 1, options.ascii)
-            for belief in shown
-        ]
-        first, last = (shades[0], shades[-1]) if shades else ("", "")
-        if hex_ in truly:
-            marks = "".join(sorted(truly[hex_]))[:room]
-            return HexCell(marks, last, marks, "bold reverse" if "@" in marks else "bold yellow")
-        you = _format_own_density(known.you, at, room) if known and not truly else ""
-        style = "bold reverse" if hex_ == here else "cyan"
-        if size.text_rows > 1:
-            key = hexgrid.get_direction_key(options, around.index(hex_)) if hex_ in around else ""
-            return HexCell(first if len(shades) > 1 else you or key, last, style=style)
-        shade = "@" + first[1:] if you and size.text_rows and len(shades) == 1 else first
-        return HexCell(
-            shade, dot_glyph=f"@{first}" if you and room > 1 else first or ".", style=style
+        true_glyphs.setdefault(problem.hexes[int(position)], []).append(
+            _get_agent_glyph(view, walker)
         )
 
-    caption = _format_caption(view, options, here)
-    for drawn in map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options)):
+    def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex for a size of map."""
+        index, max_glyphs = problem.hexes.index(hex_), size.width - 1
+        shades = [
+            _format_prey_shade(belief, index, max_glyphs if size.text_rows else 1, options.ascii)
+            for belief in prey_beliefs
+        ]
+        first_shade, last_shade = (shades[0], shades[-1]) if shades else ("", "")
+        if hex_ in true_glyphs:
+            glyphs = "".join(sorted(true_glyphs[hex_]))[:max_glyphs]
+            return HexCell(
+                glyphs, last_shade, glyphs, "bold reverse" if "@" in glyphs else "bold yellow"
+            )
+        own_density = (
+            _format_own_density(hex_beliefs.you, index, max_glyphs)
+            if hex_beliefs and not true_glyphs
+            else ""
+        )
+        style = "bold reverse" if hex_ == own_hex else "cyan"
+        if size.text_rows > 1:
+            key = (
+                hexgrid.get_direction_key(options, adjacent.index(hex_)) if hex_ in adjacent else ""
+            )
+            return HexCell(
+                first_shade if len(shades) > 1 else own_density or key, last_shade, style=style
+            )
+        shade = (
+            "@" + first_shade[1:]
+            if own_density and size.text_rows and len(shades) == 1
+            else first_shade
+        )
+        return HexCell(
+            shade,
+            dot_glyph=f"@{first_shade}" if own_density and max_glyphs > 1 else first_shade or ".",
+            style=style,
+        )
+
+    caption = _format_caption(view, options, own_hex)
+    for drawing in map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options)):
         for row in caption:
-            drawn.append(f"\n{row[: options.width]}", "dim")
-        yield drawn
+            drawing.append(f"\n{row[: options.width]}", "dim")
+        yield drawing
 
 
 def _get_agent_glyph(view: View[CollaborativePredatorPrey], walker: int) -> str:
-    """`@` for you, a capital for a partner, `o` for the prey."""
+    """Return `@` for the viewer, a capital letter for a partner, `o` for the prey."""
     if walker == view.seat:
         return "@"
     return "o" if walker == view.problem.walker_count - 1 else ascii_uppercase[walker]
 
 
 def _format_prey_shade(belief: Reals, hex_index: int, width: int, ascii_only: bool) -> str:
-    """How likely the prey is in a hex against the likeliest; in the few likeliest the percent."""
-    share, most = float(belief[hex_index]), float(belief.max())
-    if share < 1e-9:
+    """Format the prey's probability in a hex relative to the maximum.
+
+    The MAX_PERCENT_HEXES likeliest hexes have a percentage.
+    """
+    probability, max_probability = float(belief[hex_index]), float(belief.max())
+    if probability < 1e-9:
         return " " * (width - 1) + "." if width == 1 else ""
     shade = format_sparkline(
-        [math.ceil(PREY_SHADE_COUNT * share / most - 1e-9) / PREY_SHADE_COUNT - 1e-9], ascii_only
+        [
+            math.ceil(PREY_SHADE_COUNT * probability / max_probability - 1e-9) / PREY_SHADE_COUNT
+            - 1e-9
+        ],
+        ascii_only,
     )
-    many = int((belief >= share - 1e-9).sum())
-    told = format_percent(share) if many <= MAX_PERCENT_HEXES else ""
-    return told.center(width, shade) if len(told) < width else shade * width
+    rank = int((belief >= probability - 1e-9).sum())
+    text = format_percent(probability) if rank <= MAX_PERCENT_HEXES else ""
+    return text.center(width, shade) if len(text) < width else shade * width
 
 
 def _format_own_density(belief: Reals, hex_index: int, width: int) -> str:
-    """A sign for each third of the likeliest hex's probability that you are here."""
-    share, most = float(belief[hex_index]), float(belief.max())
-    signs = round(min(width, 3) * share / most)
-    if most >= MIN_CERTAIN_PROBABILITY:
-        return "@" * (signs > 0)
-    told = (
-        format_percent(share) if share >= most - 1e-9 and (belief >= most - 1e-9).sum() == 1 else ""
+    """Format the viewer's probability in a hex: an '@' for each third of the maximum.
+
+    A unique likeliest hex has its percentage, and a certain one a single '@'.
+    """
+    probability, max_probability = float(belief[hex_index]), float(belief.max())
+    sign_count = round(min(width, 3) * probability / max_probability)
+    if max_probability >= MIN_CERTAIN_PROBABILITY:
+        return "@" * (sign_count > 0)
+    text = (
+        format_percent(probability)
+        if probability >= max_probability - 1e-9 and (belief >= max_probability - 1e-9).sum() == 1
+        else ""
     )
-    return f"@{told}" if told and len(told) < width else "@" * signs
+    return f"@{text}" if text and len(text) < width else "@" * sign_count
 
 
 def _forecast_prey_marginals(
     view: View[CollaborativePredatorPrey], options: DrawOptions
 ) -> list[Reals]:
-    """What would be believed of the prey after the two likeliest senses that an action brings."""
+    """Return the prey's beliefs after the forecast's two likeliest observations, or []."""
     if options.forecast is None or options.forecast.beliefs is None:
         return []
     return [_marginalize_belief(view, belief).prey for belief in options.forecast.beliefs[:2]]
@@ -158,113 +197,156 @@ def _forecast_prey_marginals(
 def _format_caption(
     view: View[CollaborativePredatorPrey], options: DrawOptions, own_hex: Hex | None
 ) -> list[str]:
-    """What was sensed, and how the map is to be read."""
+    """Return the rows below the map: the forecast, the regrets, the observation or the legend."""
     if options.revealed_state is not None:
         names = [*view.problem.agents, "prey"]
-        who = (f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names))
-        return [f"truly {', '.join(who)}"]
+        agent_glyphs = (
+            f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names)
+        )
+        return [f"truly {', '.join(agent_glyphs)}"]
     if options.forecast:
-        senses = view.problem.observations[view.seat]
-        lines = zip(
+        observation_names = view.problem.observations[view.seat]
+        forecast_rows = zip(
             ("upper", "lower"),
             options.forecast.outcomes,
             options.forecast.probabilities,
             strict=False,
         )
-        told = (
-            f"{line} if {senses[int(sense)]}, {format_percent(float(p))}"
-            for line, sense, p in lines
+        observation_texts = (
+            f"{map_row} if {observation_names[int(observation)]}, {format_percent(float(p))}"
+            for map_row, observation, p in forecast_rows
         )
         return [
             f"{hexgrid.format_move_condition(options.forecast)}, where the prey is",
-            "; ".join(told),
+            "; ".join(observation_texts),
         ]
     if options.regret is not None:
-        names = [hexgrid.get_direction_key(options, way) for way in range(len(DIRECTIONS))]
-        room = (
+        names = [
+            hexgrid.get_direction_key(options, direction) for direction in range(len(DIRECTIONS))
+        ]
+        columns = (
             options.columns_beside_panel
             if options.columns_beside_panel >= REGRET_ROW_COLUMNS
             else options.width
         )
-        return format_regret_rows(options._replace(width=room), names)
-    sensed = f"sensed {format_last_observation(view)}"
+        return format_regret_rows(options._replace(width=columns), names)
+    observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
-        return [f"{sensed}. belief too large"]
-    you, full = view.player_label, "#" if options.ascii else "█"
-    place = you if own_hex else f"where {you} may be"
-    readings = f"@ {place}, {full} where the prey may be", f"@ {you}, {full} prey if likely", sensed
-    return [next(one for one in readings if len(one) <= options.width or one == sensed)]
+        return [f"{observation_text}. belief too large"]
+    viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
+    position_text = viewer if own_hex else f"where {viewer} may be"
+    readings = (
+        f"@ {position_text}, {full_glyph} where the prey may be",
+        f"@ {viewer}, {full_glyph} prey if likely",
+        observation_text,
+    )
+    return [
+        next(
+            reading
+            for reading in readings
+            if len(reading) <= options.width or reading == observation_text
+        )
+    ]
 
 
 def _iter_numbered_maps(
     view: View[CollaborativePredatorPrey], options: DrawOptions
 ) -> Iterator[Text]:
-    """Each hex with both probabilities, as a transcript has it."""
-    problem, known = view.problem, compute_marginals(view)
-    here = _find_own_hex(view, known)
-    around = hex_neighbours(here) if options.show_keys and here else []
-    keys = {hex_: hexgrid.get_direction_key(options, way) for way, hex_ in enumerate(around)}
-    true = (
+    """Yield maps with both probabilities of each hex as numbers, for transcripts."""
+    problem, hex_beliefs = view.problem, compute_marginals(view)
+    own_hex = _find_own_hex(view, hex_beliefs)
+    adjacent = hex_neighbours(own_hex) if options.show_keys and own_hex else []
+    keys = {
+        hex_: hexgrid.get_direction_key(options, direction)
+        for direction, hex_ in enumerate(adjacent)
+    }
+    true_hexes = (
         set()
         if options.revealed_state is None
-        else {problem.hexes[int(place)] for place in options.revealed_state}
+        else {problem.hexes[int(position)] for position in options.revealed_state}
     )
 
     def draw_cell(hex_: Hex, size: HexSize) -> HexCell:
-        if known is None:
+        """Return the content of a hex for a size of map."""
+        if hex_beliefs is None:
             return HexCell("")
-        at = problem.hexes.index(hex_)
-        prey, you = float(known.prey[at]), float(known.you[at])
-        style = "reverse" if hex_ in true else "bold" if prey >= known.prey.max() - 1e-9 else ""
+        index = problem.hexes.index(hex_)
+        prey_probability, own_probability = (
+            float(hex_beliefs.prey[index]),
+            float(hex_beliefs.you[index]),
+        )
+        style = (
+            "reverse"
+            if hex_ in true_hexes
+            else "bold"
+            if prey_probability >= hex_beliefs.prey.max() - 1e-9
+            else ""
+        )
         if size.text_rows > 1:
-            note = _format_marked_percent("@", you, options) or keys.get(hex_, "")
-            return HexCell(_format_marked_percent("o", prey, options), note, "", style)
+            note = _format_marked_percent("@", own_probability, options) or keys.get(hex_, "")
+            return HexCell(_format_marked_percent("o", prey_probability, options), note, "", style)
         if size == hexgrid.SMALL_DOT_SIZE:
             return HexCell(
                 "",
-                dot_glyph=format_sparkline([prey], options.ascii) if prey >= 1e-9 else ".",
+                dot_glyph=format_sparkline([prey_probability], options.ascii)
+                if prey_probability >= 1e-9
+                else ".",
                 style=style,
             )
-        digits = format_percent(min(prey, 0.99)).rstrip("%")  # two columns
-        both = digits.rjust(2) + (format_sparkline([you], options.ascii) if you >= 1e-9 else " ")
-        return HexCell(both, dot_glyph=both if both.strip() else ".", style=style)
+        digits = format_percent(min(prey_probability, 0.99)).rstrip("%")  # at most two columns
+        combined_text = digits.rjust(2) + (
+            format_sparkline([own_probability], options.ascii) if own_probability >= 1e-9 else " "
+        )
+        return HexCell(
+            combined_text, dot_glyph=combined_text if combined_text.strip() else ".", style=style
+        )
 
-    both = f"% prey, bar: {view.player_label}"
-    small = (both, both, "bar: prey")
+    combined_legend = f"% prey, bar: {view.player_label}"
+    small_legends = (combined_legend, combined_legend, "bar: prey")
     drawings = [*map(Text.copy, hexgrid.iter_maps(problem.hexes, draw_cell, options))]
-    legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small)) + [*small]
-    for drawn, legend in zip(drawings, legends, strict=True):
-        said = f"sensed {format_last_observation(view)}. {legend if known else 'belief too large'}"
-        drawn.append(f"\n{said[: options.width]}")
+    legends = [f"o prey, @ {view.player_label}"] * (len(drawings) - len(small_legends)) + [
+        *small_legends
+    ]
+    for drawing, legend in zip(drawings, legends, strict=True):
+        caption = (
+            f"sensed {format_last_observation(view)}. "
+            f"{legend if hex_beliefs else 'belief too large'}"
+        )
+        drawing.append(f"\n{caption[: options.width]}")
         if options.revealed_state is not None:
-            drawn.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
-        yield drawn
+            drawing.append(f"\n{_format_true_positions(view, options)}", "bold magenta")
+        yield drawing
 
 
 def _format_marked_percent(mark: str, probability: float, options: DrawOptions) -> str:
-    """A mark, a bar where there is room for it, and the percent, in five columns."""
-    told = format_percent(probability)
-    shade = (
-        "" if options.ascii or len(told) > 3 else format_sparkline([probability], ascii_only=False)
+    """Format a mark and a probability in five columns, with a bar between them if it fits."""
+    text = format_percent(probability)
+    bar = (
+        "" if options.ascii or len(text) > 3 else format_sparkline([probability], ascii_only=False)
     )
-    return f"{mark}{shade}{told:>{4 - len(shade)}}" if told else ""
+    return f"{mark}{bar}{text:>{4 - len(bar)}}" if text else ""
 
 
 def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawOptions) -> str:
-    """Where everyone truly is."""
+    """Format the true positions of all agents and the prey, without names if space is short."""
     problem = view.problem
     assert options.revealed_state is not None
     names = [*problem.agents, "prey"]
-    places = [format_hex(problem.hexes[int(place)]) for place in options.revealed_state]
-    full = "truly " + ", ".join(
-        f"{name} {place}" for name, place in zip(names, places, strict=True)
+    positions = [format_hex(problem.hexes[int(position)]) for position in options.revealed_state]
+    full_text = "truly " + ", ".join(
+        f"{name} {position}" for name, position in zip(names, positions, strict=True)
     )
-    return full if len(full) <= options.width else f"truly {' '.join(places)}"[: options.width]
+    return (
+        full_text
+        if len(full_text) <= options.width
+        else f"truly {' '.join(positions)}"[: options.width]
+    )
 
 
 def _list_likeliest_hexes(
     view: View[CollaborativePredatorPrey], probabilities: Reals, hex_count: int
 ) -> list[tuple[str, float]]:
+    """Return the likeliest hexes and their probabilities, those below 0.0005 left out."""
     order = np.argsort(-np.round(probabilities, 9), kind="stable")[:hex_count]
     hexes = view.problem.hexes
     return [
@@ -273,6 +355,7 @@ def _list_likeliest_hexes(
 
 
 def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
+    """Return a sentence about the partners that the viewer does not see; '' if there are none."""
     others = [agent for seat, agent in enumerate(view.problem.agents) if seat != view.seat]
     if not others:
         return ""
@@ -281,19 +364,19 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
-    """What the team is paid, and what it cannot see."""
-    slip, own = view.problem.slip, view.player_label == "you"
+    """Return the goal: the rewards of the team, and the information it lacks."""
+    slip, is_second_person = view.problem.slip, view.player_label == "you"
     return [
         "find the unseen prey",
         f"a catch by anyone pays all {CAPTURE_REWARD:g}",
         f"else a turn costs {-MOVE_REWARD:g}",
-        f"{view.player_label} {'sense' if own else 'senses'} it from the next hex",
+        f"{view.player_label} {'sense' if is_second_person else 'senses'} it from the next hex",
         *([f"{format_percent(slip)} of steps slip aside"] if slip else []),
     ]
 
 
 def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
-    """Who hunts, what is not seen, and what a turn costs."""
+    """Return the lesson: the hunters, the hidden facts, and the cost of a turn."""
     problem, others = view.problem, len(view.problem.agents) - 1
     team = f", one of {others + 1} who cannot talk" if others else ""
     blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
@@ -310,51 +393,65 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
 
 
 def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
-    """What you did and sensed; the board has what is likely, a reward would betray a capture."""
-    sensed = format_last_observation(view) if view.turns_played else "-"
+    """Return the side panel's rows: last action, observation and reward if visible.
+
+    A visible reward would reveal a capture.
+    """
+    observation_text = format_last_observation(view) if view.turns_played else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
-    rows = [("last", view.last_action_label.upper() or "-"), ("sensed", sensed), ("reward", reward)]
+    rows = [
+        ("last", view.last_action_label.upper() or "-"),
+        ("sensed", observation_text),
+        ("reward", reward),
+    ]
     if len(view.problem.agents) > 1:
         rows.append(("partner", "unseen"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
 
 
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
-    """What you sensed and did, and where the prey and you most likely are."""
-    return f"{format_last_observation(view)}. chose {view.last_action_label.upper()}. {_describe_belief(view, 1)}".rstrip()
+    """Describe the last observation and action, and the likeliest hexes."""
+    return (
+        f"{format_last_observation(view)}. chose "
+        f"{view.last_action_label.upper()}. {_describe_belief(view, 1)}"
+    ).rstrip()
 
 
 def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> str:
-    """The likeliest hexes of the prey and of you in words."""
-    known = compute_marginals(view)
-    if known is None:
+    """Describe the likeliest hexes of the prey and of the viewer; '' if the belief is too large."""
+    hex_beliefs = compute_marginals(view)
+    if hex_beliefs is None:
         return ""
     sentences = []
-    for name, shares in known._asdict().items():
-        each = ", ".join(
-            f"{hex_} {share:.3f}" for hex_, share in _list_likeliest_hexes(view, shares, hex_count)
+    for name, probabilities in hex_beliefs._asdict().items():
+        hexes_text = ", ".join(
+            f"{hex_} {probability:.3f}"
+            for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
         )
-        sentences.append(f"{view.player_label if name == 'you' else name} likeliest at {each}.")
+        sentences.append(
+            f"{view.player_label if name == 'you' else name} likeliest at {hexes_text}."
+        )
     return " ".join(sentences)
 
 
 def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
-    """What you sensed, the belief, and where you see it the ways on."""
-    problem, known = view.problem, compute_marginals(view)
+    """Describe the last observation, the belief, the own hex if certain, and the partners."""
+    problem, hex_beliefs = view.problem, compute_marginals(view)
     sentences = [
         f"sensed {format_last_observation(view)}.",
         _describe_belief(view, MAX_DESCRIBED_HEXES),
     ]
-    here = _find_own_hex(view, known)
-    if known is not None and here:
+    own_hex = _find_own_hex(view, hex_beliefs)
+    if hex_beliefs is not None and own_hex:
 
         def describe_hex(hex_: Hex) -> str:
-            return f"prey {known.prey[problem.hexes.index(hex_)]:.3f}"
+            """Return the prey's probability in a hex as text."""
+            return f"prey {hex_beliefs.prey[problem.hexes.index(hex_)]:.3f}"
 
         sentences += [
-            f"at {format_hex(here)}.",
-            *hexgrid.describe_neighbours(problem.hexes, here, describe_hex),
+            f"at {format_hex(own_hex)}.",
+            *hexgrid.describe_neighbours(problem.hexes, own_hex, describe_hex),
         ]
-    if known is None:
+    if hex_beliefs is None:
         return f"{sentences[0]} the belief is over too many states to be told."
     return " ".join(sentences) + _describe_partners(view)

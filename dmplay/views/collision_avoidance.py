@@ -1,7 +1,7 @@
-"""How collision avoidance looks: height above the intruder against the time that is left.
+"""The view of collision avoidance: height above the intruder against the time left.
 
-+100  ····                 · and arrows: where you were, and the advisory given there
-          ↑↑◆ ∘ ∘ ∘ ∘      ◆ you, ∘ where this rate leads
++100  ····                 · and arrows: past positions, and the advisory given there
+          ↑↑◆ ∘ ∘ ∘ ∘      ◆ you, ∘ the path at this rate
    0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A     A the intruder, ▒ too close to it
     40s            0s
 """
@@ -31,9 +31,9 @@ KEYS = {
     "down": "descend", "up": "climb", "s": "descend", "w": "climb",
 }  # fmt: skip
 ADVISORY_GLYPHS = "↓·↑"  # by action
-PATH_GLYPHS = "↓∘↑"  # where an action, kept, leads
-SHORT_ACTION_NAMES = ("descend", "none", "climb")  # of the actions, in few columns
-STEADY_GUST_INDEX = 1  # the middle gust of three
+PATH_GLYPHS = "↓∘↑"  # predicted path if an action is repeated, by action
+SHORT_ACTION_NAMES = ("descend", "none", "climb")  # short names, by action
+STEADY_GUST_INDEX = 1  # the middle one of three gusts
 MAX_HEIGHT_CHOICES = (
     100,
     200,
@@ -41,23 +41,23 @@ MAX_HEIGHT_CHOICES = (
     400,
     600,
     800,
-)  # m: the least that holds every height so far is on top
-LABEL_COLUMNS = 6  # columns for heights
-PATH_POINT_COLUMNS = 3  # columns between two places ahead
+)  # metres; the smallest that holds all heights is the top
+LABEL_COLUMNS = 6  # columns of the height labels
+PATH_POINT_COLUMNS = 3  # columns between two points of a path
 
 
 class EncounterLayout(NamedTuple):
-    """A drawing: its columns, the rows of heights, how often one is labelled, what follows."""
+    """A size of drawing: columns, rows, rows between labels, and the parts below and beside it."""
 
     width: int
     height_rows: int
     label_interval: int
-    has_status_rows: bool = True  # the times and the state below the heights
-    path_label_columns: int = 0  # columns beside it for the names of what leads there
+    has_status_rows: bool = True  # times and state below the heights
+    path_label_columns: int = 0  # columns for the names of the paths; 0 for none
 
 
 class AdvisoryPath(NamedTuple):
-    """Where an advisory leads if it is kept in calm air: a height a second from now on."""
+    """The predicted heights under a repeated advisory in calm air, one for each second."""
 
     action: int
     heights: list[float]
@@ -70,12 +70,15 @@ LAYOUTS = (
     EncounterLayout(38, 5, 1),
     EncounterLayout(38, 5, 1, False),
 )
-MAX_LAYOUT = EncounterLayout(161, 45, 11)  # columns and rows of heights that a drawing grows to
+MAX_LAYOUT = EncounterLayout(161, 45, 11)  # largest columns and rows of a drawing
 PATH_LABEL_COLUMNS = 13
 
 
 def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
-    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    """Return the layouts to try, largest first.
+
+    A layout that fills the space beside the panel comes before those of a transcript.
+    """
     width, rows = (
         min(options.columns_beside_panel - PATH_LABEL_COLUMNS, MAX_LAYOUT.width),
         min(options.height - 2, MAX_LAYOUT.height_rows),
@@ -90,17 +93,19 @@ def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
 
 
 def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterator[Text]:
-    """The encounter in five sizes and on a screen in one more, the last with less below it, then
-    the numbers.
+    """Yield the encounter in five or six sizes, then its numbers alone.
+
+    The smallest drawing lacks the rows of times and state.
     """
     paths = _predict_paths(view, options)
-    for size in _list_layouts(options):
+    for layout in _list_layouts(options):
         canvas = Canvas()
-        _draw_encounter(canvas, view, size, paths)
-        y = size.height_rows
-        if size.has_status_rows:
-            _draw_time_labels(canvas, y, _make_time_line(size))
-            if not size.path_label_columns:  # else the panel beside has it
+        _draw_encounter(canvas, view, layout, paths)
+        y = layout.height_rows
+        if layout.has_status_rows:
+            _draw_time_labels(canvas, y, _make_time_line(layout))
+            # With names at the paths' ends, the panel beside the drawing has the state.
+            if not layout.path_label_columns:
                 y += 1
                 canvas.write_text(
                     0,
@@ -109,31 +114,39 @@ def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterato
                     "bold",
                 )
             y += 1
-        canvas.write_text(0, y, _format_hint(options, size.width) or _describe_pass(view), "bold")
+        canvas.write_text(0, y, _format_hint(options, layout.width) or _describe_pass(view), "bold")
         yield canvas.to_text()
     yield draw_text_rows(_format_state(view), _describe_pass(view))
     yield draw_text_rows(_format_state(view))
 
 
 def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list[AdvisoryPath]:
-    """Where each advisory leads; or a single one, from each state that it may bring."""
+    """Predict the path of each advisory, or of the previewed one from each state it may lead to.
+
+    Return [] after the aircraft have passed, and in a transcript without a forecast.
+    """
     if has_passed_intruder(view) or not (options.allow_large or options.forecast):
         return []
     if options.forecast:
         action = int(options.forecast.action)
-        now = _get_current_state(view)[0]
-        ahead = _simulate_kept_advisories(
+        current_height = _get_current_state(view)[0]
+        future_heights = _simulate_kept_advisories(
             view, options.forecast.outcomes, np.full(len(options.forecast.outcomes), action)
         )
-        return [AdvisoryPath(action, [now, *heights]) for heights in ahead]
-    kept = _simulate_kept_advisories(view, np.tile(view.observation, (3, 1)), np.arange(3))
-    return [AdvisoryPath(action, heights) for action, heights in enumerate(kept)]
+        return [AdvisoryPath(action, [current_height, *heights]) for heights in future_heights]
+    heights_by_action = _simulate_kept_advisories(
+        view, np.tile(view.observation, (3, 1)), np.arange(3)
+    )
+    return [AdvisoryPath(action, heights) for action, heights in enumerate(heights_by_action)]
 
 
 def _simulate_kept_advisories(
     view: View[CollisionAvoidance], states: Array, actions: Array
 ) -> list[list[float]]:
-    """The heights of states `[B, 4]` a second each, each under an action that is kept."""
+    """Return the heights `[B][seconds]` under repeated actions in calm air.
+
+    `states` has shape `[B, 4]` and `actions` shape `[B]`.
+    """
     problem, heights = view.problem, []
     while not problem.terminal(states).all():
         heights.append(states[:, 0])
@@ -144,40 +157,43 @@ def _simulate_kept_advisories(
 
 
 def _format_hint(options: DrawOptions, width: int) -> str:
-    """What an advisory may bring, or what each loses."""
+    """Format the rates that the previewed advisory may lead to, or the regret of each advisory."""
     if options.forecast:
         rates = zip(options.forecast.outcomes[:, 1], options.forecast.probabilities, strict=True)
-        each = ", ".join(
+        rates_text = ", ".join(
             f"{format_percent(float(p))} {format_signed_fixed(float(rate), 1)}" for rate, p in rates
         )
         name = SHORT_ACTION_NAMES[int(options.forecast.action)]
         forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
-        told = [f"{form}: rate {each}" for form in forms]
-        return next((one for one in told if len(one) <= width), told[-1])
+        texts = [f"{form}: rate {rates_text}" for form in forms]
+        return next((text for text in texts if len(text) <= width), texts[-1])
     return next(iter(format_regret_rows(options._replace(width=width), SHORT_ACTION_NAMES)), "")
 
 
 def _make_time_line(layout: EncounterLayout) -> NumberLine:
-    """Seconds left, from the first on the left."""
+    """Return the time axis: seconds left, the first on the left."""
     return NumberLine(-START_TIME, 0.0, LABEL_COLUMNS, layout.width - 1)
 
 
 def _list_past_states(view: View[CollisionAvoidance]) -> list[tuple[float, float, float, float]]:
-    """Height, rate, advisory and time before each of the forty turns at most, and now."""
+    """Return (height, rate, advisory, time left) before each of the at most 40 turns, and now."""
     return [(float(h), float(dh), float(a), float(t)) for h, dh, a, t in view.observations]
 
 
 def _get_current_state(view: View[CollisionAvoidance]) -> tuple[float, float, float, float]:
-    """The present state; once they have passed, the one in which they did."""
-    h, dh, a, left = map(
+    """Return (height, rate, advisory, time left) now, or at the pass if it is over."""
+    h, dh, a, seconds_left = map(
         float, view.observations[-2 if has_passed_intruder(view) and view.turns_played else -1]
     )
-    return h, dh, a, left
+    return h, dh, a, seconds_left
 
 
 def _choose_max_height(heights: Iterable[float]) -> float:
-    most = max(map(abs, heights))
-    return float(next((high for high in MAX_HEIGHT_CHOICES if most <= high), most))
+    """Return the smallest top of the height axis that holds all heights."""
+    max_abs_height = max(map(abs, heights))
+    return float(
+        next((choice for choice in MAX_HEIGHT_CHOICES if max_abs_height <= choice), max_abs_height)
+    )
 
 
 def _draw_encounter(
@@ -186,36 +202,51 @@ def _draw_encounter(
     layout: EncounterLayout,
     paths: list[AdvisoryPath],
 ) -> None:
-    states = _list_past_states(view)
-    high = _choose_max_height(
-        [*(h for h, *_ in states), *(h for path in paths for h in path.heights)]
+    """Draw the axes, the intruder, the past heights and advisories, and the predicted paths."""
+    past_states = _list_past_states(view)
+    max_height = _choose_max_height(
+        [*(h for h, *_ in past_states), *(h for path in paths for h in path.heights)]
     )
-    heights, time = NumberLine(-high, high, 0, layout.height_rows - 1), _make_time_line(layout)
+    height_axis, time_axis = (
+        NumberLine(-max_height, max_height, 0, layout.height_rows - 1),
+        _make_time_line(layout),
+    )
     bottom = layout.height_rows - 1
     for row in range(0, layout.height_rows, layout.label_interval):
         canvas.write_text(
-            0, bottom - row, f"{heights.value_at(row):>+{LABEL_COLUMNS - 1}.0f}", "dim"
+            0, bottom - row, f"{height_axis.value_at(row):>+{LABEL_COLUMNS - 1}.0f}", "dim"
         )
-    middle = bottom - heights.column_of(0)
+    middle = bottom - height_axis.column_of(0)
     canvas.write_text(0, middle, "0".rjust(LABEL_COLUMNS - 1), "dim")
-    canvas.write_text(LABEL_COLUMNS, middle, "┄" * (time.right - LABEL_COLUMNS), "dim")
+    canvas.write_text(LABEL_COLUMNS, middle, "┄" * (time_axis.right - LABEL_COLUMNS), "dim")
     for row in range(
-        heights.column_of(-COLLISION_DISTANCE), heights.column_of(COLLISION_DISTANCE) + 1
+        height_axis.column_of(-COLLISION_DISTANCE), height_axis.column_of(COLLISION_DISTANCE) + 1
     ):
-        canvas.write_text(time.right - 1, bottom - row, "▒▒", "red")
-    h, dh, _, left = _get_current_state(view)
+        canvas.write_text(time_axis.right - 1, bottom - row, "▒▒", "red")
+    h, dh, _, seconds_left = _get_current_state(view)
     if paths:
-        _draw_paths(canvas, paths, (time, heights), left, layout)
+        _draw_paths(canvas, paths, (time_axis, height_axis), seconds_left, layout)
     else:
-        for column in range(time.column_of(-left) + 2, time.right + 1, 2):
-            ahead = h + dh * (left + time.value_at(column))
-            if abs(ahead) <= high:
-                canvas.write_text(column, bottom - heights.column_of(ahead), "∘", "cyan")
-    canvas.write_text(time.right, middle, "A", "bold red")
-    for (was, _, _, then), action in zip(states, view.actions, strict=False):
+        for column in range(time_axis.column_of(-seconds_left) + 2, time_axis.right + 1, 2):
+            predicted_height = h + dh * (seconds_left + time_axis.value_at(column))
+            if abs(predicted_height) <= max_height:
+                canvas.write_text(
+                    column, bottom - height_axis.column_of(predicted_height), "∘", "cyan"
+                )
+    canvas.write_text(time_axis.right, middle, "A", "bold red")
+    for (past_height, _, _, past_seconds_left), action in zip(
+        past_states, view.actions, strict=False
+    ):
         mark = ADVISORY_GLYPHS[int(action)]
-        canvas.write_text(time.column_of(-then), bottom - heights.column_of(was), mark, "yellow")
-    canvas.write_text(time.column_of(-left), bottom - heights.column_of(h), "◆", "bold yellow")
+        canvas.write_text(
+            time_axis.column_of(-past_seconds_left),
+            bottom - height_axis.column_of(past_height),
+            mark,
+            "yellow",
+        )
+    canvas.write_text(
+        time_axis.column_of(-seconds_left), bottom - height_axis.column_of(h), "◆", "bold yellow"
+    )
 
 
 def _draw_paths(
@@ -225,84 +256,108 @@ def _draw_paths(
     seconds_left: float,
     layout: EncounterLayout,
 ) -> None:
-    """Where each advisory leads, and at the end of each its name."""
-    time, heights = scales
-    ends: dict[int, list[str]] = {}
-    first = time.column_of(-seconds_left) + 2
-    first += (time.right - first) % PATH_POINT_COLUMNS  # what is kept to stays as it is drawn
+    """Draw the predicted path of each advisory, and the advisory's name at its end."""
+    time_axis, height_axis = scales
+    names_by_row: dict[int, list[str]] = {}
+    first_column = time_axis.column_of(-seconds_left) + 2
+    # The points of a repeated advisory stay at the same columns from turn to turn.
+    first_column += (time_axis.right - first_column) % PATH_POINT_COLUMNS
     for action, path in paths:
-        for column in range(first, time.right + 1, PATH_POINT_COLUMNS):
-            second = min(round(seconds_left + time.value_at(column)), len(path) - 1)
-            row = layout.height_rows - 1 - heights.column_of(path[second])
+        for column in range(first_column, time_axis.right + 1, PATH_POINT_COLUMNS):
+            index = min(round(seconds_left + time_axis.value_at(column)), len(path) - 1)
+            row = layout.height_rows - 1 - height_axis.column_of(path[index])
             canvas.write_text(column, row, PATH_GLYPHS[action], "cyan")
-        names = ends.setdefault(layout.height_rows - 1 - heights.column_of(path[-1]), [])
+        names = names_by_row.setdefault(
+            layout.height_rows - 1 - height_axis.column_of(path[-1]), []
+        )
         if SHORT_ACTION_NAMES[action] not in names:
             names.insert(0, SHORT_ACTION_NAMES[action])
-    for row, names in ends.items():
-        told = "/".join(names) if len(names) < len(SHORT_ACTION_NAMES) else "any"
+    for row, names in names_by_row.items():
+        label = "/".join(names) if len(names) < len(SHORT_ACTION_NAMES) else "any"
         if layout.path_label_columns:
-            canvas.write_text(time.right + 2, row, told, "bold cyan")
+            canvas.write_text(time_axis.right + 2, row, label, "bold cyan")
 
 
 def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:
-    for left in (40, 30, 20, 10, 0):
-        canvas.write_text(time_axis.column_of(-left) - 1, y, f"{left}s", "dim")
+    """Draw the labels of the time axis."""
+    for seconds_left in (40, 30, 20, 10, 0):
+        canvas.write_text(time_axis.column_of(-seconds_left) - 1, y, f"{seconds_left}s", "dim")
 
 
 def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
-    """The advisory that stands."""
+    """Return the name of the advisory in force."""
     rate = float(view.observation[2])
     return "none" if not rate else "climb" if rate > 0 else "descend"
 
 
 def _format_state(view: View[CollisionAvoidance]) -> str:
-    """Where it stands: the numbers."""
-    h, dh, _, left = _get_current_state(view)
-    return f"◆ h {format_signed_fixed(h, 0)} m  dh {format_signed_fixed(dh, 1)} m/s  {left:g} s  {_get_current_advisory(view)}"
+    """Format the current state in one line, with its symbols."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"◆ h {format_signed_fixed(h, 0)} m "
+        f" dh {format_signed_fixed(dh, 1)} "
+        f"m/s  {seconds_left:g} s  "
+        f"{_get_current_advisory(view)}"
+    )
 
 
 def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
-    """The same with its units alone."""
-    h, dh, _, left = _get_current_state(view)
-    return f"◆ {format_signed_fixed(h, 0)} m  {format_signed_fixed(dh, 1)} m/s  {left:g} s left  {_get_current_advisory(view)}"
+    """Format the current state in one line, with units only."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"◆ {format_signed_fixed(h, 0)} "
+        f"m  {format_signed_fixed(dh, 1)} "
+        f"m/s  {seconds_left:g} s left "
+        f" {_get_current_advisory(view)}"
+    )
 
 
 def has_passed_intruder(view: View[CollisionAvoidance]) -> bool:
-    """Whether the aircraft have passed one another."""
+    """Return whether the aircraft have passed each other."""
     return bool(view.observation[3] < 0)
 
 
 def predict_miss_distance(view: View[CollisionAvoidance]) -> float:
-    """By how much, in metres, they passed or will at this rate."""
-    h, dh, _, left = _get_current_state(view)
-    return h + dh * left
+    """Return the vertical miss distance in metres, or its prediction at the current rate.
+
+    It is positive above the intruder.
+    """
+    h, dh, _, seconds_left = _get_current_state(view)
+    return h + dh * seconds_left
 
 
 def _describe_pass(view: View[CollisionAvoidance]) -> str:
-    """How they passed, or will at this rate."""
+    """Describe the miss distance, and if it is a collision."""
     return f"{_format_miss_distance(view)} A: {'COLLISION' if _is_collision(view) else 'clear'}"
 
 
 def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
-    when, side = (
+    """Describe the miss distance as passed or predicted, above or below."""
+    verb, side = (
         "passed" if has_passed_intruder(view) else "will pass",
         "below" if predict_miss_distance(view) < 0 else "above",
     )
-    return f"{when} {abs(predict_miss_distance(view)):.0f} m {side}"
+    return f"{verb} {abs(predict_miss_distance(view)):.0f} m {side}"
 
 
 def _is_collision(view: View[CollisionAvoidance]) -> bool:
+    """Return whether the miss distance is less than NEAR metres."""
     return abs(predict_miss_distance(view)) < COLLISION_DISTANCE
 
 
 def _describe_outcome(view: View[CollisionAvoidance]) -> str:
-    """How they pass, in words."""
-    ahead = "" if has_passed_intruder(view) else " ahead"
-    return f"{'collision' if _is_collision(view) else 'clear'}{ahead}: {_format_miss_distance(view)} the intruder"
+    """Describe the outcome of the pass, or the predicted one, in words."""
+    suffix = "" if has_passed_intruder(view) else " ahead"
+    return (
+        f"{'collision' if _is_collision(view) else 'clear'}{suffix}: "
+        ""
+        ""
+        f"{_format_miss_distance(view)} the intruder"
+    )
 
 
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
-    """What to be clear of when the other passes, and the price of an advice."""
+    """Return the goal: the distance to keep from the intruder, and the costs."""
     return [
         f"be {COLLISION_DISTANCE:g} m clear of the intruder at 0 s",
         f"a collision costs {COLLISION_COST:g}",
@@ -311,41 +366,59 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 
 
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
-    """The aircraft, what to be clear of, and the price of an advice."""
+    """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
         "You advise the aircraft ◆ to climb, to descend or neither; another, A, comes head on at "
         "height 0",
-        f"You want to be {COLLISION_DISTANCE:g} m above or below it when they pass, {START_TIME:g} s after the "
+        "You want to be "
+        f"{COLLISION_DISTANCE:g} m above or "
+        "below it when they pass, "
+        f"{START_TIME:g} s after the "
         "start",
-        f"A collision costs {COLLISION_COST:g}, each change of advice {ADVISORY_CHANGE_COST:g}, to keep to one "
-        "nothing; gusts push the aircraft up and down",
+        "A collision costs "
+        f"{COLLISION_COST:g}, each change "
+        f"of advice {ADVISORY_CHANGE_COST:g}, "
+        "to keep to one "
+        "nothing; gusts push "
+        "the aircraft up and down",
         "climb",
     )
 
 
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
-    """The state and the advisories; how they will pass stands below the board."""
-    h, dh, _, left = _get_current_state(view)
+    """Return the side panel's rows: height, rate, time left and advisory."""
+    h, dh, _, seconds_left = _get_current_state(view)
     return [
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("left", f"{left:g} s"),
+        ("left", f"{seconds_left:g} s"),
         ("advice", _get_current_advisory(view)),
     ]
 
 
 def describe_turn(view: View[CollisionAvoidance]) -> str:
-    """How they pass, what was advised, and the state."""
-    changed = view.observation[2] != view.observations[-2][2]
-    how = "changed to" if changed else "kept"
-    return f"{_describe_outcome(view)}. {how} {view.last_action_label}. {_describe_state(view)}."
+    """Describe the outcome, the last advisory and the state."""
+    has_changed = view.observation[2] != view.observations[-2][2]
+    verb = "changed to" if has_changed else "kept"
+    return f"{_describe_outcome(view)}. {verb} {view.last_action_label}. {_describe_state(view)}."
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
-    """How they pass, and the state."""
-    return f"{_describe_outcome(view)}. {_describe_state(view)}. advisory {_get_current_advisory(view)}."
+    """Describe the predicted outcome, the state and the advisory in force."""
+    return (
+        f"{_describe_outcome(view)}. "
+        f"{_describe_state(view)}. "
+        "advisory "
+        f"{_get_current_advisory(view)}."
+    )
 
 
 def _describe_state(view: View[CollisionAvoidance]) -> str:
-    h, dh, _, left = _get_current_state(view)
-    return f"height {format_signed_fixed(h, 0)} m, rate {format_signed_fixed(dh, 1)} m/s, {left:g} s left"
+    """Describe the current height, rate and time left in words."""
+    h, dh, _, seconds_left = _get_current_state(view)
+    return (
+        f"height {format_signed_fixed(h, 0)} "
+        "m, rate "
+        f"{format_signed_fixed(dh, 1)} "
+        f"m/s, {seconds_left:g} s left"
+    )

@@ -1,4 +1,4 @@
-"""How the crying baby looks: what you heard, and what you may believe."""
+"""The view of the crying baby problem: the last observation and the belief about hunger."""
 
 from collections.abc import Iterator
 
@@ -23,33 +23,38 @@ from dmplay.views.generic import format_last_observation
 from dmplay.views.style import DrawOptions, Lesson
 
 CaregiverProblem = CryingBaby | MulticaregiverCryingBaby
-MAX_HISTORY_TURNS = 20  # turns of it that are drawn
+MAX_HISTORY_TURNS = 20  # turns in the belief history
 WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = (
     40,
     10,
-)  # columns of a bar where there is room, and of one of a loss
+)  # columns of a bar on the large board, and of a regret bar
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
 
 
 def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[Text]:
-    """The last observation, the belief as bars, how it moved; what each action costs."""
+    """Yield the boards, the largest first.
+
+    The large board comes first if `options.allow_large` is set. The small boards follow, with rows
+    of hints and of the forecast below them, then without these rows. If there are no hints, a row
+    of expected rewards replaces them on a large screen until the game is over.
+    """
     if options.allow_large:
         yield _draw_large_board(view, options)
-    after = format_forecast_rows(view, options, view.problem.state_names)
-    told = format_regret_rows(options, list_action_keys(KEYS, options)) or [
+    forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
+    hint_rows = format_regret_rows(options, list_action_keys(KEYS, options)) or [
         _format_expected_rewards(view, options)
     ] * (options.allow_large and not view.end_reason)
     yield from iter_with_and_without_rows(
-        _iter_small_boards(view, options), [*told, *after], options
+        _iter_small_boards(view, options), [*hint_rows, *forecast_rows], options
     )
 
 
 def _iter_small_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[Text]:
-    """What was heard and the belief, with its history and without."""
-    for history in (True, False):
+    """Yield the small board with the belief history, then without it."""
+    for with_history in (True, False):
         canvas = Canvas()
         y = _draw_observation_and_belief(view, canvas, options)
-        if history:
+        if with_history:
             y = _draw_belief_history(view, canvas, y, options)
         draw_true_state(canvas, y, view.problem.state_names, options)
         yield canvas.to_text()
@@ -58,7 +63,7 @@ def _iter_small_boards(view: View[CaregiverProblem], options: DrawOptions) -> It
 def _draw_observation_and_belief(
     view: View[CaregiverProblem], canvas: Canvas, options: DrawOptions, max_bar_columns: int = 20
 ) -> int:
-    """What was heard and the bars; the row after them."""
+    """Draw the last observation and the belief bars; return the next free row."""
     canvas.write_text(0, 0, "heard  ")
     canvas.write_text(
         7,
@@ -74,18 +79,26 @@ def _draw_observation_and_belief(
 def _draw_belief_history(
     view: View[CaregiverProblem], canvas: Canvas, y: int, options: DrawOptions
 ) -> int:
-    """How the worst belief moved; the row after it."""
+    """Draw a sparkline of the past probabilities of hunger; return the next free row.
+
+    At most MAX_HISTORY_TURNS turns are drawn.
+    """
     title = f"history of {view.problem.state_names[-1]} "
-    room = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     canvas.write_text(0, y, title, "dim")
-    worst = [float(b[-1]) for b in (view.beliefs or ())[-room:]]
-    moved = format_sparkline(worst, options.ascii).ljust(room, " " if options.ascii else "·")
-    canvas.write_text(len(title), y, moved, "cyan")
+    probabilities = [float(b[-1]) for b in (view.beliefs or ())[-columns:]]
+    sparkline = format_sparkline(probabilities, options.ascii).ljust(
+        columns, " " if options.ascii else "·"
+    )
+    canvas.write_text(len(title), y, sparkline, "cyan")
     return y + 1
 
 
 def _draw_large_board(view: View[CaregiverProblem], options: DrawOptions) -> Text:
-    """Everything, with the reward to expect of each action, what it loses and what crying tells."""
+    """Return the large board, with expected rewards and regrets of all actions.
+
+    Below them are the forecast, or the probabilities of crying if no forecast is asked for.
+    """
     canvas = Canvas()
     y = (
         _draw_belief_history(
@@ -110,24 +123,27 @@ def _draw_large_board(view: View[CaregiverProblem], options: DrawOptions) -> Tex
 def _draw_expected_rewards(
     view: View[CaregiverProblem], canvas: Canvas, y: int, options: DrawOptions
 ) -> None:
-    """The reward to expect of each action at once: of hunger under the belief, and of the effort.
+    """Draw a table of the expected immediate reward of each action.
 
-    The best first, with what each loses in the end, where that is told.
+    The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
+    With hints, a bar shows the regret ("in the end") and the best action comes first.
     """
-    heads = "expected reward  hunger  effort     sum"
-    canvas.write_text(0, y, heads, "dim")
-    canvas.write_text(len(heads) + 2, y, "in the end" if options.regret is not None else "", "dim")
+    heading = "expected reward  hunger  effort     sum"
+    canvas.write_text(0, y, heading, "dim")
+    canvas.write_text(
+        len(heading) + 2, y, "in the end" if options.regret is not None else "", "dim"
+    )
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):
         effort = view.problem.action_rewards[view.seat][action]
         canvas.write_text(0, row, f"{keys[action]} {labels[action]}")
-        each = "".join(
+        cells = "".join(
             f"{format_signed_fixed(value, 2):>8}" for value in (hunger, effort, hunger + effort)
         )
-        canvas.write_text(15, row, each)
+        canvas.write_text(15, row, cells)
         canvas.write_text(
-            len(heads) + 2,
+            len(heading) + 2,
             row,
             format_regret_with_bar(options, action, REGRET_BAR_COLUMNS),
             "yellow",
@@ -135,16 +151,24 @@ def _draw_expected_rewards(
 
 
 def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions) -> str:
-    """The reward to expect of each action at once, in a row."""
+    """Return the expected immediate reward of each action in one row."""
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
-    each = zip(list_action_keys(KEYS, options), view.problem.action_rewards[view.seat], strict=True)
+    key_efforts = zip(
+        list_action_keys(KEYS, options), view.problem.action_rewards[view.seat], strict=True
+    )
     return "  ".join(
-        ["pays", *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in each)]
+        [
+            "pays",
+            *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
+        ]
     )
 
 
 def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
-    """How often each baby cries, sung to or not."""
+    """Return two rows with the probabilities that a hungry and a sated baby cry.
+
+    The second row also has the probability that an unfed baby becomes hungry.
+    """
     problem = view.problem
     hungry = _format_cry_probability(problem.cries_hungry, problem.cries_hungry_sung)
     sated = _format_cry_probability(problem.cries_sated, problem.cries_sated_sung)
@@ -155,7 +179,7 @@ def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
 
 
 def _format_cry_probability(without_song: float, with_song: float) -> str:
-    """A probability without a song and with one."""
+    """Return the probabilities of crying without and with a song as text, once if equal."""
     return (
         f"{without_song:.0%}, sung to {with_song:.0%}"
         if without_song != with_song
@@ -164,7 +188,7 @@ def _format_cry_probability(without_song: float, with_song: float) -> str:
 
 
 def goal_lines(view: View[CaregiverProblem]) -> list[str]:
-    """What hunger and each effort cost this seat, and what crying tells."""
+    """Return the goal and the costs of hunger, feeding and singing, as clauses."""
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
     return [
@@ -177,15 +201,20 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
 
 
 def lesson(view: View[CaregiverProblem]) -> Lesson:
-    """Who cares for whom, what is to be wanted, and what each action costs."""
+    """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     feeding, singing, ignoring = (
         f"{0.0 - effort:g}" for effort in problem.action_rewards[view.seat]
     )
-    alone = len(problem.agents) == 1
-    who = "" if alone else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
+    is_single_agent = len(problem.agents) == 1
+    role = (
+        "" if is_single_agent else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
+    )
     return Lesson(
-        f"You {'are ' * (not alone)}{who}care for a baby that is hungry or sated; you only hear "
+        "You "
+        f"{'are ' * (not is_single_agent)}{role}care "
+        "for a baby that is hungry "
+        "or sated; you only hear "
         "whether it cries",
         "You want it sated: feeding sates it for sure, a song makes its crying tell you more",
         f"A turn that finds it hungry costs {-problem.hungry_reward:g}, feeding {feeding}, "
@@ -195,23 +224,26 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
 
 
 def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
-    """What is not on the board; the reward is hidden until the end, as it betrays the state."""
+    """Return the panel rows: the last reward and the discount.
+
+    The reward is hidden until the game is over, because it reveals the state.
+    """
     reward = f"{view.rewards[-1]:g}" if view.rewards else "hidden"
     return [("reward", reward), ("discount", f"{view.problem.discount:.2f}")]
 
 
 def describe_turn(view: View[CaregiverProblem]) -> str:
-    """What you did, what you heard, what to believe."""
+    """Return a description of the last turn: the observation, the action and the belief."""
     return (
         f"{format_last_observation(view)}. chose {view.last_action_label}. {describe_belief(view)}"
     )
 
 
 def describe_situation(view: View[CaregiverProblem]) -> str:
-    """The last observation and the belief."""
+    """Return a description of the last observation and the belief."""
     return f"heard {format_last_observation(view)}. {describe_belief(view)}"
 
 
 def describe_belief(view: View[CaregiverProblem]) -> str:
-    """The belief in words."""
+    """Return the belief as a sentence, the likeliest state first."""
     return f"belief: {format_belief(view.problem.state_names, view.belief)}."

@@ -1,4 +1,4 @@
-"""How 2048 looks: the board in boxes, the new tile underlined; slides are seen to happen."""
+"""The view of 2048: tiles in boxes, the new tile underlined, and slides animated."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -19,35 +19,48 @@ KEYS = {
     "h": "left", "j": "down", "l": "right", "k": "up",
     "a": "left", "s": "down", "d": "right", "w": "up",
 }  # fmt: skip
-DARK_COLOR, LIGHT_COLOR = 16, 231  # numbers of the palette: black and white
+DARK_COLOR, LIGHT_COLOR = 16, 231  # black and white in the ANSI palette
 TILE_COLORS = (
-    (DARK_COLOR, 255), (DARK_COLOR, 230), (DARK_COLOR, 216), (DARK_COLOR, 209), (DARK_COLOR, 203), (LIGHT_COLOR, 160), (DARK_COLOR, 228),
-    (DARK_COLOR, 221), (DARK_COLOR, 214), (DARK_COLOR, 154), (DARK_COLOR, 51), (LIGHT_COLOR, 63), (LIGHT_COLOR, 93), (LIGHT_COLOR, 127),
-    (LIGHT_COLOR, 53), (LIGHT_COLOR, 22),
-)  # fmt: skip
-MARGIN_COLUMNS = 7  # columns at either side for what is lost by a slide that way
-ARROWS = "←↓→↑"  # by action
-ACTIONS_TOP_TO_BOTTOM = (3, 0, 2, 1)  # the actions by where they lead
+    (DARK_COLOR, 255),
+    (DARK_COLOR, 230),
+    (DARK_COLOR, 216),
+    (DARK_COLOR, 209),
+    (DARK_COLOR, 203),
+    (LIGHT_COLOR, 160),
+    (DARK_COLOR, 228),
+    (DARK_COLOR, 221),
+    (DARK_COLOR, 214),
+    (DARK_COLOR, 154),
+    (DARK_COLOR, 51),
+    (LIGHT_COLOR, 63),
+    (LIGHT_COLOR, 93),
+    (LIGHT_COLOR, 127),
+    (LIGHT_COLOR, 53),
+    (LIGHT_COLOR, 22),
+)
+MARGIN_COLUMNS = 7  # columns on each side of the board for the regret of a slide that way
+ARROWS = "←↓→↑"  # indexed by action
+ACTIONS_TOP_TO_BOTTOM = (3, 0, 2, 1)  # actions by the side they slide to, from top to bottom
 EMPTY_GLYPH = "·"
-HAS_MOTION = True  # a turn is seen to happen
+HAS_MOTION = True  # turns are animated
 
 
 class BoxLayout(NamedTuple):
-    """Columns and rows of a cell, and of the lines between two rows of them."""
+    """The size of a cell in columns and rows, and the rows of the border between cells."""
 
     width: int
     height: int
     border_rows: int = 1
 
     def get_cell_origin(self, row: float, column: float) -> tuple[int, int]:
-        """Where a cell begins within the board; between two cells where it slides."""
+        """Return the column and row where a cell begins; fractions lie between two cells."""
         return round(1 + column * (self.width + 1)), round(
             1 + row * (self.height + self.border_rows)
         )
 
     @property
     def border_position(self) -> tuple[int, int]:
-        """The column and the row of the border at the right and at the bottom."""
+        """The column of the right border and the row of the bottom border."""
         x, y = self.get_cell_origin(4, 4)
         return x - 1, y - self.border_rows
 
@@ -64,7 +77,7 @@ TRANSCRIPT_LAYOUTS = BOX_LAYOUTS[3:5]
 
 
 class DrawnTile(NamedTuple):
-    """What stands in a cell, or between two."""
+    """A tile to draw, in a cell or, while it slides, between two cells."""
 
     row: float
     column: float
@@ -74,57 +87,59 @@ class DrawnTile(NamedTuple):
 
 
 def _format_tile(exponent: int) -> str:
+    """Return the number of a tile as text, or a dot for an empty cell."""
     return str(2**exponent) if exponent else EMPTY_GLYPH
 
 
 def get_tile_style(exponent: int) -> str:
-    """A tile's number and its filling, from the palette."""
+    """Return the style of a tile: the palette colours of its number and its background."""
     if not exponent:
         return "dim"
-    number, filling = TILE_COLORS[min(exponent, len(TILE_COLORS)) - 1]
-    return f"bold color({number}) on color({filling})"
+    text_color, tile_color = TILE_COLORS[min(exponent, len(TILE_COLORS)) - 1]
+    return f"bold color({text_color}) on color({tile_color})"
 
 
 def _find_new_tile(view: View[Game2048]) -> tuple[int, ...] | None:
-    """The cell of the tile that came last."""
+    """Return the (row, column) of the tile added in the last turn, or None if there is none."""
     if not view.turns_played:
         return None
     before, after = view.observations[-2], view.observations[-1]
-    slid, _ = slide_and_score(before[None], np.array([int(view.actions[-1])]))
-    found = np.argwhere(slid[0] != after)
-    return tuple(found[0]) if len(found) else None
+    slid_boards, _ = slide_and_score(before[None], np.array([int(view.actions[-1])]))
+    changed_cells = np.argwhere(slid_boards[0] != after)
+    return tuple(changed_cells[0]) if len(changed_cells) else None
 
 
 class DisplayedBoard(NamedTuple):
-    """A board, the cell of its new tile, and if a slide is foreseen what it says and brings."""
+    """A board to draw, with its new tile, and a forecast or sliding tiles if there are any."""
 
     board: Array  # [4, 4]
     new_tile: tuple[int, ...] | None = None
     title: str = ""
-    arrival_probabilities: Reals | None = None  # [4, 4], of a tile to come there
-    sliding_tiles: tuple[DrawnTile, ...] = ()  # tiles on their way, above the board
+    arrival_probabilities: Reals | None = None  # [4, 4], that a tile arrives in each cell
+    sliding_tiles: tuple[DrawnTile, ...] = ()  # tiles between cells, drawn over the board
 
     @property
     def tiles(self) -> list[DrawnTile]:
-        """What is drawn: in a cell a number, a dot, or how likely a tile comes there."""
+        """The tiles to draw: a number, dot or arrival probability per cell, then sliding tiles."""
         return [
             *(self._make_tile(row, column) for row in range(4) for column in range(4)),
             *self.sliding_tiles,
         ]
 
     def _make_tile(self, row: int, column: int) -> DrawnTile:
+        """Return the tile to draw in a cell."""
         exponent = int(self.board[row, column])
-        chance = (
+        probability = (
             0.0
             if self.arrival_probabilities is None
             else float(self.arrival_probabilities[row, column])
         )
-        text = format_percent(chance) or _format_tile(exponent)
+        text = format_percent(probability) or _format_tile(exponent)
         return DrawnTile(row, column, exponent, text, (row, column) == self.new_tile)
 
 
 def _choose_displayed_board(view: View[Game2048], options: DrawOptions) -> DisplayedBoard:
-    """The board as it is, or after a slide that is foreseen, or while a slide is under way."""
+    """Return the board as it is, after the forecast slide, or during the animated slide."""
     if options.forecast is not None:
         return _forecast_board(view, options.forecast)
     if options.motion_progress < 1 and view.turns_played:
@@ -137,59 +152,65 @@ def _choose_displayed_board(view: View[Game2048], options: DrawOptions) -> Displ
 
 
 def _iter_sliding_tiles(board: Array, action: int, motion_progress: float) -> Iterator[DrawnTile]:
-    """The tiles of a board when a share of the slide has passed."""
+    """Yield the tiles of a board while it slides.
+
+    `motion_progress` is the part of the slide that is over, from 0 to 1.
+    """
     for line in range(4):
-        place, last = -1, 0
-        for at in range(4):
-            begin = _locate_cell(action, line, at)
-            exponent = int(board[begin])
+        target, previous = -1, 0
+        for offset in range(4):
+            start = _locate_cell(action, line, offset)
+            exponent = int(board[start])
             if not exponent:
                 continue
-            merges = exponent == last
-            place, last = (place, 0) if merges else (place + 1, exponent)
-            end = _locate_cell(action, line, place)
+            merges = exponent == previous
+            target, previous = (target, 0) if merges else (target + 1, exponent)
+            end = _locate_cell(action, line, target)
             row, column = (
                 (1 - motion_progress) * a + motion_progress * b
-                for a, b in zip(begin, end, strict=True)
+                for a, b in zip(start, end, strict=True)
             )
             yield DrawnTile(row, column, exponent, _format_tile(exponent))
 
 
 def _locate_cell(action: int, line: int, offset: int) -> tuple[int, int]:
-    """The cell so far from the edge that a slide goes to."""
-    place = 3 - offset if action in (DOWN, RIGHT) else offset
-    return (place, line) if action in (DOWN, UP) else (line, place)
+    """Return the cell of a line at an offset from the edge that a slide goes to."""
+    position = 3 - offset if action in (DOWN, RIGHT) else offset
+    return (position, line) if action in (DOWN, UP) else (line, position)
 
 
 def _forecast_board(view: View[Game2048], forecast: Forecast) -> DisplayedBoard:
-    """The board after a slide, before a tile comes."""
+    """Return the board after the forecast slide, with the probabilities of where a tile arrives."""
     action = int(forecast.action)
-    (slid,), (pay,) = slide_and_score(view.observation[None], np.array([action]))
-    came = (forecast.outcomes != slid) * forecast.probabilities[:, None, None]
+    (slid_board,), (reward,) = slide_and_score(view.observation[None], np.array([action]))
+    arrivals = (forecast.outcomes != slid_board) * forecast.probabilities[:, None, None]
     return DisplayedBoard(
-        slid, None, f" {view.problem.format_action(0, action)} pays {pay:g} ", came.sum(axis=0)
+        slid_board,
+        None,
+        f" {view.problem.format_action(0, action)} pays {reward:g} ",
+        arrivals.sum(axis=0),
     )
 
 
 def iter_boards(view: View[Game2048], options: DrawOptions) -> Iterator[Text]:
-    """The board in the boxes there is room for, the largest first, and in rows without borders."""
-    shown = _choose_displayed_board(view, options)
+    """Yield the boards that fit, the largest boxes first, and last a board without borders."""
+    displayed = _choose_displayed_board(view, options)
     for boxes in BOX_LAYOUTS if options.allow_large else TRANSCRIPT_LAYOUTS:
         right, bottom = boxes.border_position
         if right < options.width and bottom < options.height:
-            yield _draw_boxed_board(shown, boxes, options)
+            yield _draw_boxed_board(displayed, boxes, options)
     canvas = Canvas()
-    for tile in shown.tiles:
-        place = round(5 * tile.column), round(tile.row)
-        _draw_tile(canvas, place, tile.text.rjust(5), tile)
+    for tile in displayed.tiles:
+        position = round(5 * tile.column), round(tile.row)
+        _draw_tile(canvas, position, tile.text.rjust(5), tile)
     for row, action in enumerate(ACTIONS_TOP_TO_BOTTOM):
-        if loss := format_regret(options, action):
-            canvas.write_text(22, row, f"{ARROWS[action]} {loss}", "green")
+        if regret_text := format_regret(options, action):
+            canvas.write_text(22, row, f"{ARROWS[action]} {regret_text}", "green")
     yield canvas.to_text()
 
 
 def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: DrawOptions) -> Text:
-    """The board in boxes."""
+    """Return a board drawn in boxes, with margins for the regrets if there are hints."""
     canvas, left = Canvas(), 0 if options.regret is None else MARGIN_COLUMNS
     right, bottom = boxes.border_position
     _draw_borders(canvas, boxes, left)
@@ -205,7 +226,7 @@ def _draw_boxed_board(displayed: DisplayedBoard, boxes: BoxLayout, options: Draw
 
 
 def _draw_borders(canvas: Canvas, boxes: BoxLayout, left: int) -> None:
-    """The borders of the board and of its cells."""
+    """Draw the borders of the board and of its cells."""
     bottom = boxes.border_position[1]
     for y in range(bottom + 1):
         canvas.write_text(left, y, "│".join(["", *[" " * boxes.width] * 4, ""]), "dim")
@@ -219,32 +240,32 @@ def _draw_borders(canvas: Canvas, boxes: BoxLayout, left: int) -> None:
 def _draw_margins(
     canvas: Canvas, displayed: DisplayedBoard, options: DrawOptions, area: tuple[int, int, int]
 ) -> None:
-    """What is foreseen, and at each edge what is lost by a slide that way."""
-    left, width, height = area  # of the board, its borders included
+    """Draw the title of the forecast, and at each edge the regret of a slide that way."""
+    left, width, height = area  # column of the left border; offsets of the right and bottom borders
     canvas.write_text(left + 1, 0, displayed.title, "bold")
     for action in sort_regrets(options):
-        arrow, loss, bars = (
+        arrow, regret_text, regret_bar = (
             ARROWS[action],
             format_regret(
                 options, action, MAX_NUMBER_COLUMNS if action in {UP, DOWN} else MARGIN_COLUMNS - 1
             ),
             format_regret_bar(options, action, MARGIN_COLUMNS - 2),
         )
-        style = "bold green" if loss == "best" else "green"
+        style = "bold green" if regret_text == "best" else "green"
         if arrow in "↑↓":
-            told = f" {arrow} {loss} {bars}".rstrip() + " "
+            text = f" {arrow} {regret_text} {regret_bar}".rstrip() + " "
             canvas.write_text(
-                left + (width - len(told)) // 2, 0 if arrow == "↑" else height, told, style
+                left + (width - len(text)) // 2, 0 if arrow == "↑" else height, text, style
             )
             continue
-        for y, told in enumerate((arrow, loss, bars), height // 2 - 1):
+        for y, text in enumerate((arrow, regret_text, regret_bar), height // 2 - 1):
             canvas.write_text(
-                left - 1 - len(told) if arrow == "←" else left + width + 2, y, told, style
+                left - 1 - len(text) if arrow == "←" else left + width + 2, y, text, style
             )
 
 
 def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: DrawnTile) -> None:
-    """Writes a tile; of a new one the number alone is underlined."""
+    """Draw the text of a tile; in a new tile only the number is underlined."""
     (x, y), style = position, get_tile_style(tile.exponent)
     canvas.write_text(x, y, text, style)
     if tile.is_new:
@@ -252,7 +273,7 @@ def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: Drawn
 
 
 def goal_lines(view: View[Game2048]) -> list[str]:
-    """What pays, what comes, and what ends it."""
+    """Return the scoring rule, the end of the game and the probability of a new 2, as clauses."""
     return [
         "merge equal tiles: each new one pays its number",
         "it ends when nothing slides",
@@ -261,35 +282,41 @@ def goal_lines(view: View[Game2048]) -> list[str]:
 
 
 def lesson(view: View[Game2048]) -> Lesson:
-    """The slides, what pays, and what comes after each."""
+    """Return the three sentences that introduce the problem: role, objective and costs."""
     return Lesson(
         "You slide all tiles of a board of four by four at once, to one of its four sides",
         "You want merges: two equal tiles that meet become one, which pays its number",
-        f"A slide is free, but then a tile comes, {format_percent(view.problem.p_two) or '0%'} of them 2 "
-        "and the others 4, and when nothing slides any more it is over",
+        (
+            "A slide is free, but then a tile comes, "
+            f"{format_percent(view.problem.p_two) or '0%'} of them 2 "
+            "and the others 4, and when nothing slides any more it is over"
+        ),
         "left",
     )
 
 
 def panel_rows(view: View[Game2048]) -> list[tuple[str, str]]:
-    """The largest tile; the title has the score."""
+    """Return the panel row of the largest tile; the score is in the title of the screen."""
     return [("largest", _format_tile(int(view.observation.max())))]
 
 
 def describe_turn(view: View[Game2048]) -> str:
-    """The slide and the new tile."""
-    new = _find_new_tile(view)
-    if new is None:
+    """Return a description of the last slide and of the new tile."""
+    new_cell = _find_new_tile(view)
+    if new_cell is None:
         return f"slid {view.last_action_label}."
-    tile = _format_tile(int(view.observation[new]))
-    return f"slid {view.last_action_label}. new {tile} in row {new[0] + 1}, column {new[1] + 1}."
+    number = _format_tile(int(view.observation[new_cell]))
+    return (
+        f"slid {view.last_action_label}. new {number} in "
+        f"row {new_cell[0] + 1}, column {new_cell[1] + 1}."
+    )
 
 
 def describe_situation(view: View[Game2048]) -> str:
-    """The rows from the top, then the slides that are open."""
+    """Return a description of the rows, from the top, and of the legal slides."""
     rows = [
         f"row {number}: {' '.join('empty' if not e else _format_tile(int(e)) for e in row)}."
         for number, row in enumerate(view.observation, 1)
     ]
-    can = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
-    return " ".join([*rows, f"open: {can or 'nothing, the game is over'}."])
+    legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
+    return " ".join([*rows, f"open: {legal_actions or 'nothing, the game is over'}."])

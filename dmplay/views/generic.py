@@ -1,4 +1,4 @@
-"""How a problem without a view of its own looks: labels and numbers, digits as keys."""
+"""The default view, for problems without a view module: labels, numbers and digit keys."""
 
 from collections.abc import Iterator
 from textwrap import wrap
@@ -23,43 +23,51 @@ from dmplay.views._belief import draw_belief_bars, format_likeliest_states, list
 from dmplay.views.canvas import Canvas, format_signed, sanitize_drawing
 from dmplay.views.style import DrawOptions, Lesson
 
-MAX_DESCRIBED_STATES = 3  # states that are told in words
+MAX_DESCRIBED_STATES = 3  # maximum states in a description of the belief
 BAR_COLUMNS = 20  # columns of a bar
-MAX_TEXT_BESIDE_PICTURE = 40  # characters of what was seen that are told beside a picture of it
-MAX_DIGIT_KEYS = 10  # keys
-MAX_LISTED_ACTIONS = 40  # actions that have a row each
+# longest observation, in characters, that is described if the problem draws pictures
+MAX_TEXT_BESIDE_PICTURE = 40
+MAX_DIGIT_KEYS = 10  # digit keys
+MAX_LISTED_ACTIONS = 40  # maximum actions listed one per row
 KEYS: dict[str, str] = {}
 
 
 def format_last_observation(view: View[Problem]) -> str:
-    """What the seat saw last, by name."""
+    """Return the seat's last observation as text."""
     return format_observation(view.problem, view.seat, view.observation)
 
 
 def iter_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
-    """The picture that the problem brings; else the observation and the belief; then the actions.
+    """Yield the boards, the largest first.
 
-    Of a hidden state there is a picture only once it is told, below what the seat saw.
+    If the problem draws a picture of the state, the picture replaces the observation and the
+    belief. The picture of a hidden state is drawn only if `options.revealed_state` is set; it comes
+    below the observation.
     """
-    shown = draw_picture(view, options.revealed_state)
-    if shown is None:
+    state_picture = draw_picture(view, options.revealed_state)
+    if state_picture is None:
         yield from _iter_observation_boards(view, options)
     elif view.problem.partially_observable:
         yield from (
-            Text("\n\n").join([drawn, shown]) for drawn in _iter_observation_boards(view, options)
+            Text("\n\n").join([board, state_picture])
+            for board in _iter_observation_boards(view, options)
         )
         yield from _iter_observation_boards(view, options)
     else:
-        yield from _iter_picture_boards(view, options, shown)
+        yield from _iter_picture_boards(view, options, state_picture)
 
 
 def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
-    """What the seat saw: as the problem draws that, else in words."""
-    draw = getattr(view.problem, "draw_observation", None)
-    drawn = draw(view.observation) if draw and view.problem.partially_observable else ""
+    """Yield boards of the observation, drawn by the problem's `glimpse` if it has one."""
+    draw_observation = getattr(view.problem, "draw_observation", None)
+    drawing = (
+        draw_observation(view.observation)
+        if draw_observation and view.problem.partially_observable
+        else ""
+    )
     yield from (
-        _iter_picture_boards(view, options, sanitize_drawing(drawn))
-        if drawn
+        _iter_picture_boards(view, options, sanitize_drawing(drawing))
+        if drawing
         else _iter_text_boards(view, options)
     )
 
@@ -67,126 +75,152 @@ def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Itera
 def _iter_picture_boards(
     view: View[Problem], options: DrawOptions, picture: Text
 ) -> Iterator[Text]:
-    """A picture, and the actions below it."""
-    labels, below = view.action_labels, Canvas()
-    after = format_forecast_rows(view, options, [])
-    _draw_actions(view, below, 0, options)
-    full = Text("\n\n").join([picture, below.to_text()])
-    yield from iter_with_and_without_rows([full], ["", *after] if after else [], options)
-    rows = options.height - len(picture.plain.split("\n")) - 1
-    named = Text("\n\n").join([picture, _draw_action_names(view, options, rows).to_text()])
+    """Yield a picture with actions in rows below it, then with action names only, then alone."""
+    labels, action_canvas = view.action_labels, Canvas()
+    forecast_rows = format_forecast_rows(view, options, [])
+    _draw_actions(view, action_canvas, 0, options)
+    with_rows = Text("\n\n").join([picture, action_canvas.to_text()])
     yield from iter_with_and_without_rows(
-        [named, picture], [*format_regret_rows(options, labels), *after], options
+        [with_rows], ["", *forecast_rows] if forecast_rows else [], options
+    )
+    remaining_rows = options.height - len(picture.plain.split("\n")) - 1
+    with_names = Text("\n\n").join(
+        [picture, _draw_action_names(view, options, remaining_rows).to_text()]
+    )
+    yield from iter_with_and_without_rows(
+        [with_names, picture], [*format_regret_rows(options, labels), *forecast_rows], options
     )
 
 
 def _draw_action_names(view: View[Problem], options: DrawOptions, rows: int) -> Canvas:
-    """The actions by name alone, in so many rows."""
+    """Return a canvas with the names of the legal actions, wrapped into at most `rows` rows."""
     canvas = Canvas()
-    open_ = (
+    legal_actions = (
         (view.action_labels or view.problem.actions[view.seat])
         .describe_actions(view.legal_actions_mask)
         .replace(", ", "  ")
     )
-    told = wrap(open_, max(options.width, 20), break_on_hyphens=False, max_lines=max(rows, 1))
-    for row, text in enumerate(told):
+    lines = wrap(
+        legal_actions, max(options.width, 20), break_on_hyphens=False, max_lines=max(rows, 1)
+    )
+    for row, text in enumerate(lines):
         canvas.write_text(0, row, text)
     return canvas
 
 
 def _iter_text_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
-    """The observation, the belief where there is one, and the actions with their digits."""
+    """Yield boards as text: the observation, the bars of a belief if any, and the actions."""
     labels = view.action_labels
-    after = format_forecast_rows(
+    forecast_rows = format_forecast_rows(
         view,
         options,
         _list_state_names(view) if options.forecast and view.beliefs is not None else [],
     )
-    full, small = _draw_observation(view, options), _draw_observation(view, options)
+    full_canvas, small_canvas = _draw_observation(view, options), _draw_observation(view, options)
     y = 2
     if view.beliefs is not None:
-        most = 2 * BAR_COLUMNS if options.allow_large else BAR_COLUMNS
+        bar_columns = 2 * BAR_COLUMNS if options.allow_large else BAR_COLUMNS
         y = (
             draw_belief_bars(
-                full, y, *list_state_probabilities(view), options, max_bar_columns=most
+                full_canvas,
+                y,
+                *list_state_probabilities(view),
+                options,
+                max_bar_columns=bar_columns,
             )
             + 1
         )
-    _draw_actions(view, full, y, options)
-    yield from iter_with_and_without_rows([full.to_text()], ["", *after] if after else [], options)
+    _draw_actions(view, full_canvas, y, options)
+    yield from iter_with_and_without_rows(
+        [full_canvas.to_text()], ["", *forecast_rows] if forecast_rows else [], options
+    )
     if len(labels) > MAX_LISTED_ACTIONS:
-        seen_ = small.to_text()
+        observation_text = small_canvas.to_text()
         yield Text("\n\n").join(
-            [seen_, _draw_action_names(view, options, options.height - 2).to_text()]
+            [observation_text, _draw_action_names(view, options, options.height - 2).to_text()]
         )
     if not labels:
-        _draw_actions(view, small, 2, options)
+        _draw_actions(view, small_canvas, 2, options)
     yield from iter_with_and_without_rows(
-        [small.to_text()], [*format_regret_rows(options, labels), *after], options
+        [small_canvas.to_text()], [*format_regret_rows(options, labels), *forecast_rows], options
     )
 
 
 def draw_picture(view: View[Problem], state: Array | None) -> Text | None:
-    """The picture that a problem brings of a state, of one that is hidden only once it is told."""
-    draw = getattr(view.problem, "draw_state", None)
-    known = state if view.problem.partially_observable else view.observation
-    if draw is None or known is None:
+    """Return the problem's own picture of a state, or None if it draws none.
+
+    A hidden state is drawn only if `state` is given. Raise BadParameter if the problem's `picture`
+    returns anything but a string or a rich Text.
+    """
+    draw_state = getattr(view.problem, "draw_state", None)
+    visible_state = state if view.problem.partially_observable else view.observation
+    if draw_state is None or visible_state is None:
         return None
-    drawn = draw(known)
-    if not isinstance(drawn, str | Text):
-        where = locate_definition(type(view.problem), "draw_state")
-        raise BadParameter(f"{where} draw_state: got {drawn!r}, expected text, or Text of rich")
-    return sanitize_drawing(drawn) if drawn else None
+    drawing = draw_state(visible_state)
+    if not isinstance(drawing, str | Text):
+        location = locate_definition(type(view.problem), "draw_state")
+        raise BadParameter(
+            f"{location} draw_state: got {drawing!r}, expected text, or Text of rich"
+        )
+    return sanitize_drawing(drawing) if drawing else None
 
 
 def _draw_observation(view: View[Problem], options: DrawOptions) -> Canvas:
-    """A drawing of what was seen."""
+    """Return a canvas with the last observation, or the state if it is not hidden, in one row."""
     canvas = Canvas()
-    what = "seen" if view.problem.partially_observable else "state"
+    heading = "seen" if view.problem.partially_observable else "state"
     canvas.write_text(
-        0, 0, f"{what}  {format_last_observation(view)}"[: max(options.width, 1)], "bold"
+        0, 0, f"{heading}  {format_last_observation(view)}"[: max(options.width, 1)], "bold"
     )
     return canvas
 
 
 def _draw_actions(view: View[Problem], canvas: Canvas, y: int, options: DrawOptions) -> None:
-    """What can be done: the best first, with what each loses, where that is told."""
+    """Draw the actions from row `y` on, the best first with their regrets if there are hints.
+
+    Illegal actions are in brackets. At most MAX_LISTED_ACTIONS actions are drawn.
+    """
     labels = view.action_labels
     if not labels:
         canvas.write_text(0, y, view.problem.actions[view.seat].describe_actions())
-    shown = [action for action in rank_actions(options, len(labels)) if _is_listed(view, action)]
-    longest = max((len(labels[action]) for action in shown), default=0)
-    crowd = view.state_action_labels is not None and len(labels) > MAX_DIGIT_KEYS
-    bare = crowd or labels[:1] == ("0",)  # whose numbers would be others
-    for row, action in enumerate(shown[:MAX_LISTED_ACTIONS], y):
+    listed_actions = [
+        action for action in rank_actions(options, len(labels)) if _is_listed(view, action)
+    ]
+    label_columns = max((len(labels[action]) for action in listed_actions), default=0)
+    has_too_many = view.state_action_labels is not None and len(labels) > MAX_DIGIT_KEYS
+    # labels that count from 0 would contradict the digit keys
+    without_numbers = has_too_many or labels[:1] == ("0",)
+    for row, action in enumerate(listed_actions[:MAX_LISTED_ACTIONS], y):
         legal = _is_legal(view, action)
-        name = labels[action] if bare else f"{action + 1} {labels[action]}"
+        name = labels[action] if without_numbers else f"{action + 1} {labels[action]}"
         canvas.write_text(0, row, name if legal else f"[{name}]")
         canvas.write_text(
-            longest + 6, row, format_regret_with_bar(options, action, BAR_COLUMNS), "yellow"
+            label_columns + 6, row, format_regret_with_bar(options, action, BAR_COLUMNS), "yellow"
         )
 
 
 def _is_legal(view: View[Problem], action: int) -> bool:
+    """Return whether an action is legal now."""
     return view.legal_actions_mask is None or bool(view.legal_actions_mask[action])
 
 
 def _is_listed(view: View[Problem], action: int) -> bool:
-    """Whether an action has a row: where it can be done, and else if it has a name and few others.
+    """Return whether an action has a row: every legal action and some illegal ones.
 
-    Of other states, names that depend on the state say nothing.
+    An illegal action has one if labels do not depend on the state, there are at most
+    MAX_LISTED_ACTIONS actions, and it is not the wait action of a problem with several agents.
     """
     labels = view.action_labels
-    waits = labels[action] == WAIT_LABEL and len(view.problem.agents) > 1
-    unnamed = view.state_action_labels is not None or len(labels) > MAX_LISTED_ACTIONS
-    return _is_legal(view, action) or not (waits or unnamed)
+    is_wait_action = labels[action] == WAIT_LABEL and len(view.problem.agents) > 1
+    omits_illegal = view.state_action_labels is not None or len(labels) > MAX_LISTED_ACTIONS
+    return _is_legal(view, action) or not (is_wait_action or omits_illegal)
 
 
 def goal_lines(view: View[Problem]) -> list[str]:
-    """The problem in the words of whoever wrote it; without any, what there is to gather."""
-    told = _summarize_description(view)
-    if told:
-        return [told]
+    """Return the problem's own description as the goal, or a generic goal if it has none."""
+    summary = _summarize_description(view)
+    if summary:
+        return [summary]
     discount = view.problem.discount
     return [
         "gather the largest sum of rewards",
@@ -200,42 +234,55 @@ def goal_lines(view: View[Problem]) -> list[str]:
 
 
 def _summarize_description(view: View[Problem]) -> str:
-    """The first paragraph that whoever wrote the problem says of it, without its full stop."""
-    first, *_ = view.problem.description().split("\n\n")
-    return " ".join(first.split()).rstrip(".")
+    """Return the first paragraph of the problem's description, without its final full stop."""
+    paragraph, *_ = view.problem.description().split("\n\n")
+    return " ".join(paragraph.split()).rstrip(".")
 
 
 def lesson(view: View[Problem]) -> Lesson:
-    """What the problem says of itself, and where its prices are told."""
-    problem, first = (
+    """Return the three sentences that introduce the problem: role, objective and actions."""
+    problem, objective = (
         view.problem,
         _summarize_description(view) or "You want the largest sum of rewards",
     )
-    others = len(problem.agents) - 1
-    who = f"You are {problem.agents[view.seat]}{f', one of {others + 1}' if others else ''}"
-    sees = "the state is hidden" if problem.partially_observable else "you see the state"
-    paid = "after every turn" if problem.rewards_observable else "at the end"
+    other_count = len(problem.agents) - 1
+    role = (
+        f"You are {problem.agents[view.seat]}{f', one of {other_count + 1}' if other_count else ''}"
+    )
+    visibility = "the state is hidden" if problem.partially_observable else "you see the state"
+    reward_time = "after every turn" if problem.rewards_observable else "at the end"
     actions = problem.actions[view.seat].describe_actions()
-    return Lesson(f"{who}, and {sees}", first, f"You can do {actions}; the reward is told {paid}")
+    return Lesson(
+        f"{role}, and {visibility}",
+        objective,
+        f"You can do {actions}; the reward is told {reward_time}",
+    )
 
 
 def panel_rows(view: View[Problem]) -> list[tuple[str, str]]:
-    """The last reward and the discount; what was done and seen is in the log and on the board."""
+    """Return the panel rows: the last reward and the discount.
+
+    Actions and observations are not repeated, as the log and the board show them.
+    """
     reward = format_signed(view.rewards[-1]) if view.rewards else "-"
     return [("reward", reward), ("discount", f"{view.problem.discount:g}")]
 
 
 def describe_turn(view: View[Problem]) -> str:
-    """The action and what was seen after it."""
-    drawn = (
+    """Return a description of the last turn: the observation, the actions and the belief.
+
+    A long observation is left out if the problem draws pictures.
+    """
+    omits_observation = (
         hasattr(view.problem, "draw_state")
         and len(format_last_observation(view)) > MAX_TEXT_BESIDE_PICTURE
     )
-    return f"{'' if drawn else _describe_observation(view)}{_describe_actions(view)}{_describe_belief(view)}"
+    observation = "" if omits_observation else _describe_observation(view)
+    return f"{observation}{_describe_actions(view)}{_describe_belief(view)}"
 
 
 def _describe_observation(view: View[Problem]) -> str:
-    """What was seen last, a sentence; nothing where there is but one state to see."""
+    """Return the last observation as a sentence, or '' if a visible state is the only one."""
     problem = view.problem
     return (
         ""
@@ -245,45 +292,51 @@ def _describe_observation(view: View[Problem]) -> str:
 
 
 def _describe_actions(view: View[Problem]) -> str:
-    """What was done: by the seat, and by all where they see each other's actions.
+    """Return the last actions as a sentence: the seat's own, or those of all agents if visible.
 
-    In a game of turns only by those whose turn it was.
+    Agents that waited for their turn are left out.
     """
-    problem, mine = view.problem, f"chose {view.last_action_label}."
+    problem, own_sentence = view.problem, f"chose {view.last_action_label}."
     if len(problem.agents) == 1:
-        return mine
+        return own_sentence
     if view.joint_actions is None:
-        return mine if view.last_action_label != WAIT_LABEL else "waited."
-    known = problem.action_labels(view.observations[-2])
+        return own_sentence if view.last_action_label != WAIT_LABEL else "waited."
+    labels_by_seat = problem.action_labels(view.observations[-2])
     names = [
-        known[n][action] if known else problem.format_action(n, action)
+        labels_by_seat[n][action] if labels_by_seat else problem.format_action(n, action)
         for n, action in enumerate(view.joint_actions[-1].tolist())
     ]
-    every = zip(problem.agents, names, strict=True)
-    return "; ".join(f"{agent} chose {name}" for agent, name in every if name != WAIT_LABEL) + "."
+    named_actions = zip(problem.agents, names, strict=True)
+    return (
+        "; ".join(f"{agent} chose {name}" for agent, name in named_actions if name != WAIT_LABEL)
+        + "."
+    )
 
 
 def describe_situation(view: View[Problem]) -> str:
-    """What was seen last and what can be done."""
-    can = (view.action_labels or view.problem.actions[view.seat]).describe_actions(
+    """Return a description of the last observation, the belief and the legal actions."""
+    legal_actions = (view.action_labels or view.problem.actions[view.seat]).describe_actions(
         view.legal_actions_mask
     )
-    told = (
-        f"{_describe_observation(view).rstrip()}{_describe_belief(view)} actions: {can or 'none'}."
+    text = (
+        f"{_describe_observation(view).rstrip()}{_describe_belief(view)} "
+        f"actions: {legal_actions or 'none'}."
     )
-    return told.lstrip()
+    return text.lstrip()
 
 
 def _list_state_names(view: View[Problem]) -> list[str]:
-    """The names of the states."""
+    """Return all states as text, in the order of their enumeration."""
     return [view.problem.format_state(s) for s in view.problem.enumerate_states()]
 
 
 def _describe_belief(view: View[Problem]) -> str:
-    """The likeliest states in words, where there is a belief."""
+    """Return the likeliest states as a sentence, or '' if there is no belief."""
     if view.beliefs is None:
         return ""
-    names, likely = list_state_probabilities(view)
-    many = len(names) - (len(names) < len(view.belief))  # without what is left
-    told = format_likeliest_states(names[:many], likely[:many])
-    return f" belief: {', '.join(told[:MAX_DESCRIBED_STATES])}{', ...' if len(told) > MAX_DESCRIBED_STATES else '.'}"
+    names, probabilities = list_state_probabilities(view)
+    # without the entry of the other states
+    state_count = len(names) - (len(names) < len(view.belief))
+    parts = format_likeliest_states(names[:state_count], probabilities[:state_count])
+    end = ", ..." if len(parts) > MAX_DESCRIBED_STATES else "."
+    return f" belief: {', '.join(parts[:MAX_DESCRIBED_STATES])}{end}"

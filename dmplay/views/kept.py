@@ -1,4 +1,4 @@
-"""What a view makes of a game, kept by what it looked at: a game comes to few places, often."""
+"""A cache of the results of view modules, keyed by the facts that each call reads."""
 
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import replace
@@ -15,11 +15,11 @@ from dmplay.finding.problems import builtin_stem
 from dmplay.session import Session, View
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
 
-MAX_CACHED_RESULTS = 512  # answers that are kept to one question
+MAX_CACHED_RESULTS = 512  # maximum cached results per query
 STATUS_FIELD, FULL_HISTORY = (
     "status_key",
     "reads_full_history",
-)  # what every answer goes by; what is more than the last turn
+)  # the field that all queries depend on; a mark for reads beyond the last turn
 HASHABLE_FIELDS = (
     "width", "height", "ascii", "show_keys", "suggested_action", "reserved_rows", "allow_large",
     "motion_progress", "panel_columns",
@@ -31,7 +31,7 @@ T = TypeVar("T")
 
 
 class SeatSnapshot:
-    """What a seat may know now: the last turn at hand; a view is made where more is looked at."""
+    """A snapshot of what a seat may know now: the last turn, and the whole view on demand."""
 
     def __init__(
         self,
@@ -41,40 +41,40 @@ class SeatSnapshot:
         rewards_visible: bool = False,
         agents_only: bool = False,
     ) -> None:
-        self.agents_only = agents_only  # whether agents alone play
+        self.agents_only = agents_only  # whether only agents play
         self.session, self.seat, self.turn = session, seat, len(session.turns)
         self.last_turn = session.turns[-1] if session.turns else None
         self.end_reason = session.end_reason
         self.rewards_visible = (
             rewards_visible or self.end_reason is not None or session.problem.rewards_observable
         )
-        last, legal = self.last_turn, session.legal_actions_mask(seat)
-        able = None if legal is None else legal.tobytes()
-        # What is no list of what was told turn by turn, and whether there was a turn.
+        last_turn, legal = self.last_turn, session.legal_actions_mask(seat)
+        legal_bytes = None if legal is None else legal.tobytes()
+        # The facts that are not lists with an entry per turn, and whether a turn was played.
         self.status_key = (
             seat,
             self.end_reason,
             session.turn_limit,
-            able,
+            legal_bytes,
             self.turn > 0,
             self.rewards_visible,
         )
         self.observation_key = array_bytes(session.observation_after(seat, self.turn))
-        self.previous_observation_key = last and array_bytes(
+        self.previous_observation_key = last_turn and array_bytes(
             session.observation_after(seat, self.turn - 1)
         )
-        self.last_action = last and last.actions.item(seat)
-        self.last_reward = last and last.rewards.item(seat)
+        self.last_action = last_turn and last_turn.actions.item(seat)
+        self.last_reward = last_turn and last_turn.rewards.item(seat)
 
     def is_current_for(self, seat: int) -> bool:
-        """Whether it is still what that seat may know."""
+        """Return whether the snapshot is still current for a seat."""
         turns = self.session.turns
-        same = seat == self.seat and (turns[-1] if turns else None) is self.last_turn
-        return same and self.session.end_reason == self.end_reason
+        is_same_turn = seat == self.seat and (turns[-1] if turns else None) is self.last_turn
+        return is_same_turn and self.session.end_reason == self.end_reason
 
     @cached_property
     def view(self) -> View[Problem]:
-        """All that the seat may know."""
+        """The seat's view; if only agents play, its player label is the agent's name."""
         view = self.session.view(self.seat, rewards_visible=self.rewards_visible)
         return (
             replace(view, player_label=view.problem.agents[self.seat]) if self.agents_only else view
@@ -82,21 +82,21 @@ class SeatSnapshot:
 
     @property
     def joint_action_key(self) -> Hashable:
-        """What everybody did."""
+        """The last joint action as a hashable key, or None before the first turn."""
         return self.last_turn and array_bytes(self.last_turn.actions)
 
     @property
     def belief_key(self) -> bytes:
-        """What the seat believes."""
+        """The seat's current belief as a hashable key."""
         return array_bytes(self.view.belief)
 
     def read_facts(self, query: "CachedQuery") -> Hashable:
-        """What was looked at to answer a question, as what can be compared."""
+        """Return the values of the fields that a query reads, as a hashable key."""
         return query.read_facts(self)
 
 
 class TrackingSnapshot(SeatSnapshot):
-    """A moment that notes which facts of it are looked at."""
+    """A snapshot that records which of its fields are read."""
 
     def __init__(self, snapshot: SeatSnapshot, read_fields: set[str]) -> None:
         super().__init__(snapshot.session, snapshot.seat, rewards_visible=snapshot.rewards_visible)
@@ -104,28 +104,28 @@ class TrackingSnapshot(SeatSnapshot):
 
     @cached_property
     def view(self) -> View[Problem]:
-        """All that the seat may know."""
-        view, looked = self._snapshot.view, self._read_fields
+        """The seat's view, whose sequences record reads."""
+        view, read_fields = self._snapshot.view, self._read_fields
         return replace(
             view,
             observations=TrackingSequence(
-                view.observations, looked, "observation_key", "previous_observation_key"
+                view.observations, read_fields, "observation_key", "previous_observation_key"
             ),
-            actions=TrackingSequence(view.actions, looked, "last_action"),
+            actions=TrackingSequence(view.actions, read_fields, "last_action"),
             joint_actions=view.joint_actions
-            and TrackingSequence(view.joint_actions, looked, "joint_action_key"),
-            rewards=view.rewards and TrackingSequence(view.rewards, looked, "last_reward"),
-            beliefs=view.beliefs and TrackingSequence(view.beliefs, looked, "belief_key"),
+            and TrackingSequence(view.joint_actions, read_fields, "joint_action_key"),
+            rewards=view.rewards and TrackingSequence(view.rewards, read_fields, "last_reward"),
+            beliefs=view.beliefs and TrackingSequence(view.beliefs, read_fields, "belief_key"),
         )
 
     def read_facts(self, known: "CachedQuery") -> Hashable:
-        """What was looked at to answer a question, as what can be compared."""
+        """Record the fields of a query as read, and return their values as a hashable key."""
         self._read_fields.update(known.read_fields)
         return self._snapshot.read_facts(known)
 
 
 class TrackingSequence(Sequence[T]):
-    """What a seat was told, noting by which names the last of it was looked at."""
+    """A sequence that records reads of its last items by name, and other reads as FULL_HISTORY."""
 
     def __init__(self, values: Sequence[T], read_fields: set[str], *field_names: str) -> None:
         self._values, self._read_fields, self._field_names = values, read_fields, field_names
@@ -142,13 +142,13 @@ class TrackingSequence(Sequence[T]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[T]: ...
     def __getitem__(self, place: int | slice) -> T | Sequence[T]:
-        known = isinstance(place, int) and -len(self._field_names) <= place < 0
-        self._read_fields.add(self._field_names[-1 - place] if known else FULL_HISTORY)  # type: ignore[operator]
+        is_recent = isinstance(place, int) and -len(self._field_names) <= place < 0
+        self._read_fields.add(self._field_names[-1 - place] if is_recent else FULL_HISTORY)  # type: ignore[operator]
         return self._values[place]
 
 
 class CachedQuery:
-    """The facts that were looked at so far to answer it, and the answers by these."""
+    """The fields that a view function has read so far, and its results by the values of these."""
 
     def __init__(self, *read_fields: str) -> None:
         self.read_fields = read_fields
@@ -161,21 +161,23 @@ EMPTY_QUERY = CachedQuery(STATUS_FIELD)
 
 
 class ViewCache:
-    """The view of one problem, asked once for each place of a game that differs.
+    """A cache of one problem's view, which computes each result once per distinct snapshot.
 
-    Views are pure functions of what they are shown. One that looks at the last turn alone answers
-    as it did wherever all that it looked at is the same; one that looks further back is asked anew.
+    View modules are pure functions of their arguments. A function that reads only the last turn
+    returns its cached result whenever all fields that it read are equal. A function that reads
+    further back is called every time. Nothing is cached for user-defined views, nor for problems
+    whose action labels depend on the state.
     """
 
     def __init__(self, problem: Problem) -> None:
         self._view_module = load_view_module(problem)
-        own = isinstance(self._view_module, ModuleType) and bool(builtin_stem(problem))
-        self._is_pure = own and type(problem).action_labels is Problem.action_labels
+        has_builtin_view = isinstance(self._view_module, ModuleType) and bool(builtin_stem(problem))
+        self._is_pure = has_builtin_view and type(problem).action_labels is Problem.action_labels
         self._queries: dict[str, CachedQuery] = {}
 
     def fit_board(self, snapshot: SeatSnapshot, options: DrawOptions) -> Text:
-        """The largest drawing that the room holds; nobody writes into it, as it comes again."""
-        wanted = (
+        """Return the largest board that fits; the text may be shared, so do not change it."""
+        options_key = (
             *get_hashable_fields(options),
             *options.keys_by_action.items(),
             *map(_to_hashable, get_array_fields(options)),
@@ -184,29 +186,29 @@ class ViewCache:
             "iter_boards",
             snapshot,
             lambda now: fit_board(self._view_module, now.view, options),
-            wanted,
+            options_key,
         )
 
     def goal_lines(self, snapshot: SeatSnapshot) -> list[str]:
-        """What to aim for and what it costs."""
+        """Return the goal and the costs, as clauses."""
         return self.get_or_compute(
             "goal", snapshot, lambda now: self._view_module.goal_lines(now.view)
         )
 
     def panel_rows(self, snapshot: SeatSnapshot) -> list[tuple[str, str]]:
-        """Facts for the side panel."""
+        """Return the rows of the side panel, as pairs of label and value."""
         return self.get_or_compute(
             "panel", snapshot, lambda now: self._view_module.panel_rows(now.view)
         )
 
     def describe_turn(self, snapshot: SeatSnapshot) -> str:
-        """What the last turn did."""
+        """Return a description of the last turn."""
         return self.get_or_compute(
             "describe_turn", snapshot, lambda now: self._view_module.describe_turn(now.view)
         )
 
     def describe_situation(self, snapshot: SeatSnapshot) -> str:
-        """Where the game stands."""
+        """Return a description of the current situation."""
         return self.get_or_compute(
             "situation", snapshot, lambda now: self._view_module.describe_situation(now.view)
         )
@@ -218,15 +220,19 @@ class ViewCache:
         compute: Callable[[SeatSnapshot], T],
         extra_key: tuple[Hashable, ...] = (),
     ) -> T:
-        """The answer to a question about a moment, and to what more is wanted of it."""
-        known = self._queries.get(query_name, EMPTY_QUERY)
-        if not self._is_pure or known.reads_full_history:
+        """Return the result of a query about a snapshot, from the cache if possible.
+
+        `compute` is called with the snapshot if there is no cached result. `extra_key` holds the
+        further arguments that the result depends on.
+        """
+        query = self._queries.get(query_name, EMPTY_QUERY)
+        if not self._is_pure or query.reads_full_history:
             return compute(snapshot)
-        found = known.results.get((extra_key, snapshot.read_facts(known)))
+        cached = query.results.get((extra_key, snapshot.read_facts(query)))
         return (
             self._compute_and_store(query_name, snapshot, compute, extra_key)
-            if found is None
-            else cast(T, found)
+            if cached is None
+            else cast(T, cached)
         )
 
     def _compute_and_store(
@@ -236,40 +242,47 @@ class ViewCache:
         compute: Callable[[SeatSnapshot], T],
         extra_key: tuple[Hashable, ...],
     ) -> T:
-        """An answer that was not given before; older ones are no use where it took a new look."""
-        looked, known = set[str](), self._queries.get(query_name, EMPTY_QUERY)
-        answer = compute(TrackingSnapshot(snapshot, looked))
+        """Compute the result of a query, and cache it unless the query reads the full history.
+
+        Older results are dropped if the query read new fields or its cache is full.
+        """
+        read_fields, query = set[str](), self._queries.get(query_name, EMPTY_QUERY)
+        result = compute(TrackingSnapshot(snapshot, read_fields))
         if (
-            known is EMPTY_QUERY
-            or not looked <= {*known.read_fields}
-            or len(known.results) == MAX_CACHED_RESULTS
+            query is EMPTY_QUERY
+            or not read_fields <= {*query.read_fields}
+            or len(query.results) == MAX_CACHED_RESULTS
         ):
-            known = CachedQuery(*known.read_fields, *looked.difference(known.read_fields))
-            self._queries[query_name] = known
-        if not known.reads_full_history:
-            known.results[extra_key, snapshot.read_facts(known)] = answer
-        return answer
+            query = CachedQuery(*query.read_fields, *read_fields.difference(query.read_fields))
+            self._queries[query_name] = query
+        if not query.reads_full_history:
+            query.results[extra_key, snapshot.read_facts(query)] = result
+        return result
 
 
 class IdentityCache(Generic[T]):
-    """What is made of objects that come again, once of each; so many are remembered."""
+    """A cache of strings rendered from objects, by object identity.
+
+    The cache is cleared when it holds `max_entries` entries.
+    """
 
     def __init__(self, render: Callable[[T], str], max_entries: int) -> None:
         self._render, self._max_entries = render, max_entries
-        self._entries: dict[int, tuple[T, str]] = {}  # by the object itself, which lasts so long
+        # id -> the object, kept alive so that its id stays unique, and its rendering
+        self._entries: dict[int, tuple[T, str]] = {}
 
     def get(self, item: T) -> str:
-        """What is made of this object."""
-        found = self._entries.get(id(item))
-        if found is None:
+        """Return the rendering of an object, from the cache if possible."""
+        entry = self._entries.get(id(item))
+        if entry is None:
             if len(self._entries) == self._max_entries:
                 self._entries.clear()
-            self._entries[id(item)] = found = item, self._render(item)
-        return found[1]
+            self._entries[id(item)] = entry = item, self._render(item)
+        return entry[1]
 
 
 def _to_hashable(value: Any) -> Hashable:
-    """What a look wants, as what can be compared."""
+    """Return a drawing option in hashable form: arrays as bytes, tuples item by item."""
     if isinstance(value, np.ndarray):
         return value.tobytes()
     return tuple(map(_to_hashable, value)) if isinstance(value, tuple) else cast(Hashable, value)

@@ -1,4 +1,4 @@
-"""How the machine looks: what was seen, the belief as bars and in a triangle, and prospects."""
+"""The view of machine replacement: the last product, and the belief in bars and a triangle."""
 
 from collections.abc import Iterator
 from functools import lru_cache
@@ -30,14 +30,15 @@ from dmplay.views.canvas import Canvas
 from dmplay.views.generic import format_last_observation
 from dmplay.views.style import DrawOptions, Lesson
 
-MAX_HISTORY_TURNS = 40  # turns of it that are drawn
+MAX_HISTORY_TURNS = 40  # turns in the belief history
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
 STATE_NAMES = ("0 failed", "1 failed", "2 failed")
-BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21  # columns
+# columns of the belief bars and of the small triangle
+BELIEF_COLUMNS, SMALL_TRIANGLE_COLUMNS = 36, 21
 TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
     11,
     8,
-)  # rows of the tall triangle; columns of a bar of what is lost
+)  # rows of the tall triangle; columns of a regret bar
 TRIANGLE_LEGEND = (
     "● the belief, · before: the nearer a",
     "corner, the likelier that many failed;",
@@ -48,40 +49,40 @@ REGION_LEGEND = (
     "at a belief that is where they stand,",
     "with the turns that are left",
 )
-REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # the style of each action
-MAX_PLANNED_TURNS = 40  # turns that are planned for the regions
-APEX_COLUMN, BASE_ROW = 10, 4  # of the triangle: the column of its top, the row of its base
+REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
+MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
+APEX_COLUMN, BASE_ROW = 10, 4  # column of the small triangle's apex, and row of its base
 
 
 def _compute_expected_rewards(
     view: View[MachineReplacement], options: DrawOptions
 ) -> list[tuple[str, str, float]]:
-    """Key, action and the reward expected of it at once, under the belief."""
-    each = view.belief @ view.problem.tables.rewards[:, :, 0]
+    """Return each action's key, name and expected immediate reward under the belief."""
+    expected = view.belief @ view.problem.tables.rewards[:, :, 0]
     return [
         (options.keys_by_action.get(name, key), name, float(reward))
-        for (key, name), reward in zip(KEYS.items(), each, strict=True)
+        for (key, name), reward in zip(KEYS.items(), expected, strict=True)
     ]
 
 
 def iter_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
-    """Everything with a triangle that explains itself; with a small one; without; in few rows."""
+    """Yield the boards, the largest first: with a tall triangle, a small one, and none."""
     if options.allow_large:
         yield _draw_large_board(view, options)
-    after = format_forecast_rows(view, options, view.problem.state_names)
+    forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
     yield from iter_with_and_without_rows(
         _iter_small_boards(view, options),
-        [*format_regret_rows(options, list_action_keys(KEYS, options)), *after],
+        [*format_regret_rows(options, list_action_keys(KEYS, options)), *forecast_rows],
         options,
     )
 
 
 def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
-    """Everything with the triangle; without it; the bars and one line of prospects."""
-    for triangle in (True, False):
+    """Yield small boards: with the triangle, without it, and with all rewards in one row."""
+    for with_triangle in (True, False):
         canvas = Canvas()
         y = _draw_observation_and_belief(view, options, canvas, 2)
-        if triangle:
+        if with_triangle:
             _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
         _draw_belief_history(view, canvas, y, options)
         canvas.write_text(0, y + 2, "reward expected at once", "dim")
@@ -102,39 +103,45 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
 def _draw_belief_history(
     view: View[MachineReplacement], canvas: Canvas, y: int, options: DrawOptions
 ) -> None:
-    """How the belief in a failure moved."""
+    """Draw a sparkline of the past probabilities that at least one part has failed.
+
+    At most MAX_HISTORY_TURNS turns are drawn.
+    """
     title = "history of a failure "
-    room = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
-    failed = [1.0 - float(b[0]) for b in (view.beliefs or ())[-room:]]
+    columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
+    failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
-    canvas.write_text(len(title), y, format_sparkline(failed, options.ascii), "cyan")
+    canvas.write_text(len(title), y, format_sparkline(failure_probabilities, options.ascii), "cyan")
 
 
 def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> Text:
-    """What is known at the left, with what each action loses; at the right the tall triangle."""
+    """Return the large board: bars and rewards at the left, the tall triangle at the right.
+
+    With hints, it also shows the regrets.
+    """
     canvas = Canvas()
     y = _draw_observation_and_belief(view, options, canvas, 2)
     _draw_belief_history(
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
-    tail = "; in the end" if options.regret is not None else ""
-    canvas.write_text(0, y + 2, f"expected at once{tail}", "dim")
-    prospects = _compute_expected_rewards(view, options)
-    for row, action in enumerate(rank_actions(options, len(prospects)), y + 3):
-        key, name, reward = prospects[action]
+    heading_suffix = "; in the end" if options.regret is not None else ""
+    canvas.write_text(0, y + 2, f"expected at once{heading_suffix}", "dim")
+    rewards_by_action = _compute_expected_rewards(view, options)
+    for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
+        key, name, reward = rewards_by_action[action]
         canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
         canvas.write_text(
             21, row, format_regret_with_bar(options, action, REGRET_BAR_COLUMNS), "yellow"
         )
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
-    open_ = (
+    default_legend = (
         TRIANGLE_LEGEND if view.rewards is None else TRIANGLE_LEGEND[:-1]
-    )  # no hint is given after the end
-    legend = open_ if options.regret is None else REGION_LEGEND
-    for row, words_ in enumerate(
+    )  # no hints after the end
+    legend = default_legend if options.regret is None else REGION_LEGEND
+    for row, line in enumerate(
         format_forecast_rows(view, options, view.problem.state_names) or legend, y + 8
     ):
-        canvas.write_text(0, row, words_, "" if options.forecast else "dim")
+        canvas.write_text(0, row, line, "" if options.forecast else "dim")
     _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, options)
     return canvas.to_text()
 
@@ -142,7 +149,10 @@ def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> T
 def _draw_tall_triangle(
     view: View[MachineReplacement], canvas: Canvas, x: int, options: DrawOptions
 ) -> None:
-    """The tall triangle: its corners by name, the beliefs so far, the present, those to come."""
+    """Draw the tall triangle, its corners by name, with past, current and forecast beliefs.
+
+    With hints, it also shows the best action in each region.
+    """
     for row in range(1, TALL_TRIANGLE_ROWS):
         canvas.write_text(x + TALL_TRIANGLE_ROWS - row, row + 1, "╱", "dim")
         canvas.write_text(x + TALL_TRIANGLE_ROWS + row, row + 1, "╲", "dim")
@@ -154,9 +164,12 @@ def _draw_tall_triangle(
     canvas.write_text(
         x + 2 * TALL_TRIANGLE_ROWS + 1 - len(STATE_NAMES[2]), TALL_TRIANGLE_ROWS + 2, STATE_NAMES[2]
     )
-    to_come = options.forecast.beliefs if options.forecast else None
+    forecast_beliefs = options.forecast.beliefs if options.forecast else None
     marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
-    marks += [(belief, "○", "bold yellow") for belief in ([] if to_come is None else to_come)]
+    marks += [
+        (belief, "○", "bold yellow")
+        for belief in ([] if forecast_beliefs is None else forecast_beliefs)
+    ]
     for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
         column = round(TALL_TRIANGLE_ROWS * (1.0 + float(belief[2] - belief[1])))
         canvas.write_text(
@@ -167,38 +180,41 @@ def _draw_tall_triangle(
 def _draw_policy_regions(
     view: View[MachineReplacement], canvas: Canvas, x: int, options: DrawOptions
 ) -> None:
-    """The key of the best action at beliefs all over the triangle."""
+    """Draw the key of the best action at points all over the belief triangle.
+
+    The actions are optimal for the remaining turns, at most MAX_PLANNED_TURNS.
+    """
     keys = list_action_keys(KEYS, options)
-    places = [
-        (row, aside) for row in range(2, TALL_TRIANGLE_ROWS) for aside in range(2 - row, row, 2)
+    points = [
+        (row, offset) for row in range(2, TALL_TRIANGLE_ROWS) for offset in range(2 - row, row, 2)
     ]
-    failed, skew = np.array(places).T / TALL_TRIANGLE_ROWS
+    failed, skew = np.array(points).T / TALL_TRIANGLE_ROWS
     beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
-    left = (
+    remaining_turns = (
         MAX_PLANNED_TURNS
         if view.turn_limit is None
         else min(view.turn_limit - view.turns_played, MAX_PLANNED_TURNS)
     )
-    stage = _plan_stages(view.problem, left)[-1]
-    for (row, aside), action in zip(
-        places, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
+    stage = _plan_stages(view.problem, remaining_turns)[-1]
+    for (row, offset), action in zip(
+        points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
     ):
-        number = int(np.argmax(action))
+        best_action = int(np.argmax(action))
         canvas.write_text(
-            x + TALL_TRIANGLE_ROWS + aside, row + 1, keys[number], REGION_STYLES[number]
+            x + TALL_TRIANGLE_ROWS + offset, row + 1, keys[best_action], REGION_STYLES[best_action]
         )
 
 
 @lru_cache(maxsize=MAX_PLANNED_TURNS)
 def _plan_stages(problem: MachineReplacement, turns: int) -> list[AlphaVectorStage]:
-    """The best plans of so many turns."""
+    """Return the optimal plans for 1, 2, ... `turns` turns; cached."""
     return solve_finite_horizon(tabulate(problem), problem.discount, turns)
 
 
 def _draw_observation_and_belief(
     view: View[MachineReplacement], options: DrawOptions, canvas: Canvas, y: int
 ) -> int:
-    """The last product and the bars; the row after them."""
+    """Draw the last product and the belief bars; return the next free row."""
     product = format_last_observation(view)
     canvas.write_text(0, 0, "saw  ")
     canvas.write_text(5, 0, product, "bold yellow" if product == "defective" else "bold")
@@ -212,7 +228,7 @@ def _draw_observation_and_belief(
 
 
 def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
-    """The belief as a dot between three corners, each of which is a state for sure."""
+    """Draw a small triangle with the belief as a dot; each corner is one state with certainty."""
     for row in range(1, BASE_ROW + 1):
         canvas.write_text(x + APEX_COLUMN - 2 * row, row, "╱", "dim")
         canvas.write_text(x + APEX_COLUMN + 2 * row, row, "╲", "dim")
@@ -226,58 +242,70 @@ def _draw_small_triangle(canvas: Canvas, x: int, belief: Reals) -> None:
 
 
 def goal_lines(view: View[MachineReplacement]) -> list[str]:
-    """What a part pays, what wears unseen, and the price of looking and mending."""
+    """Return the rewards of production and of the other actions, as clauses."""
     labels = view.problem.actions[0].labels
-    sound, *failed = view.problem.tables.rewards[:, :, 0]
-    worse = " or ".join(f"{pays[0]:.3g}" for pays in failed)
-    others = [f"{label} pays {pay:.3g}" for label, pay in zip(labels, sound, strict=True)]
+    intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
+    failed_text = " or ".join(f"{pays[0]:.3g}" for pays in failed_rewards)
+    other_clauses = [
+        f"{label} pays {pay:.3g}" for label, pay in zip(labels, intact_rewards, strict=True)
+    ]
     return [
-        f"keep the machine producing: {sound[0]:.3g} a turn",
-        f"with failed parts {worse}",
+        f"keep the machine producing: {intact_rewards[0]:.3g} a turn",
+        f"with failed parts {failed_text}",
         "parts fail unseen",
-        *others[:0:-1],
+        *other_clauses[:0:-1],
     ]
 
 
 def lesson(view: View[MachineReplacement]) -> Lesson:
-    """The machine, what is to be wanted, and what each action costs."""
+    """Return the three sentences that introduce the problem: role, objective and costs."""
     rewards = view.problem.tables.rewards[:, :, 0]
-    makes, *others = zip(view.problem.actions[0].labels, rewards.T, strict=True)
-    each = [f"{name} {_format_rewards_by_failures(pays)}" for name, pays in others]
+    production, *other_actions = zip(view.problem.actions[0].labels, rewards.T, strict=True)
+    clauses = [f"{name} {_format_rewards_by_failures(pays)}" for name, pays in other_actions]
     return Lesson(
         "You run a machine of two parts; they fail unseen, and only to examine a product tells",
-        "You want it to produce as much as it can: "
-        f"{makes[0]} pays {_format_rewards_by_failures(makes[1])} with none, one or two failed",
-        f"With as many failed, the others pay: {'; '.join(each)}",
+        (
+            "You want it to produce as much as it can: "
+            f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
+            "with none, one or two failed"
+        ),
+        f"With as many failed, the others pay: {'; '.join(clauses)}",
         "examine",
     )
 
 
 def _format_rewards_by_failures(rewards: Reals) -> str:
-    """What an action pays, by how many parts have failed."""
-    each = [f"{pay:.3g}" for pay in rewards]
-    return each[0] if len(set(each)) == 1 else ", ".join(each)
+    """Return the rewards for 0, 1 and 2 failed parts as text, once if they are equal."""
+    texts = [f"{pay:.3g}" for pay in rewards]
+    return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 
 def panel_rows(view: View[MachineReplacement]) -> list[tuple[str, str]]:
-    """What is not on the board; the reward is hidden until the end, as it betrays the state."""
+    """Return the panel rows: the last reward and the discount.
+
+    The reward is hidden until the game is over, because it reveals the state.
+    """
     return crying_baby.panel_rows(view)
 
 
 def describe_turn(view: View[MachineReplacement]) -> str:
-    """The product, what you did, what to believe."""
+    """Return a description of the last turn: the product, the action and the belief."""
     return (
         f"{format_last_observation(view)}. chose {view.last_action_label}. {_describe_belief(view)}"
     )
 
 
 def describe_situation(view: View[MachineReplacement]) -> str:
-    """The product, the belief, and the reward to expect of each action."""
-    each = ", ".join(
+    """Return a description of the last product, the belief and the expected rewards."""
+    expected = ", ".join(
         f"{name} {reward:.3f}" for _, name, reward in _compute_expected_rewards(view, DrawOptions())
     )
-    return f"saw {format_last_observation(view)}. {_describe_belief(view)} expected reward at once: {each}."
+    return (
+        f"saw {format_last_observation(view)}. "
+        f"{_describe_belief(view)} expected reward at once: {expected}."
+    )
 
 
 def _describe_belief(view: View[MachineReplacement]) -> str:
+    """Return the belief as a sentence, the likeliest state first."""
     return f"belief: {format_belief(STATE_NAMES, view.belief)}."

@@ -1,4 +1,4 @@
-"""How the baby of two caregivers looks: what one of them heard, and what it may believe alone."""
+"""The view of the crying baby with two caregivers: one caregiver's observations and belief."""
 
 from collections.abc import Iterator
 
@@ -12,24 +12,27 @@ from dmplay.views.style import DrawOptions
 
 
 def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:
-    """The name of the other caregiver."""
+    """Return the name of the other caregiver."""
     return view.problem.agents[1 - view.seat]
 
 
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
-    """As for one caregiver, with what the belief takes the other to do."""
+    """Yield each board for one caregiver with a note about the other caregiver, then without it.
+
+    The note says that the belief assumes a random policy of the other caregiver.
+    """
     note = f"{get_partner_name(view)} is unseen: believed to act at random"
     if len(note) > options.width:
         note = f"{get_partner_name(view)}: believed to act at random"
-    for drawn in crying_baby.iter_boards(view, options):
-        yield drawn.copy().append(f"\n{note}", "dim")
-        yield drawn
+    for board in crying_baby.iter_boards(view, options):
+        yield board.copy().append(f"\n{note}", "dim")
+        yield board
 
 
 def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
-    """The last observation, the belief, and what it rests on."""
-    words = crying_baby.describe_situation(view)
-    return f"{words} {get_partner_name(view)} is unseen and believed to act uniformly at random."
+    """Return a description of the last observation, the belief and its assumption."""
+    text = crying_baby.describe_situation(view)
+    return f"{text} {get_partner_name(view)} is unseen and believed to act uniformly at random."
 
 
 KEY_FAMILY = "crying-baby"

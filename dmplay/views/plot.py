@@ -1,4 +1,4 @@
-"""Curves on a small grid of characters, with axes that say their numbers."""
+"""Plots of curves on a small grid of characters, with labelled axes."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from dmplay.views.canvas import Canvas
 
 
 class Axis(NamedTuple):
-    """A span of numbers, its name, and how its numbers are written."""
+    """The range of an axis, its name, and the format of its numbers."""
 
     low: float
     high: float
@@ -18,7 +18,7 @@ class Axis(NamedTuple):
 
 
 class Plot:
-    """A drawing area with a vertical axis at its left and a horizontal one below."""
+    """A plot area with a vertical axis at its left and a horizontal axis below."""
 
     def __init__(self, x: Axis, y: Axis, width: int = 60, height: int = 15) -> None:
         self.x, self.y = x, y
@@ -44,30 +44,30 @@ class Plot:
         self._canvas.write_text(middle, height + 2, x.name, "dim")
 
     def column_of(self, x: float) -> int:
-        """The column of a number."""
+        """Return the column of an x value."""
         return round((x - self.x.low) / (self.x.high - self.x.low) * (self.width - 1))
 
     def value_at(self, column: int) -> float:
-        """The number in the middle of a column."""
+        """Return the x value in the middle of a column."""
         return self.x.low + (self.x.high - self.x.low) * column / (self.width - 1)
 
     def draw_point(self, x: float, y: float, glyph: str, style: str = "") -> None:
-        """A glyph at a point; outside the area it is left out."""
+        """Draw a glyph at a point; points outside the area are left out."""
         row = round((self.y.high - y) / (self.y.high - self.y.low) * (self.height - 1))
         column = self.column_of(x)
         if 0 <= row < self.height and 0 <= column < self.width:
             self._canvas.write_text(self._label_columns + 1 + column, row + 1, glyph, style)
 
     def draw_curve(self, function: Callable[[float], float], glyph: str, style: str = "") -> None:
-        """A function, one glyph a column."""
+        """Draw the curve of a function, one glyph per column."""
         for column in range(self.width):
             x = self.value_at(column)
             self.draw_point(x, function(x), glyph, style)
 
     def write_note(self, row: int, text: str, style: str = "") -> None:
-        """Words at the right of the area."""
+        """Write text at the right of the area."""
         self._canvas.write_text(self._label_columns + self.width + 3, row + 1, text, style)
 
     def to_text(self) -> Text:
-        """The drawing."""
+        """Return the plot as text."""
         return self._canvas.to_text()

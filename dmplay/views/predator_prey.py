@@ -1,4 +1,4 @@
-"""How the hunt looks: the map with everyone on it, and the keys that lead on."""
+"""The view of predator-prey hex world: the map with all agents and the keys of each move."""
 
 from collections.abc import Iterator
 from string import ascii_uppercase
@@ -16,18 +16,18 @@ from dmplay.views.hexgrid import HexCell, HexSize
 from dmplay.views.style import DrawOptions, Lesson
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
-PREDATOR_GLYPHS = ascii_uppercase  # no key that a hex shows is a capital
+PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals
 PREDATOR_COLORS, PREY_COLOR = ("yellow", "magenta", "blue"), "cyan"
 
 
 def _list_positions(view: View[PredatorPrey], turn: int = -1) -> list[Hex]:
-    """The hex of each agent after a turn."""
+    """Return the hex of each agent after a turn."""
     problem = view.problem
-    return [problem.hexes[int(place)] for place in view.observations[turn]]
+    return [problem.hexes[int(hex_index)] for hex_index in view.observations[turn]]
 
 
 def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
-    """A capital for a predator, `o` for prey, numbered where there are more."""
+    """Return the glyph of an agent: a capital for a predator, `o` for prey, numbered if several."""
     if seat in problem.predator_seats:
         return PREDATOR_GLYPHS[seat % len(PREDATOR_GLYPHS)]
     number = seat - problem.predators + 1
@@ -35,7 +35,7 @@ def get_agent_glyph(problem: PredatorPrey, seat: int) -> str:
 
 
 def get_displayed_glyph(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
-    """The glyph of an agent, the same whoever looks; in a transcript's frame `@` for you."""
+    """Return the displayed glyph of an agent: `@` for your own on small boards, else its glyph."""
     return (
         "@"
         if seat == view.seat and not options.allow_large
@@ -44,74 +44,83 @@ def get_displayed_glyph(view: View[PredatorPrey], seat: int, options: DrawOption
 
 
 def _choose_agent_style(view: View[PredatorPrey], seat: int, options: DrawOptions) -> str:
-    """The colour of an agent; you are reversed as well."""
+    """Return the style of an agent; your own agent is in reverse video."""
     if not options.allow_large:
         return "bold reverse" if seat == view.seat else "bold yellow"
-    own = (
+    color = (
         PREDATOR_COLORS[seat % len(PREDATOR_COLORS)]
         if seat in view.problem.predator_seats
         else PREY_COLOR
     )
-    return f"bold {own}{' reverse' * (seat == view.seat)}"
+    return f"bold {color}{' reverse' * (seat == view.seat)}"
 
 
 def _flag_feeding_agents(view: View[PredatorPrey], turn: int = -1) -> list[bool]:
-    """Whether each agent is on the hex of its prey or of a predator."""
-    problem, places = view.problem, _list_positions(view, turn)
-    met = {places[i] for i in problem.predator_seats} & {places[i] for i in problem.prey_seats}
-    return [place in met for place in places]
+    """Return a list of flags, one per agent: true if a predator and a prey share its hex."""
+    problem, positions = view.problem, _list_positions(view, turn)
+    shared_hexes = {positions[i] for i in problem.predator_seats} & {
+        positions[i] for i in problem.prey_seats
+    }
+    return [position in shared_hexes for position in positions]
 
 
 def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text]:
-    """The map, the largest first; an overlay is of you on each hex, the others where they are."""
-    problem, places = view.problem, _list_positions(view)
-    here = places[view.seat]
-    around = hex_neighbours(here)
-    free = (options.show_keys or options.regret is not None) and not _flag_feeding_agents(view)[
-        view.seat
-    ]
+    """Yield the map in every size, the largest first.
+
+    An overlay is for the states with you on each hex and all other agents where they are.
+    """
+    problem, positions = view.problem, _list_positions(view)
+    position = positions[view.seat]
+    adjacent = hex_neighbours(position)
+    can_show_keys = (options.show_keys or options.regret is not None) and not _flag_feeding_agents(
+        view
+    )[view.seat]
 
     def find_state_at(hex_: Hex) -> int:
-        """The state in which you are on this hex, all others where they are."""
+        """Return the index of the state with you on this hex and all others where they are."""
         state = view.observation.copy()
         state[view.seat] = problem.hexes.index(hex_)
         return int(problem.state_indices(state[None])[0])
 
-    may = _forecast_hex_probabilities(view, options)
+    probabilities = _forecast_hex_probabilities(view, options)
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
-        way = HexCell("")
-        if free and hex_ in around:
-            way = hexgrid.make_direction_cell(options, around.index(hex_), size)
-        here_now = [seat for seat, place in enumerate(places) if place == hex_]
-        marks = [get_displayed_glyph(view, seat, options) for seat in here_now]
+        """Return the content of a hex."""
+        key_cell = HexCell("")
+        if can_show_keys and hex_ in adjacent:
+            key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
+        seats_on_hex = [seat for seat, agent_hex in enumerate(positions) if agent_hex == hex_]
+        marks = [get_displayed_glyph(view, seat, options) for seat in seats_on_hex]
         if len(marks) > 1:
-            together, room = "".join(sorted(marks)), size.width - 1
-            note = together if len(together) <= room else together[: room - 1] + "…"
-            return HexCell(
-                "*", note, "*", "bold reverse" if view.seat in here_now else "bold yellow"
+            joined_marks, columns = "".join(sorted(marks)), size.width - 1
+            note = (
+                joined_marks if len(joined_marks) <= columns else joined_marks[: columns - 1] + "…"
             )
-        chances = _make_arrival_cell(view, may.get(hex_, {}), size)
+            return HexCell(
+                "*", note, "*", "bold reverse" if view.seat in seats_on_hex else "bold yellow"
+            )
+        arrival_cell = _make_arrival_cell(view, probabilities.get(hex_, {}), size)
         if marks:
-            mine = options.allow_large and view.seat in here_now
-            you = view.player_label if mine and len(view.player_label) < size.width else ""
-            # The key of a way that leads to somebody stands below; beside, where losses are told.
-            shown = marks[0]
-            if options.regret is not None and way.mark:
-                shown += f" {way.mark.strip()}" if size.text_rows > 1 else way.mark
-            told = chances.mark or way.second_line or way.mark or you
+            is_own = options.allow_large and view.seat in seats_on_hex
+            own_label = view.player_label if is_own and len(view.player_label) < size.width else ""
+            # The key of a move to an occupied hex is in the second line, or beside the glyph with
+            # hints.
+            mark_text = marks[0]
+            if options.regret is not None and key_cell.mark:
+                mark_text += f" {key_cell.mark.strip()}" if size.text_rows > 1 else key_cell.mark
+            second_line = arrival_cell.mark or key_cell.second_line or key_cell.mark or own_label
             return HexCell(
-                shown,
-                "" if options.overlay else told,
+                mark_text,
+                "" if options.overlay else second_line,
                 marks[0],
-                _choose_agent_style(view, here_now[0], options),
+                _choose_agent_style(view, seats_on_hex[0], options),
             )
-        if chances.second_line:
-            return chances
+        if arrival_cell.second_line:
+            return arrival_cell
         return (
             hexgrid.make_overlay_cell(options, find_state_at(hex_), size)
             if options.overlay
-            else way
+            else key_cell
         )
 
     yield from hexgrid.iter_maps(problem.hexes, make_cell, options, _format_caption(view, options))
@@ -120,37 +129,45 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
 def _forecast_hex_probabilities(
     view: View[PredatorPrey], options: DrawOptions
 ) -> dict[Hex, dict[int, float]]:
-    """How likely an action leads each agent to each hex, if that is asked."""
-    may: dict[Hex, dict[int, float]] = {}
+    """Return the probability of each agent on each hex after the forecast action.
+
+    The result maps a hex to a dict from seat to probability; it is empty without a forecast.
+    """
+    probabilities: dict[Hex, dict[int, float]] = {}
     if options.forecast:
-        for state, chance in zip(
+        for state, probability in zip(
             options.forecast.outcomes, options.forecast.probabilities, strict=True
         ):
-            for seat, place in enumerate(state):
-                there = may.setdefault(view.problem.hexes[int(place)], {})
-                there[seat] = there.get(seat, 0.0) + float(chance)
-    return may
+            for seat, hex_index in enumerate(state):
+                by_seat = probabilities.setdefault(view.problem.hexes[int(hex_index)], {})
+                by_seat[seat] = by_seat.get(seat, 0.0) + float(probability)
+    return probabilities
 
 
 def _make_arrival_cell(
     view: View[PredatorPrey], probabilities: dict[int, float], size: HexSize
 ) -> HexCell:
-    """Who may come to a hex: you, and the likeliest of the others."""
-    room = size.width - 1
-    others = {seat: chance for seat, chance in probabilities.items() if seat != view.seat}
-    yours, theirs = probabilities.get(view.seat, 0.0), ""
-    if others:
-        seat = max(others, key=lambda one: others[one])
+    """Return a hex with the forecast probabilities that you and another agent arrive there.
+
+    Of the other agents, only the likeliest is shown.
+    """
+    columns = size.width - 1
+    others_by_seat = {
+        seat: probability for seat, probability in probabilities.items() if seat != view.seat
+    }
+    own_probability, other_text = probabilities.get(view.seat, 0.0), ""
+    if others_by_seat:
+        seat = max(others_by_seat, key=lambda other: others_by_seat[other])
         name = get_agent_glyph(view.problem, seat)
-        theirs = name + format_probability(others[seat], room - len(name))
-    if yours:
-        chance = format_probability(yours, room)
-        return HexCell(chance, theirs or " ", chance, "bold cyan")
-    return HexCell(theirs, " " * bool(theirs), theirs, "cyan")
+        other_text = name + format_probability(others_by_seat[seat], columns - len(name))
+    if own_probability:
+        probability = format_probability(own_probability, columns)
+        return HexCell(probability, other_text or " ", probability, "bold cyan")
+    return HexCell(other_text, " " * bool(other_text), other_text, "cyan")
 
 
 def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
-    """Who you are, or what is written into the hexes."""
+    """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
     if options.forecast:
         return f"{hexgrid.format_move_condition(options.forecast)}, how likely"
     if (
@@ -163,89 +180,103 @@ def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
         return hexgrid.format_wall_regrets(
             view.problem.hexes, _list_positions(view)[view.seat], options
         )
-    you = f"{get_agent_glyph(view.problem, view.seat)} is {_name_own_agent(view)}"
-    others = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
-    if len(others) == 1:
-        you += (
-            f", {get_agent_glyph(view.problem, others[0])} is the {view.problem.agents[others[0]]}"
+    text = f"{get_agent_glyph(view.problem, view.seat)} is {_name_own_agent(view)}"
+    other_seats = [seat for seat in range(len(view.problem.agents)) if seat != view.seat]
+    if len(other_seats) == 1:
+        text += (
+            f", {get_agent_glyph(view.problem, other_seats[0])} "
+            f"is the {view.problem.agents[other_seats[0]]}"
         )
-    return you if options.allow_large else ""
+    return text if options.allow_large else ""
 
 
 def _name_own_agent(view: View[PredatorPrey]) -> str:
-    """Who looks: you, or an agent that is watched."""
+    """Return `you`, or the name of the agent that is watched."""
     return view.player_label if view.player_label == "you" else f"the {view.player_label}"
 
 
 def _get_last_action(view: View[PredatorPrey], seat: int) -> int:
-    """The last action of an agent."""
+    """Return the last action of an agent."""
     assert view.joint_actions is not None
     return int(view.joint_actions[-1][seat])
 
 
 def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
-    """What came of an agent's last move, in one word for the panel and in a sentence."""
+    """Return the result of an agent's last move, in short for the panel and as a clause."""
     if _flag_feeding_agents(view, -2)[seat]:
-        hunts = seat in view.problem.predator_seats
-        return ("fed", "fed, stayed") if hunts else ("devoured", "was devoured, born again")
-    walk = hexgrid.classify_move(
+        is_predator = seat in view.problem.predator_seats
+        return ("fed", "fed, stayed") if is_predator else ("devoured", "was devoured, born again")
+    result = hexgrid.classify_move(
         _list_positions(view, -2)[seat], _list_positions(view)[seat], _get_last_action(view, seat)
     )
-    return f"{'slip ' * walk.has_slipped}{walk.direction}" or "bumped", walk.description
+    return f"{'slip ' * result.has_slipped}{result.direction}" or "bumped", result.description
 
 
 def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
-    """The last move of an agent: `chose NE, moved NE`, `chose E, fed, stayed`."""
-    return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {_describe_last_move(view, seat)[1]}"
+    """Return an agent's last action and its result, such as `chose NE, moved NE`."""
+    return (
+        f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, "
+        f"{_describe_last_move(view, seat)[1]}"
+    )
 
 
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
-    """What the seat hunts for, or flees from."""
+    """Return the goal and the rewards of a predator or a prey, as clauses."""
     problem = view.problem
     slips = [f"{format_percent(problem.slip)} of steps slip aside"] if problem.slip else []
     if view.seat in problem.predator_seats:
         meal = "a meal" if problem.prey == 1 else "a meal for each prey"
-        shared = ", shared by those on its hex" if problem.predators > 1 else ""
-        return [f"catch the prey: its hex is {meal}, +1{shared}", "any other turn costs 1", *slips]
+        sharing_clause = ", shared by those on its hex" if problem.predators > 1 else ""
+        return [
+            f"catch the prey: its hex is {meal}, +1{sharing_clause}",
+            "any other turn costs 1",
+            *slips,
+        ]
     return [f"keep away: to be caught costs {-DEVOURED_REWARD:g}", "moving is free", *slips]
 
 
 def lesson(view: View[PredatorPrey]) -> Lesson:
-    """Who hunts whom, and what a turn costs."""
+    """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     slips = (
         f"{format_percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
     )
     name = f"{get_agent_glyph(problem, view.seat)}, {problem.agents[view.seat]}"
-    you = f"You are {name}; all see all and move at once, one hex a turn"
+    role = f"You are {name}; all see all and move at once, one hex a turn"
     if view.seat in problem.predator_seats:
-        shared = ", shared by the predators on it" if problem.predators > 1 else ""
-        want = f"You want to share a hex with prey: a turn begun there pays 1{shared}"
-        return Lesson(you, want, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
-    want = "You want never to share a hex with a predator"
-    cost = (
+        sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
+        objective = f"You want to share a hex with prey: a turn begun there pays 1{sharing_clause}"
+        return Lesson(role, objective, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
+    objective = "You want never to share a hex with a predator"
+    costs = (
         f"To be caught costs {-DEVOURED_REWARD:g} and you are born again on any hex; a step is free"
     )
-    return Lesson(you, want, f"{cost}, and {slips}")
+    return Lesson(role, objective, f"{costs}, and {slips}")
 
 
 def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """Your last move, where everyone is, the scores, and what shares a hex."""
-    problem, places = view.problem, _list_positions(view)
-    moved = _describe_last_move(view, view.seat)[0] if view.turns_played else "-"
+    """Return the panel rows: your last move, all positions, scores and shared hexes."""
+    problem, positions = view.problem, _list_positions(view)
+    move_text = _describe_last_move(view, view.seat)[0] if view.turns_played else "-"
     reward = f"{view.rewards[-1]:g}" if view.rewards else "-"
-    rows = [("last", view.last_action_label.upper() or "-"), ("moved", moved), ("reward", reward)]
+    rows = [
+        ("last", view.last_action_label.upper() or "-"),
+        ("moved", move_text),
+        ("reward", reward),
+    ]
     for seat, agent in enumerate(problem.agents):
         name = view.player_label if seat == view.seat else agent
-        rows.append((f"{get_agent_glyph(problem, seat)} {name}", format_hex(places[seat])))
+        rows.append((f"{get_agent_glyph(problem, seat)} {name}", format_hex(positions[seat])))
     rows += [
         *_list_discounted_scores(view),
         ("slips aside", f"{problem.slip / 2:.2f} each"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
-    for hex_ in dict.fromkeys(places):  # last, as these come and go
+    for hex_ in dict.fromkeys(positions):  # last, because these rows come and go
         marks = sorted(
-            get_agent_glyph(problem, seat) for seat, place in enumerate(places) if place == hex_
+            get_agent_glyph(problem, seat)
+            for seat, position in enumerate(positions)
+            if position == hex_
         )
         if len(marks) > 1:
             rows.append((f"* {format_hex(hex_)}", " ".join(marks)))
@@ -253,13 +284,16 @@ def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
 
 
 def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
-    """What each has won, discounted: all see where everybody was, and that alone pays."""
+    """Return panel rows with the discounted return of each agent so far.
+
+    All agents see every state, and the rewards depend on the states alone.
+    """
     problem = view.problem
     if not view.turns_played:
         return []
     states = np.array(view.observations[:-1])
-    still = np.zeros_like(states)  # any move pays the same
-    rewards = problem.resolve_events(states, still, tuple(still.T)).rewards
+    any_actions = np.zeros_like(states)  # the rewards do not depend on the actions
+    rewards = problem.resolve_events(states, any_actions, tuple(any_actions.T)).rewards
     weights = problem.discount ** np.arange(view.turns_played)
     sums = np.sum(weights[:, None] * rewards, axis=0)
     return [
@@ -269,42 +303,54 @@ def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[PredatorPrey]) -> str:
-    """Where you are and how you got there, then the others."""
-    agents, places = view.problem.agents, _list_positions(view)
-    others = [seat for seat in range(len(agents)) if seat != view.seat]
+    """Return a description of your position and last move, then of the other agents."""
+    agents, positions = view.problem.agents, _list_positions(view)
+    other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
     sentences = [
-        f"at {format_hex(places[view.seat])}. {_describe_action_and_move(view, view.seat)}."
+        f"at {format_hex(positions[view.seat])}. {_describe_action_and_move(view, view.seat)}."
     ]
-    met = _flag_feeding_agents(view, -2)
-    for seat in others:
-        # Of one other all is told, of many only the meals.
-        what = f" {_describe_action_and_move(view, seat)}" if len(others) == 1 or met[seat] else ""
-        sentences.append(f"{agents[seat]}{what} at {format_hex(places[seat])}.")
+    fed_before = _flag_feeding_agents(view, -2)
+    for seat in other_seats:
+        # With several other agents, only the actions of those that fed or were caught are
+        # described.
+        action_text = (
+            f" {_describe_action_and_move(view, seat)}"
+            if len(other_seats) == 1 or fed_before[seat]
+            else ""
+        )
+        sentences.append(f"{agents[seat]}{action_text} at {format_hex(positions[seat])}.")
     return " ".join(sentences)
 
 
 def describe_situation(view: View[PredatorPrey]) -> str:
-    """Where you are, the six ways on in action order, and how far the others are."""
-    problem, places = view.problem, _list_positions(view)
-    here = places[view.seat]
-    watched = view.player_label != "you"
-    who = f"{view.player_label} at {format_hex(here)}." if watched else ""
-    sentences = [who or f"at {format_hex(here)}, you are {problem.agents[view.seat]}."]
-    if _flag_feeding_agents(view)[view.seat] and not watched:
-        feeds = view.seat in problem.predator_seats
+    """Return a description of your position, the six neighbours and the other agents' distances."""
+    problem, positions = view.problem, _list_positions(view)
+    position = positions[view.seat]
+    is_watched = view.player_label != "you"
+    watched_sentence = f"{view.player_label} at {format_hex(position)}." if is_watched else ""
+    sentences = [
+        watched_sentence or f"at {format_hex(position)}, you are {problem.agents[view.seat]}."
+    ]
+    if _flag_feeding_agents(view)[view.seat] and not is_watched:
+        is_predator = view.seat in problem.predator_seats
         sentences.append(
             "you feed: any action stays here."
-            if feeds
+            if is_predator
             else "you are caught: any action, then you are born on any hex."
         )
 
     def describe_hex(hex_: Hex) -> str:
-        names = [problem.agents[i] for i, place in enumerate(places) if place == hex_]
+        """Return the names of the agents on a hex, or `free`."""
+        names = [problem.agents[i] for i, agent_hex in enumerate(positions) if agent_hex == hex_]
         return " and ".join(names) or "free"
 
-    sentences += hexgrid.describe_neighbours(problem.hexes, here, describe_hex)
+    sentences += hexgrid.describe_neighbours(problem.hexes, position, describe_hex)
     for seat, agent in enumerate(problem.agents):
         if seat != view.seat:
-            far = "here" if places[seat] == here else hexgrid.format_distance(here, places[seat])
-            sentences.append(f"{agent} at {format_hex(places[seat])}: {far}.")
+            distance = (
+                "here"
+                if positions[seat] == position
+                else hexgrid.format_distance(position, positions[seat])
+            )
+            sentences.append(f"{agent} at {format_hex(positions[seat])}: {distance}.")
     return " ".join(sentences)

@@ -1,4 +1,4 @@
-"""How the prisoner's dilemma looks: figure F.14 with the last play."""
+"""The view of the prisoner's dilemma: figure F.14 with the last actions."""
 
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.session import View
@@ -9,7 +9,7 @@ KEYS = {"c": "cooperate", "d": "defect"}
 
 
 def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
-    """What each choice pays, as the other chooses."""
+    """Return the reward of each action against each action of the other agent, as clauses."""
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
         f"cooperate pays {cc:g} or {cd:g}, defect pays {dc:g} or {dd:g}",
@@ -19,7 +19,7 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
 
 
 def lesson(view: View[PrisonersDilemma]) -> Lesson:
-    """Who chooses, and what each pair of choices pays."""
+    """Return the three sentences that introduce the problem: role, objective and rewards."""
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return Lesson(

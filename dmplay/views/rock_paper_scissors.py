@@ -1,4 +1,4 @@
-"""How rock-paper-scissors looks: figure F.15 with the last play."""
+"""The view of rock-paper-scissors: figure F.15 with the last actions."""
 
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import View
@@ -9,20 +9,24 @@ KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 
 
 def goal_lines(view: View[RockPaperScissors]) -> list[str]:
-    """What beats what, and what that pays."""
-    won = view.problem.payoffs.max()
+    """Return the rule and the rewards of the winner and the loser, as clauses."""
+    win_reward = view.problem.payoffs.max()
     beats = "rock beats scissors beats paper beats rock"
-    return [beats, f"the winner gets {won:g}, the loser {-won:g}", "both choose at once"]
+    return [
+        beats,
+        f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
+        "both choose at once",
+    ]
 
 
 def lesson(view: View[RockPaperScissors]) -> Lesson:
-    """Who chooses, and what each pair of choices pays."""
+    """Return the three sentences that introduce the problem: role, objective and rewards."""
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
-    won = view.problem.payoffs.max()
+    win_reward = view.problem.payoffs.max()
     return Lesson(
         f"You are {you} and choose at the same time as {other}, again and again",
         "You want to beat the other: rock beats scissors, scissors paper, and paper rock",
-        f"A win pays {won:g}, a loss costs {won:g}, and two of a kind pay nothing",
+        f"A win pays {win_reward:g}, a loss costs {win_reward:g}, and two of a kind pay nothing",
         "scissors",
     )
 

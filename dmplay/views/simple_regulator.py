@@ -1,9 +1,9 @@
-"""How the simple regulator looks: the last pushes, where the next number was due, and where it is.
+"""The view of the simple regulator: the last pushes, the expected number and the number.
 
-       │    ∘────→    from a number to where its push aimed, turn by turn
+       │    ∘────→    from a number to the aim of its push, one row per turn
        │  ←───∘
-      ▂▆█▆▂           how the number now was distributed, before nature drew it
-├─────┼──●──┬─────┤   the number now
+      ▂▆█▆▂           the distribution of the current number, before nature drew it
+├─────┼──●──┬─────┤   the current number
 """
 
 import math
@@ -25,20 +25,20 @@ NUMBER_LINE_LIMITS = (
     1.0,
     2.0,
     5.0,
-)  # and ten times as much, and so on: how far the number line reaches
+)  # limits of the number line, and these times 10, 100, ...
 LEGEND = "● the number, ∘→ a push and its aim, ▄█▄ where chance took it"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
 class RegulatorLayout(NamedTuple):
-    """A drawing: its columns, the turns it shows, the rows of the distribution."""
+    """A layout of the board: columns, turns shown, and rows of the distribution."""
 
     width: int
     shown_turns: int
     distribution_rows: int
 
 
-MAX_LAYOUT = RegulatorLayout(161, 20, 4)  # columns, turns and rows of bell that a drawing grows to
+MAX_LAYOUT = RegulatorLayout(161, 20, 4)  # maximum columns, turns and rows of the distribution
 LAYOUTS = (
     RegulatorLayout(121, 12, 4),
     RegulatorLayout(61, 6, 2),
@@ -49,112 +49,141 @@ LAYOUTS = (
 
 
 def _list_layouts(options: DrawOptions) -> list[RegulatorLayout]:
-    """The largest first; one that fills the room beside the panel before those of a transcript."""
+    """Return the layouts, the largest first.
+
+    The first one fills the space beside the side panel, if that is large enough.
+    """
     width, rows = (
         min(options.columns_beside_panel, MAX_LAYOUT.width),
         options.height - 3,
-    )  # number line, its marks, words
-    bell = min(rows // 4, MAX_LAYOUT.distribution_rows)
-    if width < LAYOUTS[1].width or bell < LAYOUTS[1].distribution_rows:
+    )  # without number line, labels, text
+    distribution_rows = min(rows // 4, MAX_LAYOUT.distribution_rows)
+    if width < LAYOUTS[1].width or distribution_rows < LAYOUTS[1].distribution_rows:
         return [*LAYOUTS]
     return [
-        RegulatorLayout(width - 1 + width % 2, min(rows - bell, MAX_LAYOUT.shown_turns), bell),
+        RegulatorLayout(
+            width - 1 + width % 2,
+            min(rows - distribution_rows, MAX_LAYOUT.shown_turns),
+            distribution_rows,
+        ),
         *LAYOUTS,
     ]
 
 
 def _list_recent_numbers(view: View[SimpleRegulator], turns: int) -> list[float]:
-    """The number before each of the last turns, and now: no more, as a film asks turn by turn."""
+    """Return the number before each of the last `turns` turns, and the current number.
+
+    Older observations are not read, because an animation calls this in every turn.
+    """
     return [float(state[0]) for state in view.observations[-turns - 1 :]]
 
 
 def predict_number(view: View[SimpleRegulator]) -> tuple[float, float]:
-    """Mean and standard deviation of the number now, before nature drew it."""
+    """Return mean and standard deviation of the current number, before nature drew it."""
     if not view.turns_played:
         return START_MEAN, START_DEVIATION
     return _list_recent_numbers(view, 1)[0] + view.actions[-1], view.problem.noise
 
 
 def choose_number_line_limit(values: list[float]) -> float:
-    """The shortest ruler that holds the values."""
-    most = max(map(abs, values))
-    tens = 1.0
+    """Return the smallest limit of a number line that covers all values."""
+    largest = max(map(abs, values))
+    power_of_ten = 1.0
     while True:
-        for ruler in NUMBER_LINE_LIMITS:
-            if most <= ruler * tens:
-                return ruler * tens
-        tens *= 10
+        for limit in NUMBER_LINE_LIMITS:
+            if largest <= limit * power_of_ten:
+                return limit * power_of_ten
+        power_of_ten *= 10
 
 
 def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[Text]:
-    """The number line with the last turns above it, in sizes; the line; the numbers."""
-    for size in _list_layouts(options):
-        turns = min(view.turns_played, size.shown_turns)
+    """Yield the board in each layout, the largest first, then the number line, then the number."""
+    for layout in _list_layouts(options):
+        turns = min(view.turns_played, layout.shown_turns)
         numbers = _list_recent_numbers(view, turns)
         pushes = view.actions[view.turns_played - turns :]
         aims = [number + push for number, push in zip(numbers, pushes, strict=False)]
-        ahead = [float(state[0]) for state in options.forecast.outcomes] if options.forecast else []
-        wanted = (
+        forecast_numbers = (
+            [float(state[0]) for state in options.forecast.outcomes] if options.forecast else []
+        )
+        suggested_aims = (
             [] if options.suggested_action is None else [numbers[-1] + options.suggested_action]
         )
         scale = _make_number_line(
-            choose_number_line_limit([*numbers, *aims, predict_number(view)[0], *ahead, *wanted]),
-            size.width,
+            choose_number_line_limit(
+                [*numbers, *aims, predict_number(view)[0], *forecast_numbers, *suggested_aims]
+            ),
+            layout.width,
         )
         canvas = Canvas()
-        for row in range(size.shown_turns + size.distribution_rows):
+        for row in range(layout.shown_turns + layout.distribution_rows):
             canvas.write_text(scale.column_of(0), row, "│", "dim")
         for row, (number, aim) in enumerate(
-            zip(numbers, aims, strict=False), size.shown_turns - turns
+            zip(numbers, aims, strict=False), layout.shown_turns - turns
         ):
             _draw_push_arrow(canvas, row, scale, number, aim)
         if options.forecast:
-            _draw_forecast_distribution(canvas, size, scale, options.forecast)
+            _draw_forecast_distribution(canvas, layout, scale, options.forecast)
         else:
-            _draw_normal_distribution(canvas, size, scale, *predict_number(view))
+            _draw_normal_distribution(canvas, layout, scale, *predict_number(view))
         _draw_number_line(
             canvas,
-            size.shown_turns + size.distribution_rows,
+            layout.shown_turns + layout.distribution_rows,
             scale,
             numbers[-1],
             options.suggested_action,
         )
-        brief, y = size.width == LAYOUTS[-1].width, size.shown_turns + size.distribution_rows + 2
+        is_brief, y = (
+            layout.width == LAYOUTS[-1].width,
+            layout.shown_turns + layout.distribution_rows + 2,
+        )
         if options.forecast:
             canvas.write_text(
-                0, y, _format_forecast_costs(view, options.forecast, brief), "bold cyan"
+                0, y, _format_forecast_costs(view, options.forecast, is_brief), "bold cyan"
             )
-        elif size.width > options.columns_beside_panel:  # else the panel beside has the numbers
-            canvas.write_text(0, y, _format_state(view, brief, options), "bold")
+        # otherwise the side panel shows the numbers
+        elif layout.width > options.columns_beside_panel:
+            canvas.write_text(0, y, _format_state(view, is_brief, options), "bold")
         else:
             canvas.write_text(0, y, LEGEND, "dim")
         yield canvas.to_text()
-    (now,) = _list_recent_numbers(view, 0)
+    (current,) = _list_recent_numbers(view, 0)
     canvas = Canvas()
     _draw_number_line(
-        canvas, 0, _make_number_line(choose_number_line_limit([now]), LAYOUTS[-1].width), now
+        canvas,
+        0,
+        _make_number_line(choose_number_line_limit([current]), LAYOUTS[-1].width),
+        current,
     )
     yield canvas.to_text()
-    yield draw_text_rows(f"s {format_signed_fixed(now, 3)}")
+    yield draw_text_rows(f"s {format_signed_fixed(current, 3)}")
 
 
 def _format_forecast_costs(view: View[SimpleRegulator], forecast: Forecast, is_brief: bool) -> str:
-    """What a push costs: this turn whatever it is, and the next on average."""
-    (now,) = _list_recent_numbers(view, 0)
-    after = float((forecast.probabilities * forecast.outcomes[:, 0] ** 2).sum())
+    """Return this turn's cost, and the expected cost of the next turn after the forecast push."""
+    (number,) = _list_recent_numbers(view, 0)
+    next_cost = float((forecast.probabilities * forecast.outcomes[:, 0] ** 2).sum())
     if is_brief:
         samples = " (samples)" * forecast.is_sampled
-        return f"{format_signed_fixed(forecast.action, 2)}: {now * now:.2f} now, {after:.2f} next{samples}"
+        return (
+            f"{format_signed_fixed(forecast.action, 2)}: "
+            ""
+            f"{number * number:.2f} now, "
+            f"{next_cost:.2f} next{samples}"
+        )
     push = format_condition(forecast, f"push {format_signed_fixed(forecast.action, 3)}")
-    return f"{push}: costs {now * now:.3f} now, {after:.3f} next"
+    return f"{push}: costs {number * number:.3f} now, {next_cost:.3f} next"
 
 
 def describe_expected_reward(view: View[SimpleRegulator], push: float) -> str:
-    """What a turn costs now whatever is pushed, and the next after this push."""
-    (now,), noise = _list_recent_numbers(view, 0), view.problem.noise
-    aim = now + push
+    """Return the aim of a push, this turn's cost and the expected cost of the next, as text."""
+    (number,), noise = _list_recent_numbers(view, 0), view.problem.noise
+    aim = number + push
     return (
-        f"aims at {format_signed_fixed(aim, 3)}; costs {now * now:.3f} now, {aim * aim + noise * noise:.3f} next "
+        "aims at "
+        f"{format_signed_fixed(aim, 3)}; costs "
+        f"{number * number:.3f} now, "
+        f"{aim * aim + noise * noise:.3f} next "
         "on average"
     )
 
@@ -162,22 +191,23 @@ def describe_expected_reward(view: View[SimpleRegulator], push: float) -> str:
 def _draw_forecast_distribution(
     canvas: Canvas, layout: RegulatorLayout, scale: NumberLine, forecast: Forecast
 ) -> None:
-    """How the number after a push is distributed, as high as its rows where it is likeliest."""
-    heaps: dict[int, float] = {}
-    for state, chance in zip(forecast.outcomes, forecast.probabilities, strict=True):
+    """Draw the distribution of the number after a push, at full height where it is likeliest."""
+    column_probabilities: dict[int, float] = {}
+    for state, probability in zip(forecast.outcomes, forecast.probabilities, strict=True):
         column = scale.column_of(float(state[0]))
-        heaps[column] = heaps.get(column, 0.0) + float(chance)
-    most = max(heaps.values())
-    for column, chance in heaps.items():
-        _draw_distribution_column(canvas, column, layout, chance / most, "cyan")
+        column_probabilities[column] = column_probabilities.get(column, 0.0) + float(probability)
+    largest = max(column_probabilities.values())
+    for column, probability in column_probabilities.items():
+        _draw_distribution_column(canvas, column, layout, probability / largest, "cyan")
 
 
 def _make_number_line(limit: float, width: int) -> NumberLine:
+    """Return a number line from `-limit` to `limit`."""
     return NumberLine(-limit, limit, 1, width - 2)
 
 
 def _draw_push_arrow(canvas: Canvas, y: int, scale: NumberLine, number: float, aim: float) -> None:
-    """A number, and an arrow to where its push aimed."""
+    """Draw a number, and an arrow to the aim of its push."""
     start, end = scale.column_of(number), scale.column_of(aim)
     for column in range(min(start, end), max(start, end)):
         canvas.write_text(column, y, "─", "cyan")
@@ -189,22 +219,22 @@ def _draw_push_arrow(canvas: Canvas, y: int, scale: NumberLine, number: float, a
 def _draw_normal_distribution(
     canvas: Canvas, layout: RegulatorLayout, scale: NumberLine, mean: float, deviation: float
 ) -> None:
-    """The distribution, as high as its rows in the middle."""
+    """Draw a normal distribution above the number line, at full height at its mean."""
     middle = scale.column_of(mean)
     for column in range(scale.left, scale.right + 1):
-        away = scale.value_at(column) - scale.value_at(middle)
-        far = away / deviation if deviation else math.inf * away if away else 0.0
-        density = math.exp(-far * far / 2)  # a square by `**` raises where it is large
+        offset = scale.value_at(column) - scale.value_at(middle)
+        z_score = offset / deviation if deviation else math.inf * offset if offset else 0.0
+        density = math.exp(-z_score * z_score / 2)  # `**` raises OverflowError for large numbers
         _draw_distribution_column(canvas, column, layout, density, "blue")
 
 
 def _draw_distribution_column(
     canvas: Canvas, column: int, layout: RegulatorLayout, fraction: float, style: str
 ) -> None:
-    """A column of the distribution, in eighths of a row."""
-    whole, rest = divmod(round(fraction * layout.distribution_rows * 8), 8)
-    for row in range(whole + (rest > 0)):
-        block = BLOCKS[8 if row < whole else rest]
+    """Draw one column of the distribution, in eighths of a row."""
+    full_rows, eighths = divmod(round(fraction * layout.distribution_rows * 8), 8)
+    for row in range(full_rows + (eighths > 0)):
+        block = BLOCKS[8 if row < full_rows else eighths]
         canvas.write_text(
             column, layout.shown_turns + layout.distribution_rows - 1 - row, block, style
         )
@@ -213,38 +243,40 @@ def _draw_distribution_column(
 def _draw_number_line(
     canvas: Canvas, y: int, scale: NumberLine, number: float, push: float | None = None
 ) -> None:
-    """The number line, what its marks are, and on it the way of a push."""
+    """Draw the number line with its labels, the number, and an arrow to the aim of a push."""
     canvas.write_text(scale.left, y, "├" + "─" * (scale.right - scale.left - 1) + "┤", "dim")
-    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
-        value = share * scale.high
+    for fraction in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        value = fraction * scale.high
         column, text = scale.column_of(value), format_signed(value)
-        if abs(share) < 1:
-            canvas.write_text(column, y, "┼" if not share else "┬", "dim")
+        if abs(fraction) < 1:
+            canvas.write_text(column, y, "┼" if not fraction else "┬", "dim")
         left = min(max(column - len(text) // 2, 0), scale.right + 2 - len(text))
         canvas.write_text(left, y + 1, text, "dim")
-    here, aim = scale.column_of(number), scale.column_of(number + (push or 0.0))
-    canvas.write_text(min(here, aim), y, "━" * abs(aim - here), "bold green")
-    if aim != here:
-        canvas.write_text(aim, y, "→" if aim > here else "←", "bold green")
-    canvas.write_text(here, y, "●", "bold yellow")
+    number_column, aim_column = scale.column_of(number), scale.column_of(number + (push or 0.0))
+    canvas.write_text(
+        min(number_column, aim_column), y, "━" * abs(aim_column - number_column), "bold green"
+    )
+    if aim_column != number_column:
+        canvas.write_text(aim_column, y, "→" if aim_column > number_column else "←", "bold green")
+    canvas.write_text(number_column, y, "●", "bold yellow")
 
 
 def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOptions) -> str:
-    """The number, and the last push with what it aimed at."""
+    """Return the number, the last push and its aim as text."""
     numbers, (mean, deviation) = _list_recent_numbers(view, 1), predict_number(view)
-    number, pushed = ("number", "push") if options.allow_large else ("s", "a")
-    now = f"{number} {format_signed_fixed(numbers[-1], 3)}"
+    number_name, push_name = ("number", "push") if options.allow_large else ("s", "a")
+    number_text = f"{number_name} {format_signed_fixed(numbers[-1], 3)}"
     if not view.turns_played:
-        around = f"{mean:g}" if is_brief else f"{mean:g}, give or take {deviation:g}"
-        return f"{now}   drawn around {around}"
+        mean_text = f"{mean:g}" if is_brief else f"{mean:g}, give or take {deviation:g}"
+        return f"{number_text}   drawn around {mean_text}"
     push, aim = format_signed_fixed(view.actions[-1], 3), format_signed_fixed(mean, 3)
     if is_brief:
-        return f"{now}  {pushed} {push}  aimed {aim}"
-    return f"{now}   pushed {format_signed_fixed(numbers[0], 3)} by {push}, aimed at {aim}"
+        return f"{number_text}  {push_name} {push}  aimed {aim}"
+    return f"{number_text}   pushed {format_signed_fixed(numbers[0], 3)} by {push}, aimed at {aim}"
 
 
 def goal_lines(view: View[SimpleRegulator]) -> list[str]:
-    """The number to keep, the price, and what disturbs it."""
+    """Return the goal, the costs, the push and the noise, as clauses."""
     return [
         "keep the number near 0",
         "each turn costs its square",
@@ -254,7 +286,7 @@ def goal_lines(view: View[SimpleRegulator]) -> list[str]:
 
 
 def lesson(view: View[SimpleRegulator]) -> Lesson:
-    """The number, the push, and what a turn costs."""
+    """Return the three sentences that introduce the problem: role, objective and costs."""
     problem, bounds = view.problem, view.problem.actions[0]
     noise = f", and nature adds {problem.noise:g} or so, up or down" if problem.noise else ""
     return Lesson(
@@ -266,7 +298,7 @@ def lesson(view: View[SimpleRegulator]) -> Lesson:
 
 
 def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
-    """The number and what it costs, the last push, and what does not change."""
+    """Return the panel rows: the number, its cost, the last push and the parameters."""
     problem, number = view.problem, _list_recent_numbers(view, 0)[0]
     bounds = problem.actions[0]
     return [
@@ -282,16 +314,20 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[SimpleRegulator]) -> str:
-    """The number now, the push, and where it aimed."""
+    """Return a description of the number, the last push and its aim."""
     numbers, push = _list_recent_numbers(view, 1), format_signed_fixed(view.actions[-1], 3)
     return (
-        f"number {format_signed_fixed(numbers[-1], 3)}. pushed {format_signed_fixed(numbers[0], 3)} by {push}, "
-        f"aimed at {format_signed_fixed(predict_number(view)[0], 3)}."
+        "number "
+        f"{format_signed_fixed(numbers[-1], 3)}. pushed "
+        f"{format_signed_fixed(numbers[0], 3)} "
+        f"by {push}, "
+        "aimed at "
+        f"{format_signed_fixed(predict_number(view)[0], 3)}."
     )
 
 
 def describe_situation(view: View[SimpleRegulator]) -> str:
-    """The number, what it costs to be there, and what can be done."""
+    """Return a description of the number, its cost and the possible pushes."""
     problem, number = view.problem, _list_recent_numbers(view, 0)[0]
     return (
         f"number {format_signed_fixed(number, 3)}. a turn here costs {number * number:.3f}. "

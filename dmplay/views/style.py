@@ -1,4 +1,4 @@
-"""What every view offers, what it is told about the screen, and which view a problem has."""
+"""The protocol of view modules, their drawing options, and the view module of a problem."""
 
 import importlib
 import importlib.util
@@ -15,65 +15,64 @@ from dmplay.session import View
 from dmplay.views.canvas import measure_text, to_ascii
 
 NO_KEY_LABELS: Mapping[str, str] = {}
-MIN_PANEL_COLUMNS = 17  # columns of the side panel at least
-REGRET_TOLERANCE = 1e-9  # a loss against the best action that is none
+MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
+REGRET_TOLERANCE = 1e-9  # regrets up to this size count as zero
 BEST_LABEL, EQUALLY_GOOD_LABEL = (
     "best",
     "as good",
-)  # what is said of the advised action, and of others without a loss
+)  # labels of the suggested action, and of others without regret
 
 
 class Overlay(NamedTuple):
-    """What else to write into the board: values, policy or states."""
+    """An overlay on the board: values, policy or states."""
 
     kind: str
     action_values: Reals  # [S, A], the value of each action in each state
 
 
 class Forecast(NamedTuple):
-    """What an action may bring about before it is played: K outcomes, the likeliest first."""
+    """The K possible outcomes of an action before it is played, the likeliest first."""
 
     action: float
     probabilities: Reals  # [K]
-    outcomes: Array  # [K, ...], what the seat would see: states, or observations where they hide
-    beliefs: Reals | None = None  # [K, S], what it would then believe, where it has beliefs
-    is_sampled: bool = False  # whether they are samples, as nature draws reals
+    outcomes: Array  # [K, ...], states, or observations if states are hidden
+    beliefs: Reals | None = None  # [K, S], the belief after each outcome, if the seat has beliefs
+    is_sampled: bool = False  # whether the outcomes are samples, as for real numbers
 
 
 class DrawOptions(NamedTuple):
-    """The room there is, and what is wanted in it."""
+    """The drawing options of a board: its maximum size and what else to draw on it."""
 
     width: int = 80
     height: int = 24
     ascii: bool = False
     overlay: Overlay | None = None
     show_keys: bool = False  # whether to write keys into the board
-    keys_by_action: Mapping[str, str] = (
-        NO_KEY_LABELS  # the key of an action, where it is not the view's own
-    )
-    revealed_state: Array | None = None  # the true state, where it is to be revealed
-    reserved_rows: int = 0  # rows that the screen needs beside the drawing's
-    allow_large: bool = False  # whether drawings may be larger than a transcript's frames
-    regret: Reals | None = None  # [A], what each action loses against the best; nan: not legal
+    keys_by_action: Mapping[str, str] = NO_KEY_LABELS  # action -> key, if it is not the view's own
+    revealed_state: Array | None = None  # the true state, if it is to be revealed
+    reserved_rows: int = 0  # screen rows needed in addition to the board's
+    allow_large: bool = False  # whether boards may be larger than a transcript's frames
+    regret: Reals | None = None  # [A], regret of each action; nan if illegal
     suggested_action: float | None = (
-        None  # the action of a hint, or that is written and Enter would play
+        None  # action of a hint, or the typed action that Enter would play
     )
-    forecast: Forecast | None = None  # what an action may bring, to be drawn on the board
-    motion_progress: float = 1.0  # the share of the last turn's motion that is over
-    ghost_state: Array | None = None  # the state of an agent that plays beside, to be drawn faintly
+    forecast: Forecast | None = None  # possible outcomes of an action, to draw on the board
+    motion_progress: float = 1.0  # part of the last turn's motion that is over, from 0 to 1
+    ghost_state: Array | None = None  # state of the ghost, to be drawn faintly
     panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
 
     def is_equal_to(self, other: "DrawOptions") -> bool:
-        """Whether another asks for the same drawing."""
+        """Return whether other options ask for the same drawing."""
         return _is_deeply_equal(tuple(self), tuple(other))
 
     @property
     def columns_beside_panel(self) -> int:
-        """The columns that a drawing may have with the side panel beside it; none without one."""
+        """The columns left for a board beside the side panel; 0 unless `allow_large` is set."""
         return max(self.width - self.panel_columns, 0) if self.allow_large else 0
 
 
 def _is_deeply_equal(left: object, right: object) -> bool:
+    """Return whether two values have equal types and contents, also inside tuples and arrays."""
     if left is right:
         return True
     if isinstance(left, tuple) and isinstance(right, tuple):
@@ -84,87 +83,95 @@ def _is_deeply_equal(left: object, right: object) -> bool:
 
 
 class Lesson(NamedTuple):
-    """A problem in three sentences for who never saw it, and what to do in a turn as an example."""
+    """An introduction to a problem in three sentences for new players, with an example action."""
 
-    role: str  # what one is, sees and can do
+    role: str  # role, observations and actions of the player
     objective: str
-    costs: str  # what a move costs, and what is left to chance
-    example_action: str = ""  # of the example; '' for any
+    costs: str  # the cost of each action, and the part of chance
+    example_action: str = ""  # the example action; '' for any
 
 
 class ViewModule(Protocol):
-    """A view: a module of this shape, with the stem of its problem.
+    """The interface of a view module; its file is named after its problem.
 
-    It may also have NUDGES, keys that add so much to a typed number; LEFT, the keys of a second
-    person; FAMILY, the name under which a player sets its keys where that is not the problem's;
-    and MOVES, where a turn is seen to happen: it then draws what `Look.passed` says.
+    A view module may also define NUMBER_STEPS, keys that add a fixed amount to a typed number;
+    SECOND_PLAYER_KEYS, the keys of a second player; KEY_FAMILY, the name under which a player sets
+    its keys, if it is not the problem's name; and HAS_MOTION, if turns are animated: it then draws
+    the part of the motion that `DrawOptions.motion_progress` says.
     """
 
     @property
     def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
-        """A key -> the label of the action that it plays."""
+        """The keys, each with the label of the action that it plays."""
 
     def iter_boards(self, view: View[Problem], options: DrawOptions) -> Iterator[Text]:
-        """The drawings, the largest first."""
+        """Yield drawings of the board, the largest first."""
 
     def goal_lines(self, view: View[Problem]) -> list[str]:
-        """What to aim for and what it costs, in clauses, the most important first."""
+        """Return the goal and the costs as clauses, the most important first."""
 
     def lesson(self, view: View[Problem]) -> Lesson:
-        """The problem in three sentences, without their full stops."""
+        """Return the problem in three sentences, without their full stops."""
 
     def panel_rows(self, view: View[Problem]) -> list[tuple[str, str]]:
-        """Facts for the side panel."""
+        """Return the rows of the side panel, as pairs of label and value."""
 
     def describe_turn(self, view: View[Problem]) -> str:
-        """What the last turn did, in sentences."""
+        """Return a description of the last turn, in sentences."""
 
     def describe_situation(self, view: View[Problem]) -> str:
-        """Where the game stands, in sentences."""
+        """Return a description of the current situation, in sentences."""
 
 
 def load_view_module(problem: Problem) -> ViewModule:
-    """The view module of a problem; the generic one where it has none."""
-    own = problems.builtin_stem(problem)
-    name = own if own and importlib.util.find_spec(f"dmplay.views.{own}") else "generic"
-    # A view is shown games of its own problem alone: the one whose stem it has.
-    found = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
-    look, keys = modules.module_view(problem), modules.module_keys(problem)
-    if look is None and not keys:
-        return found
-    brought = importlib.import_module("dmplay.views.brought")  # which needs this module
-    return cast(ViewModule, brought.UserView(look, keys))
+    """Return the view module of a problem, or the generic one if it has none.
+
+    If the module that defines the problem also defines a view or keys, return a UserView of them.
+    """
+    stem = problems.builtin_stem(problem)
+    name = stem if stem and importlib.util.find_spec(f"dmplay.views.{stem}") else "generic"
+    # A view module receives only views of its own problem, the one with its stem.
+    view_module = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
+    user_view, user_keys = modules.module_view(problem), modules.module_keys(problem)
+    if user_view is None and not user_keys:
+        return view_module
+    # imported here because it needs this module
+    user_view_module = importlib.import_module("dmplay.views.brought")
+    return cast(ViewModule, user_view_module.UserView(user_view, user_keys))
 
 
 def draw_picture(view_module: ViewModule, view: View[Problem], state: Array | None) -> Text | None:
-    """The picture that a problem brings of what a seat sees, of a hidden state once it is told."""
-    draw: Callable[[View[Problem], Array | None], Text | None] | None
-    draw = getattr(view_module, "draw_picture", None)
-    return draw(view, state) if draw else None
+    """Return the problem's own picture of what a seat sees, or None if there is none.
+
+    A hidden state is drawn only if `state` is given.
+    """
+    draw_state: Callable[[View[Problem], Array | None], Text | None] | None
+    draw_state = getattr(view_module, "draw_picture", None)
+    return draw_state(view, state) if draw_state else None
 
 
 def expand_for_picture(
     view_module: ViewModule, view: View[Problem], columns: int, rows: int
 ) -> tuple[int, int]:
-    """So much room, or more where the picture of a state that is seen needs it."""
-    drawn = draw_picture(view_module, view, None)
-    width, height = measure_text(drawn) if drawn else (0, 0)
+    """Return the given columns and rows, enlarged if the picture of a visible state needs more."""
+    picture = draw_picture(view_module, view, None)
+    width, height = measure_text(picture) if picture else (0, 0)
     return max(columns, width), max(rows, height)
 
 
 class TooSmallNotice(Text):
-    """What room the smallest drawing needs, in place of a drawing."""
+    """A text in place of a board, with the columns and rows that the smallest board needs."""
 
 
 def fit_board(view_module: ViewModule, view: View[Problem], options: DrawOptions) -> Text:
-    """The largest drawing that the room holds; else one line that says what is needed."""
+    """Return the largest board that fits, or a TooSmallNotice if none does."""
     smallest = (0, 0)
-    for drawn in view_module.iter_boards(view, options):
-        smallest = measure_text(drawn)
+    for board in view_module.iter_boards(view, options):
+        smallest = measure_text(board)
         if smallest[0] <= options.width and smallest[1] <= options.height:
-            return to_ascii(drawn) if options.ascii else drawn
-    needed = f"need {smallest[0]}x{smallest[1] + options.reserved_rows}"
-    told = f"{needed}; playing in text"
+            return to_ascii(board) if options.ascii else board
+    needed_text = f"need {smallest[0]}x{smallest[1] + options.reserved_rows}"
+    message = f"{needed_text}; playing in text"
     return TooSmallNotice(
-        told if len(told) <= options.width else needed[: options.width], no_wrap=True
+        message if len(message) <= options.width else needed_text[: options.width], no_wrap=True
     )

@@ -1,4 +1,4 @@
-"""The commands: one table that typed words, keys, help, completion and the key row all read."""
+"""The shell commands: one table used by typed lines, keys, help, completion and the key row."""
 
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -19,13 +19,13 @@ from dmplay.words import table_commands as of_table
 from dmplay.words.lesson import lesson_lines
 
 CommandFunction = Callable[[GameController, str], str]
-INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL, and halves of characters
+INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates
 SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
-SHORT_NAMES = {"q": "quit", "?": "help"}  # which actions may be called too
+SHORT_NAMES = {"q": "quit", "?": "help"}  # single characters that can also be action names
 
 
 class PlayerQuit(Exception):
-    """The player leaves the game, with an exit code."""
+    """The exception raised when the player quits, with an exit code."""
 
     def __init__(self, exit_code: int = 0) -> None:
         super().__init__(exit_code)
@@ -33,74 +33,87 @@ class PlayerQuit(Exception):
 
 
 class Command(NamedTuple):
-    """A command: its name and argument, what it does, its key on the screen."""
+    """A shell command: its name and argument, help text, function and key."""
 
     name: str
     argument_help: str
     help: str
     run: CommandFunction
-    key: str = ""  # as prompt-toolkit names it
-    key_label: str = ""  # as the key row names it
+    key: str = ""  # in prompt_toolkit's notation
+    key_label: str = ""  # as displayed in the key row
 
 
 def _bind_to_game(run: Callable[[Game, str], str]) -> CommandFunction:
-    """A command of the game that is played."""
-    return lambda table, argument: run(table.game, argument)
+    """Return a command function that calls a function with the current game."""
+    return lambda controller, argument: run(controller.game, argument)
 
 
 def _bind_to_cli(name: str) -> CommandFunction:
-    """A command of the command line."""
-    return lambda table, argument: table.run_cli_words([name, *split_words(argument)])
+    """Return a command function that runs a command of the command line."""
+    return lambda controller, argument: controller.run_cli_words([name, *split_words(argument)])
 
 
 def _bind_problem_to_cli(name: str, *, pass_parameters: bool = False) -> CommandFunction:
-    """A command of the command line about a problem, the one that is played if none is named.
+    """Return a command function that runs a command-line command on a problem.
 
-    That one with its parameters, where the command takes them.
+    The problem is the current one if none is typed; `--set` options add its parameters if
+    `pass_parameters` is true.
     """
 
     def run(controller: GameController, argument: str) -> str:
+        """Run the command with the typed words, or with the current problem before them."""
         words = split_words(argument)
-        named = words and (not words[0].startswith("-") or any(map(is_problem_name, words)))
-        if named or not controller.has_game:
+        is_problem_typed = words and (
+            not words[0].startswith("-") or any(map(is_problem_name, words))
+        )
+        if is_problem_typed or not controller.has_game:
             return controller.run_cli_words([name, *words])
-        told = controller.game.settings if pass_parameters else []
-        more = [word for one in told for word in ("--set", one)]
-        return controller.run_cli_words([name, controller.game.problem_name, *more, *words])
+        settings = controller.game.settings if pass_parameters else []
+        options = [word for setting in settings for word in ("--set", setting)]
+        return controller.run_cli_words([name, controller.game.problem_name, *options, *words])
 
     return run
 
 
 @contextmanager
 def conceal_choice_errors(controller: GameController) -> Iterator[None]:
-    """Tells nothing of a choice that cannot be played, where another person may look on."""
+    """Run the block with a general message for invalid choices while several people type.
+
+    The message of UnknownName, BadParameter or IllegalAction could reveal the choice.
+    """
     try:
         yield
     except (UnknownName, BadParameter, IllegalAction):
         if not controller.is_input_hidden:
             raise
-        told = "that cannot be played; help and legal tell what can be typed"
-        raise BadParameter(told) from None
+        message = "that cannot be played; help and legal tell what can be typed"
+        raise BadParameter(message) from None
 
 
 def _play_typed_action(controller: GameController, argument: str) -> str:
-    """Plays an action."""
+    """Play a typed action; error messages do not reveal it to other people."""
     with conceal_choice_errors(controller):
         return _play_action(controller, argument)
 
 
 def _play_action(controller: GameController, argument: str) -> str:
+    """Play a typed action; return the report of the turn, or the next person to choose.
+
+    Return '' if the game ends without the turn. Raise UnknownName with similar names for an unknown
+    action.
+    """
     game = controller.game
     try:
         action = game.keyboard.parse_action(game.view(), argument)
     except UnknownName:
-        known = game.session.action_labels(game.viewing_seat)
-        word, _, rest = argument.partition(" ")
-        if not word or (rest and word.lower() in known):
-            told = f"act: got {argument!r}, expected one action; ';' stands between several"
-            raise BadParameter(told if rest else "act: expected an action") from None
-        near = get_close_matches(word.lower(), known, cutoff=0.5)  # an action before a command
-        names = known if near else [*known, *(command.name for command in COMMANDS)]
+        labels = game.session.action_labels(game.viewing_seat)
+        word, _, remainder = argument.partition(" ")
+        if not word or (remainder and word.lower() in labels):
+            message = f"act: got {argument!r}, expected one action; ';' stands between several"
+            raise BadParameter(message if remainder else "act: expected an action") from None
+        # Suggest command names only if no action has a similar name.
+        similar = get_close_matches(word.lower(), labels, cutoff=0.5)
+        names = labels if similar else [*labels, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
     if game.choose(action):
         return game.narrator.describe_turn(game.snapshot())
@@ -111,24 +124,27 @@ def _play_action(controller: GameController, argument: str) -> str:
 
 
 def _preview_action(controller: GameController, argument: str) -> str:
-    """What an action may bring, of a choice that another may not know."""
+    """Return the possible outcomes of a typed action; error messages do not reveal it."""
     with conceal_choice_errors(controller):
         return of_game.preview_typed_action(controller.game, argument)
 
 
 def _show_keys(controller: GameController, argument: str) -> str:
+    """Return the keys of actions and of commands as one line."""
     game = controller.game
-    legal = game.keyboard.list_actions_with_keys(game.view())
-    actions = ", ".join(f"{label} {key}".strip() for key, label, _ in legal)
+    action_keys = game.keyboard.list_actions_with_keys(game.view())
+    actions = ", ".join(f"{label} {key}".strip() for key, label, _ in action_keys)
     commands = ", ".join(f"{c.name} {c.key_label}" for c in COMMANDS if c.key)
     return f"keys: {actions}. {commands}."
 
 
 def _quit(controller: GameController, argument: str) -> str:
+    """Raise PlayerQuit."""
     raise PlayerQuit
 
 
 def _show_help(controller: GameController, argument: str) -> str:
+    """Return help on a topic, action, problem or command; by default a lesson and all topics."""
     if argument.lower() in COMMANDS_BY_TOPIC:
         return format_reply([*map(_format_command_help, COMMANDS_BY_TOPIC[argument.lower()])])
     if _is_action_name(controller, argument):
@@ -147,25 +163,29 @@ def _show_help(controller: GameController, argument: str) -> str:
 
 
 def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) -> list[str]:
-    """The problem, the keys that play, a screen's own and those of commands; commands without one.
+    """Return the rows of the help page: problem, actions, keys, and commands without a key.
 
-    Of a key: how it is shown, its name, what it does.
+    `screen_keys` are (displayed key, name, help) of the screen's own keys.
     """
-    legal = game.keyboard.list_actions_with_keys(game.view())[:10]
-    actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in legal]
+    action_keys = game.keyboard.list_actions_with_keys(game.view())[:10]
+    actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in action_keys]
     keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
-    others = [command.name for command in COMMANDS if not command.key]
+    keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
         "",
         f"actions: {',  '.join(actions) or 'a number, and Enter'}",
         "keys",
-        *(f"  {shown:<7} {name:<14} {help_}" for shown, name, help_ in [*screen_keys, *keys]),
-        f"commands, typed after ':'  {' '.join(others)}",
+        *(
+            f"  {displayed_key:<7} {name:<14} {help_}"
+            for displayed_key, name, help_ in [*screen_keys, *keys]
+        ),
+        f"commands, typed after ':'  {' '.join(keyless)}",
     ]
 
 
 def _format_command_help(command: Command) -> str:
+    """Return a command with its argument and help text as one line."""
     return f"{f'{command.name} {command.argument_help}'.strip()}: {command.help}"
 
 
@@ -309,25 +329,28 @@ COMMANDS_BY_NAME |= {
 
 
 def find_command(name: str, topics: Sequence[str] = ()) -> Command:
-    """The command of this name; an unknown one may have meant a topic too."""
+    """Return the command with this name or synonym; raise UnknownName if there is none.
+
+    The error also suggests the given topics.
+    """
     if not is_command(name):
         raise UnknownName("command", name, [*topics, *(command.name for command in COMMANDS)])
     return COMMANDS_BY_NAME[name.lower()]
 
 
 def is_command(word: str) -> bool:
-    """Whether a word is the name of a command."""
+    """Return whether a word is the name or synonym of a command, in any case."""
     return word.lower() in COMMANDS_BY_NAME
 
 
 def split_commands(line: str) -> list[str]:
-    """The commands of a line, or of several that were pasted: `;` stands between, `#` comments."""
-    told = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
-    return [part for part in map(str.strip, told) if part]
+    """Split text into commands at `;` and line ends, without `#` comments and empty commands."""
+    pieces = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
+    return [part for part in map(str.strip, pieces) if part]
 
 
 def iter_commands_until_handover(controller: GameController, line: str) -> Iterator[str]:
-    """The commands of a typed line, up to where another person chooses who sees other things."""
+    """Yield the commands of a typed line until another person must take over the terminal."""
     for part in split_commands(line):
         if controller.awaiting_handover:
             return
@@ -335,25 +358,25 @@ def iter_commands_until_handover(controller: GameController, line: str) -> Itera
 
 
 def run_line(controller: GameController, line: str) -> str:
-    """Does what one typed line says, an action, a command or an alias; tells what came of it.
+    """Run one typed line (an action, a command or an alias) and return the reply.
 
-    An action's name wins over all others, a problem's name begins it where no game is played;
-    `act NAME` always plays.
+    Names of actions take precedence over all others, and `act NAME` always plays. The name of a
+    problem starts it if there is no current game.
     """
     if INVALID_TEXT.search(line):
         raise BadParameter(f"got {line!r}, expected text")
-    word, _, rest = line.strip().partition(" ")
+    word, _, arguments = line.strip().partition(" ")
     if word not in controller.aliases or _is_action_name(controller, word):
         return _run_unaliased_line(controller, line)
-    told = [
+    replies = [
         _run_unaliased_line(controller, part)
-        for part in split_commands(f"{controller.aliases[word]} {rest}")
+        for part in split_commands(f"{controller.aliases[word]} {arguments}")
     ]
-    return format_reply([*filter(None, told)])
+    return format_reply([*filter(None, replies)])
 
 
 def _run_unaliased_line(controller: GameController, line: str) -> str:
-    """Does a line in which no alias stands."""
+    """Run one line without aliases: a command, a problem to play, or an action."""
     word, _, argument = line.strip().partition(" ")
     if is_command(word) and not _is_action_name(controller, word):
         return _run_command(find_command(word), controller, argument.strip())
@@ -365,13 +388,14 @@ def _run_unaliased_line(controller: GameController, line: str) -> str:
 
 
 def _run_command(command: Command, controller: GameController, argument: str) -> str:
-    """Does a command; what it does not take is not left unsaid."""
+    """Run a command; raise BadParameter for an argument that it does not take."""
     if argument and not command.argument_help:
         raise BadParameter(f"{command.name}: got {argument!r}, expected nothing after it")
     return command.run(controller, argument)
 
 
 def _is_action_name(controller: GameController, word: str) -> bool:
+    """Return whether a word is an action's name in the current game, in any case."""
     if not controller.has_game:
         return False
     return word.lower() in map(

@@ -1,4 +1,4 @@
-"""What `help` begins with: what one is, wants and pays, and one turn as it may go."""
+"""The lesson at the beginning of `help`: role, objective, costs, and an example turn."""
 
 import numpy as np
 
@@ -8,45 +8,52 @@ from dmplay.game.game import Game
 from dmplay.session import Session
 from dmplay.views.style import Lesson, load_view_module
 
-UNTYPABLE_SEED = 2**63 + 1228  # a seed that nobody can type: what it draws tells of no game
+UNTYPABLE_SEED = 2**63 + 1228  # larger than any seed of a game, so it reveals no game's uniforms
 
 
 def lesson_lines(game: Game) -> list[str]:
-    """Three sentences and one worked turn, of the seat that is asked."""
+    """Return three sentences on the viewing seat's role, objective and costs, and an example
+    turn.
+    """
     problem, view = game.problem, game.view()
-    told = game.view_module.lesson(view)
-    later = f"; what comes a turn later counts {problem.discount:g} as much (gamma)"
-    cost = told.costs + later * (problem.discount < 1.0)
+    content = game.view_module.lesson(view)
+    discount_note = f"; what comes a turn later counts {problem.discount:g} as much (gamma)"
+    cost = content.costs + discount_note * (problem.discount < 1.0)
     return [
-        f"{told.role}.",
-        f"{told.objective}.",
+        f"{content.role}.",
+        f"{content.objective}.",
         f"{cost}.",
-        describe_example_turn(problem, view.seat, told),
+        describe_example_turn(problem, view.seat, content),
     ]
 
 
 def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
-    """A first turn in a game of its own, with all that is hidden in it."""
+    """Return a sentence on the first turn of an example game, with its hidden states."""
     session = Session(problem, SeededUniforms(UNTYPABLE_SEED), turn_limit=1)
-    wanted = (
+    preferred_actions = (
         {seat: problem.parse_action(seat, lesson.example_action)} if lesson.example_action else {}
     )
     actions = [
-        _choose_legal_action(session, each, wanted.get(each)) for each in range(len(problem.agents))
+        _choose_legal_action(session, index, preferred_actions.get(index))
+        for index in range(len(problem.agents))
     ]
-    before = session.state
+    initial_state = session.state
     reward = float(session.advance(actions).rewards[seat])
-    short = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
-    unseen = ", unseen" * problem.partially_observable
-    start = f" from {problem.format_state(before)}{unseen}:" if short else ""
-    what = load_view_module(problem).describe_turn(session.view(seat))
-    return f"For example, one turn{start or ':'} {what} It pays you {reward:.4g}."
+    shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
+    hidden_note = ", unseen" * problem.partially_observable
+    start = f" from {problem.format_state(initial_state)}{hidden_note}:" if shows_state else ""
+    turn_text = load_view_module(problem).describe_turn(session.view(seat))
+    return f"For example, one turn{start or ':'} {turn_text} It pays you {reward:.4g}."
 
 
 def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:
-    """The action that is wanted, if it is legal; else one from the middle of those that are."""
+    """Return the preferred action if it is legal; else the middle one of the legal actions."""
     actions, legal = session.problem.actions[seat], session.legal_actions_mask(seat)
     if isinstance(actions, Interval):
         return (actions.low + actions.high) / 2 if preferred is None else preferred
-    able = np.arange(len(actions)) if legal is None else np.flatnonzero(legal)
-    return preferred if preferred in able and preferred is not None else float(able[len(able) // 2])
+    legal_actions = np.arange(len(actions)) if legal is None else np.flatnonzero(legal)
+    return (
+        preferred
+        if preferred in legal_actions and preferred is not None
+        else float(legal_actions[len(legal_actions) // 2])
+    )

@@ -1,4 +1,4 @@
-"""Play in plain lines: appended, never repainted, for pipes, screen readers and dumb terminals."""
+"""Plain mode: play in appended lines, for pipes, screen readers and dumb terminals."""
 
 import contextlib
 import getpass
@@ -19,55 +19,64 @@ from dmplay.words.commands import PlayerQuit, iter_commands_until_handover, run_
 
 
 class Reporter:
-    """How a game is told: not at all, as one that is only recorded; others say more."""
+    """A reporter that prints nothing, and the base class of reporters that print the game."""
 
     continues_after_error = (
-        False  # whether a piped line that cannot be done is told, and another one read
+        False  # whether an error in piped input is reported and the next line read
     )
 
     def report_start(self, game: Game) -> None:
-        """Before the first turn."""
+        """Report a game before its first turn; by default nothing."""
 
     def report_turn(self, game: Game) -> None:
-        """After each turn."""
+        """Report the last turn; by default nothing."""
 
     def report_text(self, text: str) -> None:
-        """What a command answers."""
+        """Report the text of a reply; by default nothing."""
 
     def report_reply(self, game: Game, text: str, previous_turn_count: int) -> None:
-        """What a command answers that played no turn, where so many had been played before it."""
+        """Report the reply of a command that played no turn; by default its text.
+
+        `previous_turn_count` is the turn count before the command, so a difference shows an undo.
+        """
         self.report_text(text)
 
     def report_error(self, line_number: int, error: DmplayError) -> None:
-        """What is wrong with a line."""
+        """Report an error in an input line."""
         self.report_text(f"error: {error}")
 
     def start_prompt(self, game: Game) -> str:
-        """What stands before a typed line."""
+        """Return the prompt of the next input line; subclasses may print a request instead."""
         return ""
 
     def report_end(self, game: Game) -> None:
-        """After the last turn."""
+        """Report the end of the game; by default nothing."""
 
 
 class SentenceReporter(Reporter):
-    """Tells a game in sentences."""
+    """A reporter that prints sentences."""
 
     def __init__(self, terminal: Terminal) -> None:
         self._terminal = terminal
 
     def report_start(self, game: Game) -> None:
-        """The first line names the switch that chose this mode."""
+        """Print a line on the game; if people play, also the reason for plain mode and the
+        situation.
+        """
         seed = f", seed {game.seed}" if game.is_seed_visible else ""
         if not game.human_seats:
             print(
-                f"{escape_unprintable(game.problem_name)}{seed}. {', '.join(map(escape_unprintable, game.player_names))}.",
+                (
+                    f"{escape_unprintable(game.problem_name)}{seed}. "
+                    f"{', '.join(map(escape_unprintable, game.player_names))}."
+                ),
                 flush=True,
             )
             return
         help_ = "type help, look, legal, or an action."
         print(
-            f"plain mode (from {self._terminal.plain_reason}). {escape_unprintable(game.problem_name)}{seed}. {help_}"
+            f"plain mode (from {self._terminal.plain_reason}). "
+            f"{escape_unprintable(game.problem_name)}{seed}. {help_}"
         )
         print(
             *game.picture_rows(),
@@ -77,36 +86,41 @@ class SentenceReporter(Reporter):
         )
 
     def report_turn(self, game: Game) -> None:
-        """One line; one for each of several people who see different things, if none looks on."""
+        """Print one line on the last turn.
+
+        If people see different things, print one line per person, but nothing at a shared terminal.
+        """
         if not game.has_private_views:
             print(game.narrator.describe_turn(game.snapshot()), flush=True)
         elif not self._terminal.is_interactive:
             for seat in game.human_seats:
-                said = game.narrator.describe_turn(game.snapshot(seat))
-                print(f"{game.problem.agents[seat]} {said}", flush=True)
+                report = game.narrator.describe_turn(game.snapshot(seat))
+                print(f"{game.problem.agents[seat]} {report}", flush=True)
 
     def report_text(self, text: str) -> None:
-        """As they are, but for what does not print."""
+        """Print a text with unprintable characters escaped."""
         print(escape_unprintable(text), flush=True)
 
     def start_prompt(self, game: Game) -> str:
-        """`action> `, with the agent's name where several people play."""
+        """Return `action> `, after the agent's name if several people play."""
         agent = f"{game.problem.agents[game.viewing_seat]} " if len(game.human_seats) > 1 else ""
         return f"{agent}action> "
 
     def report_end(self, game: Game) -> None:
-        """The result, and what was hidden."""
+        """Print the result and the hidden information of the game."""
         for row in game.narrator.closing_lines():
             print(row, flush=True)
 
 
 class JsonReporter(Reporter):
-    """Tells a game as data: one JSON object a line."""
+    """A reporter that prints JSON Lines: one object per event."""
 
     continues_after_error = True
 
     def report_start(self, game: Game) -> None:
-        """Problem, seats, the seed if it was given, and what is known at first."""
+        """Print the problem, the players, the seed if it may be shown, and the first visible
+        facts.
+        """
         seats = dict(zip(game.problem.agents, game.player_names, strict=True))
         facts: dict[str, object] = {"problem": game.problem_name, "seats": seats}
         if game.is_seed_visible:
@@ -114,34 +128,39 @@ class JsonReporter(Reporter):
         self._print_event("start", facts | game.narrator.visible_turn_facts(game.snapshot()))
 
     def report_turn(self, game: Game) -> None:
-        """What the seat may know of the turn; everything where no person sits."""
+        """Print the facts of the turn that the viewing seat may see, or one object per person.
+
+        If only agents play, all facts are printed.
+        """
         for seat in game.human_seats if game.has_private_views else [game.viewing_seat]:
             self._print_event("turn", game.narrator.visible_turn_facts(game.snapshot(seat)))
 
     def report_text(self, text: str) -> None:
-        """What a command answers, under `words`."""
+        """Print a text as an event `words`."""
         self._print_event("words", {"text": text})
 
     def report_reply(self, game: Game, text: str, before: int) -> None:
-        """Turns that were taken back, a hint, or words."""
-        turns, advice = len(game.session.turns), game.hint_provider.current_hint
-        if turns < before:
+        """Print an undo, a hint, or the text of the reply."""
+        turn_count, hint = len(game.session.turns), game.hint_provider.current_hint
+        if turn_count < before:
             self._print_event(
                 "undo",
-                {"turns": before - turns} | game.narrator.visible_turn_facts(game.snapshot()),
+                {"turns": before - turn_count} | game.narrator.visible_turn_facts(game.snapshot()),
             )
-        elif advice and text.startswith("hint"):
+        elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
-            self._print_event("hint", {"seat": seat} | advice.data)
+            self._print_event("hint", {"seat": seat} | hint.data)
         else:
             self.report_text(text)
 
     def report_error(self, line: int, error: DmplayError) -> None:
-        """The number of the line, and what is wrong with it."""
+        """Print an error with the number of its line."""
         self._print_event("error", {"line": line, "text": str(error)})
 
     def start_prompt(self, game: Game) -> str:
-        """Whose turn it is, and what can be done, before each line that is read."""
+        """Print the seat to choose and its legal actions, before each line that is read;
+        return ''.
+        """
         seat, legal = game.viewing_seat, game.session.legal_actions_mask(game.viewing_seat)
         facts = {
             "turn": len(game.session.turns) + 1,
@@ -151,15 +170,16 @@ class JsonReporter(Reporter):
         return ""
 
     def report_end(self, game: Game) -> None:
-        """The ending with return and total, the seed, and what was hidden."""
+        """Print the end reason, returns, seed and hidden information."""
         self._print_event("end", game.narrator.result_facts({"seed": game.seed}))
 
     def _print_event(self, event: str, facts: dict[str, object]) -> None:
+        """Print one JSON object with the event and its facts."""
         print(json.dumps({"event": event} | facts), flush=True)
 
 
 def _report_start(reporter: Reporter, game: Game) -> None:
-    """Tells of a game before its first turn, and what there is to warn of."""
+    """Report a game before its first turn, and its warning."""
     reporter.report_start(game)
     if game.warning:
         reporter.report_text(game.warning)
@@ -168,10 +188,10 @@ def _report_start(reporter: Reporter, game: Game) -> None:
 def play_by_lines(
     controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> None:
-    """Plays at a table in lines until the game is over, the input ends or the player leaves.
+    """Play in lines until the game is over, the input ends or the player leaves.
 
-    A line that cannot be done is told and asked again where a person types, and as data; piped
-    else, it ends the game and raises BadParameter with the line's number.
+    An invalid line is reported, and the next one read, at an interactive terminal and in JSON. In
+    other piped input it ends the game: raise BadParameter with the number of the line.
     """
     controller.is_interactive = terminal.is_interactive
     controller.on_intermediate_turn = lambda: reporter.report_turn(controller.game)
@@ -203,45 +223,56 @@ def play_by_lines(
 
 
 def _play_agents_only(game: Game, reporter: Reporter) -> None:
-    """Plays a game without people to its end."""
-    for before in game.iter_agent_turns():
-        if len(game.session.turns) < before:
+    """Play a game without people to its end and report every turn or event."""
+    for turn_count in game.iter_agent_turns():
+        if len(game.session.turns) < turn_count:
             reporter.report_reply(
-                game, game.narrator.describe_change(game.snapshot(), before), before
+                game, game.narrator.describe_change(game.snapshot(), turn_count), turn_count
             )
         else:
             reporter.report_turn(game)
 
 
 def _run_and_report(controller: GameController, line: str, reporter: Reporter) -> None:
-    """Does a line, and reports what came of it: another last turn, under other dice too."""
+    """Run one line and report its effect: a new game, a new last turn, or a reply."""
     game = controller.game
     turns = game.session.turns
-    before, last = len(turns), turns[-1] if turns else None
-    words = run_line(controller, line)
+    turn_count, last_turn = len(turns), turns[-1] if turns else None
+    reply = run_line(controller, line)
     turns = controller.game.session.turns
     if controller.game is not game:
         reporter.report_end(game)
         _report_start(reporter, controller.game)
-    elif len(turns) >= max(before, 1) and turns[-1] is not last and not isinstance(words, Page):
+    elif (
+        len(turns) >= max(turn_count, 1)
+        and turns[-1] is not last_turn
+        and not isinstance(reply, Page)
+    ):
         reporter.report_turn(game)
-    elif words:
-        reporter.report_reply(game, words, before)
+    elif reply:
+        reporter.report_reply(game, reply, turn_count)
 
 
 def wait_for_handover(controller: GameController) -> str:
-    """Waits for the one who is next to sit down; what this one learned."""
+    """Wait until the next person has taken over the terminal; return that person's report.
+
+    It is the last turn, or the situation before the first turn.
+    """
     game = controller.game
     name = game.problem.agents[game.viewing_seat]
     with contextlib.suppress(EOFError):
         getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
     controller.complete_handover()
-    now = game.snapshot()
-    return game.narrator.describe_turn(now) if now.turn else game.narrator.describe_situation(now)
+    snapshot = game.snapshot()
+    return (
+        game.narrator.describe_turn(snapshot)
+        if snapshot.turn
+        else game.narrator.describe_situation(snapshot)
+    )
 
 
 def read_choice(controller: GameController, prompt: str, stdin: TextIO) -> str:
-    """The next line, '' at the end; unseen where nobody may read the other's choice."""
+    """Return the next input line, '' at the end; it is not echoed while several people choose."""
     if not controller.is_input_hidden:
         return typed_line(prompt, stdin)
     try:
@@ -253,7 +284,7 @@ def read_choice(controller: GameController, prompt: str, stdin: TextIO) -> str:
 def _iter_input_lines(
     controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
-    """The lines typed or piped, with their numbers; `#` begins a comment."""
+    """Yield the typed or piped lines with their numbers, until the game is over; skip comments."""
     number = 0
     while not controller.game.session.over:
         prompt = reporter.start_prompt(controller.game)
@@ -262,10 +293,10 @@ def _iter_input_lines(
             clear_screen()
             reporter.report_text(wait_for_handover(controller))
         line = read_choice(controller, prompt, stdin)
-        shown = line.partition("#")[0].strip()
+        command_text = line.partition("#")[0].strip()
         if prompt and not terminal.is_interactive:
-            sys.stdout.write(escape_unprintable(shown) + "\n")
+            sys.stdout.write(escape_unprintable(command_text) + "\n")
         if not line:
             return
-        if shown:
-            yield number, shown
+        if command_text:
+            yield number, command_text

@@ -1,4 +1,4 @@
-"""What can be done at a table, in words: games begun, gone on with, kept and looked at."""
+"""Shell commands that start, resume, replay, save, branch and export games."""
 
 from pathlib import Path
 from shlex import quote
@@ -16,7 +16,7 @@ from dmplay.game.table import GameController
 
 
 def play_problem(controller: GameController, argument: str) -> str:
-    """Begins a game, with the options of the command line."""
+    """Start a new game with the options of `dmplay play`; return a description of it."""
     words = split_words(argument)
     if not words:
         raise BadParameter("play: expected a problem, as play hexworld --seed 7")
@@ -24,29 +24,32 @@ def play_problem(controller: GameController, argument: str) -> str:
 
 
 def resume_transcript(controller: GameController, argument: str) -> str:
-    """Goes on with a recorded game."""
-    said = controller.run_cli_words(["resume", *split_words(argument)])
+    """Resume a recorded game, by default the latest unfinished save."""
+    reply = controller.run_cli_words(["resume", *split_words(argument)])
     turn = f"turn {len(controller.game.session.turns)}."
-    return said or _append_warning(controller, f"resumed {controller.game.problem_name}. {turn}")
+    return reply or _append_warning(controller, f"resumed {controller.game.problem_name}. {turn}")
 
 
 def replay_transcript(controller: GameController, argument: str) -> str:
-    """Looks at a recorded game."""
-    said = controller.run_cli_words(["replay", *split_words(argument)])
-    return said or _append_warning(
+    """Open a recorded game for replay."""
+    reply = controller.run_cli_words(["replay", *split_words(argument)])
+    return reply or _append_warning(
         controller, f"replaying {controller.game.problem_name}. step, auto and undo move in it."
     )
 
 
 def _append_warning(controller: GameController, reply: str) -> str:
-    """An answer, with what there is to warn of."""
+    """Return a reply, followed by the warning of the current game if it has one."""
     return f"{reply} {controller.game.warning}." if controller.game.warning else reply
 
 
 def restart_with_seed(controller: GameController, argument: str) -> str:
-    """Begins the same game under these dice; alone, tells them."""
+    """Restart the current game with the typed seed; without an argument, return the seed."""
     if not argument:
-        return f"seed: {controller.game.seed if controller.game.is_seed_visible else 'told after the game'}"
+        return (
+            "seed: "
+            f"{controller.game.seed if controller.game.is_seed_visible else 'told after the game'}"
+        )
     number = parse_whole_number(argument)
     if number is None:
         raise BadParameter(f"seed: got {argument!r}, expected a whole number, as 7")
@@ -54,33 +57,37 @@ def restart_with_seed(controller: GameController, argument: str) -> str:
 
 
 def seat_agent(controller: GameController, argument: str) -> str:
-    """Begins the game again with somebody else in a seat; alone, tells who sits where."""
+    """Restart the game with another player in a seat; without an argument, list the players.
+
+    The player is NAME for the first seat, or SEAT NAME. A confirmation may be asked first.
+    """
     game = controller.game
     words = argument.split()
     if not words:
-        told = zip(game.problem.agents, game.player_names, strict=True)
-        return f"seats: {', '.join(f'{name} {who}' for name, who in told)}."
-    name, who = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
+        pairs = zip(game.problem.agents, game.player_names, strict=True)
+        return f"seats: {', '.join(f'{name} {player}' for name, player in pairs)}."
+    name, player = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     make_seat_policy(
-        game.problem, game.problem.seat_index(name), who
-    )  # refuses what cannot sit there
-    seats = [*(game.request.seats if game.request else ()), f"{name}={who}"]
-    sitting = [*game.player_names]
-    sitting[game.problem.seat_index(name)] = who
-    for_people = {} if list_human_seats(sitting) else {"player": "", "ghost_agent": ""}
+        game.problem, game.problem.seat_index(name), player
+    )  # Raises for an invalid player before the game is restarted.
+    seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
+    players = [*game.player_names]
+    players[game.problem.seat_index(name)] = player
+    cleared_options = {} if list_human_seats(players) else {"player": "", "ghost_agent": ""}
     return controller.confirmation_question(f"agent {argument}") or controller.restart(
-        seats=seats, **for_people
+        seats=seats, **cleared_options
     )
 
 
 def set_parameter(controller: GameController, argument: str) -> str:
-    """Begins the game again with another parameter; alone, tells them all."""
+    """Restart the game with another parameter value; without an argument, list the parameters."""
     game = controller.game
     if not argument:
-        known = problems.parameter_values(game.problem)
-        return format_reply([f"{name} {value}" for name, value in known.items()])
+        values = problems.parameter_values(game.problem)
+        return format_reply([f"{name} {value}" for name, value in values.items()])
     key, _, value = argument.replace("=", " ", 1).partition(" ")
-    problems.with_parameters(game.problem, {key: value.strip()})  # refuses what cannot be
+    # Raises for an invalid value before the game is restarted.
+    problems.with_parameters(game.problem, {key: value.strip()})
     settings = [*(game.request.settings if game.request else ()), f"{key}={value.strip()}"]
     return controller.confirmation_question(f"set {argument}") or controller.restart(
         settings=settings
@@ -88,20 +95,23 @@ def set_parameter(controller: GameController, argument: str) -> str:
 
 
 def save_transcript(controller: GameController, argument: str) -> str:
-    """Copies the transcript so far to a file; alone, tells where it is kept."""
+    """Copy the transcript to a file; without an argument, return its path.
+
+    Raise BadParameter for a replay, and for a strict game with hidden information.
+    """
     game, recorder = controller.game, controller.game.recorder
     if recorder is None and not (argument and game.request):
-        looked_at = (
+        replay_message = (
             f"a recording is only looked at; it is {game.transcript_path}"
             if game.transcript_path
             else ""
         )
-        none = "no transcript is written; --record FILE writes one"
-        raise BadParameter(f"save: {looked_at or none}")
+        missing_message = "no transcript is written; --record FILE writes one"
+        raise BadParameter(f"save: {replay_message or missing_message}")
     if recorder and not argument:
         return f"kept as you play: {recorder.path}"
-    name, *more = split_words(argument)
-    if more:
+    name, *extra_words = split_words(argument)
+    if extra_words:
         raise BadParameter(f"save: got {argument!r}, expected one file; quotes hold one together")
     if recorder and game.strict and game.is_concealed:
         raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
@@ -117,12 +127,18 @@ def save_transcript(controller: GameController, argument: str) -> str:
 
 
 def _has_same_name_at(problem: str, *paths: Path) -> bool:
-    """Whether transcripts there tell of a problem by the same name."""
+    """Return whether a problem has the same name in transcripts at these paths.
+
+    Relative file paths in names differ between folders.
+    """
     return len({name_in_transcript(problem, path) for path in paths}) == 1
 
 
 def branch_from_turn(controller: GameController, argument: str) -> str:
-    """Plays on from an earlier turn, this one if none is named, in a file of its own."""
+    """Start a new game from a turn of the current one, by default the last, in a new transcript.
+
+    Raise BadParameter in a strict game, or if no transcript is written.
+    """
     game, turns = controller.game, len(controller.game.session.turns)
     if game.strict:
         raise BadParameter("branch: this game is strict")
@@ -131,38 +147,49 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
     source = game.transcript_path
     if source is None:
         raise BadParameter("branch: no transcript is written; --record FILE writes one")
-    at = argument or str(turns)
-    trust = (
+    turn_text = argument or str(turns)
+    trust_option = (
         ["--trust"] if problems.requires_trust(game.problem_name) else []
-    )  # what is played was trusted
+    )  # The code already runs in the current game.
     controller.run_cli_words(
         [
             "branch",
             str(source),
             "--at",
-            at,
+            turn_text,
             "-o",
             str(controller.choose_branch_path(source)),
-            *trust,
+            *trust_option,
         ]
     )
-    return f"on from turn {at}. {controller.describe_new_game()}"
+    return f"on from turn {turn_text}. {controller.describe_new_game()}"
 
 
 def export_game(controller: GameController, argument: str) -> str:
-    """Writes a game, this one if no file is named, as a picture, a table or data."""
+    """Export a game, by default the current one, as a picture, a table or data.
+
+    Raise BadParameter if that would reveal hidden information of a game in progress.
+    """
     words = split_words(argument)
     if not words or words[0].startswith("-"):
-        recorder, hidden = controller.game.recorder, controller.game.problem.partially_observable
+        recorder, is_hidden = controller.game.recorder, controller.game.problem.partially_observable
         if recorder is None:
             raise BadParameter("export: no transcript is written; name a file")
-        if hidden and not (controller.game.session.over or controller.game.reveal):
+        if is_hidden and not (controller.game.session.over or controller.game.reveal):
             raise BadParameter("export: it would tell what is hidden until the game is over")
-        asked = [(name, one) for name, one in EXPORT_FORMATS.items() if f"--{name}" in words]
-        for name, one in asked:
-            if controller.is_interactive and not one.is_text and not {"-o", "--output"} & {*words}:
-                told = f"--{name} is for a file; -o game.{one.extension} names it"
-                raise BadParameter(f"export: {told}")
+        formats = [
+            (name, export_format)
+            for name, export_format in EXPORT_FORMATS.items()
+            if f"--{name}" in words
+        ]
+        for name, export_format in formats:
+            if (
+                controller.is_interactive
+                and not export_format.is_text
+                and not {"-o", "--output"} & {*words}
+            ):
+                message = f"--{name} is for a file; -o game.{export_format.extension} names it"
+                raise BadParameter(f"export: {message}")
         words = [str(recorder.path), *words]
     elif "--peek" in words and controller.has_game and controller.game.is_concealed:
         raise BadParameter("export: --peek is for after this game, in which much is hidden")
@@ -170,7 +197,10 @@ def export_game(controller: GameController, argument: str) -> str:
 
 
 def open_screen(controller: GameController, argument: str) -> str:
-    """Opens the full screen; back in the shell after it."""
+    """Open the full screen; return its message, or a line about the return to the shell.
+
+    Raise BadParameter if there is no terminal.
+    """
     game = controller.game
     if controller.open_screen is None:
         raise BadParameter("screen: it opens from the shell, on a terminal")

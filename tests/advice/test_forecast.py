@@ -1,4 +1,4 @@
-"""What an action may bring is told before it is played, as far as its seat may know."""
+"""Tests of the forecast of an action's outcomes, which uses only what its seat can know."""
 
 import numpy as np
 import pytest
@@ -19,57 +19,59 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.session import Session
 from dmplay.terminal import Terminal
 from dmplay.words.commands import run_line
-from tests.support.cases import CASES, small
-from tests.support.screens import game, play, seated
+from tests.support.cases import CASE_NAMES, load_small_problem
+from tests.support.screens import make_game, make_session_game, play_keys
 from tests.support.turns import Nim
 
 
-class Once:
-    """Dice for the opening alone."""
+class InitialUniformsOnly:
+    """A source of uniforms for the initial state only."""
 
     def __init__(self) -> None:
         self.dice = dmplay.SeededUniforms(7)
 
     def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
-        """The opening's uniforms; a turn's are asked for by nobody."""
+        """Return the uniforms of the initial state; fail if a turn's are requested."""
         assert (stream, turn) == (NATURE_STREAM, 0)
         return self.dice.generate_uniforms(stream, turn, reroll, count)
 
 
-def session(name: str, *actions: int) -> Session:
-    made = Session(dmplay.load_problem(name), dmplay.SeededUniforms(7))
+def create_session(name: str, *actions: int) -> Session:
+    new_session = Session(dmplay.load_problem(name), dmplay.SeededUniforms(7))
     for action in actions:
-        made.advance([action])
-    return made
+        new_session.advance([action])
+    return new_session
 
 
-def screen(name: str, *seats: str) -> PlayScreen:
-    return PlayScreen(GameController(game(name, *seats)), Terminal(True, "", True, True, False))
+def create_screen(name: str, *seats: str) -> PlayScreen:
+    return PlayScreen(
+        GameController(make_game(name, *seats)), Terminal(True, "", True, True, False)
+    )
 
 
-@pytest.mark.parametrize("name", CASES)
-def test_every_problem_tells_what_an_action_may_bring_without_its_dice(name: str) -> None:
-    problem = small(name)
-    before = Session(problem, Once())
+@pytest.mark.parametrize("name", CASE_NAMES)
+def test_every_problem_forecasts_an_action_without_drawing_uniforms(name: str) -> None:
+    problem = load_small_problem(name)
+    session = Session(problem, InitialUniformsOnly())
     for seat in range(len(problem.agents)):
-        legal = before.legal_actions_mask(seat)
+        legal = session.legal_actions_mask(seat)
         action = 0 if legal is None else int(np.flatnonzero(legal)[0])
-        if problem.partially_observable and not before.has_visible_beliefs:
+        if problem.partially_observable and not session.has_visible_beliefs:
             with pytest.raises(BadParameter, match="too many states"):
-                forecast_outcomes(before, seat, action)
+                forecast_outcomes(session, seat, action)
             continue
-        outlook = forecast_outcomes(before, seat, action)
+        outlook = forecast_outcomes(session, seat, action)
         assert outlook.probabilities.sum() == pytest.approx(1.0)
         assert len(outlook.outcomes) == len(outlook.probabilities)
         assert (np.diff(outlook.probabilities) <= 0.0).all()
-        assert format_forecast(before, seat, outlook).startswith(
+        assert format_forecast(session, seat, outlook).startswith(
             f"if {problem.format_action(seat, action)}"
         )
-        assert not before.turns
+        assert not session.turns
 
 
-def test_an_outcome_of_a_seen_problem_is_as_likely_as_its_rules_say() -> None:
-    before = session("hexworld")
+def test_a_fully_observable_forecast_has_the_exact_transition_probabilities() -> None:
+    before = create_session("hexworld")
     outlook = forecast_outcomes(before, 0, 5)
     p, outcome = enumerate_outcomes(before.problem, before.state[None], np.array([[5]]))
     assert dict(zip(outlook.outcomes.tolist(), outlook.probabilities.tolist(), strict=True)) == (
@@ -78,143 +80,148 @@ def test_an_outcome_of_a_seen_problem_is_as_likely_as_its_rules_say() -> None:
     assert format_forecast(before, 0, outlook) == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
 
 
-def test_a_belief_says_what_may_be_seen_and_what_would_then_be_believed() -> None:
-    before = session("crying-baby", 2, 2)
+def test_a_forecast_from_a_belief_lists_observations_and_posterior_beliefs() -> None:
+    before = create_session("crying-baby", 2, 2)
     outlook = forecast_outcomes(before, 0, 1)
-    known = before.view(0).belief
+    prior = before.view(0).belief
     assert outlook.beliefs is not None
-    for seen, chance, then in zip(
+    for observation, chance, posterior in zip(
         outlook.outcomes, outlook.probabilities, outlook.beliefs, strict=True
     ):
-        after = belief.update_belief(before.problem, known, [1], [int(seen)])
+        after = belief.update_belief(before.problem, prior, [1], [int(observation)])
         assert chance == pytest.approx(float(after.likelihood))
-        assert then == pytest.approx(after.belief)
+        assert posterior == pytest.approx(after.belief)
 
 
-def test_a_hidden_state_changes_nothing_of_what_is_foreseen() -> None:
+def test_a_forecast_does_not_depend_on_the_hidden_state() -> None:
     problem, dice = dmplay.load_problem("crying-baby"), dmplay.SeededUniforms(7)
-    one, other = (Session(problem, dice, initial_uniforms=np.array([u])) for u in (0.1, 0.9))
-    assert int(one.state) != int(other.state)
+    low_session, high_session = (
+        Session(problem, dice, initial_uniforms=np.array([u])) for u in (0.1, 0.9)
+    )
+    assert int(low_session.state) != int(high_session.state)
     first, second = (
-        format_forecast(each, 0, forecast_outcomes(each, 0, 0)) for each in (one, other)
+        format_forecast(session, 0, forecast_outcomes(session, 0, 0))
+        for session in (low_session, high_session)
     )
     assert first == second
 
 
-def test_what_nature_draws_as_reals_is_foreseen_by_samples_said_as_such() -> None:
-    before = session("simple-regulator")
+def test_continuous_outcomes_are_forecast_from_samples_and_labelled_as_samples() -> None:
+    before = create_session("simple-regulator")
     outlook = forecast_outcomes(before, 0, 0.2)
     assert outlook.is_sampled
     assert len(outlook.outcomes) == N_SAMPLES
-    now = float(before.state[0])
-    assert outlook.outcomes.mean() == pytest.approx(now + 0.2, abs=0.01)
+    position = float(before.state[0])
+    assert outlook.outcomes.mean() == pytest.approx(position + 0.2, abs=0.01)
     assert outlook.outcomes.std() == pytest.approx(0.1, abs=0.01)
     assert format_forecast(before, 0, outlook).endswith(f"({N_SAMPLES} samples)")
 
 
-def test_others_are_taken_to_act_at_random_and_it_is_said() -> None:
-    before = session("prisoners-dilemma")
+def test_other_agents_are_assumed_random_and_the_forecast_says_so() -> None:
+    before = create_session("prisoners-dilemma")
     line = "if defect, the other at random: cooperate pays 0, defect pays -3; -1.5 on average"
     assert format_forecast(before, 0, forecast_outcomes(before, 0, 1)) == line
 
 
-def test_who_only_waits_does_nothing_at_random() -> None:
+def test_an_inactive_agent_is_not_assumed_to_act_at_random() -> None:
     before = Session(Nim(), SeededUniforms(7))
     assert format_forecast(before, 0, forecast_outcomes(before, 0, 0)) == "if one: 1.00 6-right"
 
 
-def test_an_action_that_is_not_legal_is_not_foreseen() -> None:
-    before = session("2048", 0)
+def test_an_illegal_action_cannot_be_forecast() -> None:
+    before = create_session("2048", 0)
     legal = before.legal_actions_mask(0)
     assert legal is not None
     with pytest.raises(IllegalAction):
         forecast_outcomes(before, 0, int(np.flatnonzero(~legal)[0]))
 
 
-# On the screen and in words
+# On the screen and as typed commands
 
 
-def test_a_look_ahead_shows_action_after_action_and_enter_plays_the_last() -> None:
-    shown = screen("hexworld")
-    seen = []
+def test_forecast_mode_shows_each_pressed_action_and_enter_plays_the_last() -> None:
+    display = create_screen("hexworld")
+    steps = []
     for key in ("W", "l", "n"):
-        handle_key(shown, key)
-        seen.append(
-            (shown.message, shown.frame_state.forecast and shown.frame_state.forecast.action)
+        handle_key(display, key)
+        steps.append(
+            (display.message, display.frame_state.forecast and display.frame_state.forecast.action)
         )
-    assert [action for _, action in seen] == [None, 0.0, 5.0]
-    assert seen[2][0] == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
-    assert not shown.game.session.turns
-    handle_key(shown, "enter")
-    assert [turn.actions[0] for turn in shown.game.session.turns] == [5]
-    assert shown.frame_state.forecast is None
-    assert shown.modes.display_mode is Mode.BOARD
+    assert [action for _, action in steps] == [None, 0.0, 5.0]
+    assert steps[2][0] == "if se: 0.70 (8,1), 0.15 (8,2), 0.15 (7,1)"
+    assert not display.game.session.turns
+    handle_key(display, "enter")
+    assert [turn.actions[0] for turn in display.game.session.turns] == [5]
+    assert display.frame_state.forecast is None
+    assert display.modes.display_mode is Mode.BOARD
 
 
-def test_what_a_large_board_tells_is_not_told_below_it() -> None:
-    words = {(80, 24): "if se: Enter plays it, Esc leaves", (50, 14): "if se: 0.70 (8,1), 0.15 "}
-    for size, said in words.items():
-        assert said in play(game("hexworld"), "W", "n", size=size).last
+def test_a_forecast_on_a_large_board_is_not_repeated_below_it() -> None:
+    expected = {(80, 24): "if se: Enter plays it, Esc leaves", (50, 14): "if se: 0.70 (8,1), 0.15 "}
+    for size, text in expected.items():
+        assert text in play_keys(make_game("hexworld"), "W", "n", size=size).last
 
 
 @pytest.mark.parametrize("key", ["escape", "W", "L", "tab"])
-def test_a_look_ahead_is_left_by_any_other_key(key: str) -> None:
-    shown = screen("hexworld")
-    for one in ("W", "l", key):
-        handle_key(shown, one)
-    assert shown.modes.display_mode is Mode.BOARD
-    assert shown.frame_state.forecast is None
-    assert not shown.game.session.turns
-    handle_key(shown, "n")
-    assert len(shown.game.session.turns) == 1
+def test_any_other_key_leaves_forecast_mode(key: str) -> None:
+    display = create_screen("hexworld")
+    for pressed_key in ("W", "l", key):
+        handle_key(display, pressed_key)
+    assert display.modes.display_mode is Mode.BOARD
+    assert display.frame_state.forecast is None
+    assert not display.game.session.turns
+    handle_key(display, "n")
+    assert len(display.game.session.turns) == 1
 
 
-def test_a_diagonal_of_two_arrows_is_looked_at_not_played() -> None:
-    shown = screen("hexworld")
+def test_two_arrow_keys_forecast_a_diagonal_without_playing_it() -> None:
+    display = create_screen("hexworld")
     for key in ("W", "down", "right"):
-        handle_key(shown, key)
-    assert shown.frame_state.forecast is not None
-    assert shown.frame_state.forecast.action == 5.0
-    assert not shown.game.session.turns
+        handle_key(display, key)
+    assert display.frame_state.forecast is not None
+    assert display.frame_state.forecast.action == 5.0
+    assert not display.game.session.turns
 
 
-def test_a_number_is_looked_at_on_enter_and_played_on_the_next() -> None:
-    shown = screen("simple-regulator")
+def test_enter_forecasts_a_number_and_a_second_enter_plays_it() -> None:
+    display = create_screen("simple-regulator")
     for key in ("W", ".", "2", "enter"):
-        handle_key(shown, key)
-    assert shown.message.startswith("if 0.2: ")
-    handle_key(shown, "enter")
-    assert [float(turn.actions[0]) for turn in shown.game.session.turns] == [0.2]
+        handle_key(display, key)
+    assert display.message.startswith("if 0.2: ")
+    handle_key(display, "enter")
+    assert [float(turn.actions[0]) for turn in display.game.session.turns] == [0.2]
 
 
-def test_a_look_ahead_is_counted_as_help_for_each_action_shown() -> None:
-    shown = screen("hexworld")
+def test_each_forecast_action_counts_as_a_hint() -> None:
+    display = create_screen("hexworld")
     for key in ("W", "l", "n", "escape"):
-        handle_key(shown, key)
-    run_line(shown.controller, "whatif e")
-    assert shown.game.session.hint_counts == {"agent": 3}
+        handle_key(display, key)
+    run_line(display.controller, "whatif e")
+    assert display.game.session.hint_counts == {"agent": 3}
 
 
-def test_a_game_that_is_strict_about_help_foresees_nothing() -> None:
-    made = Session(dmplay.load_problem("hexworld"), dmplay.SeededUniforms(7))
-    played = seated("hexworld", made, ["human"], GameRequest("hexworld", strict="hints"))
-    frames = play(played, "W", "n").frames
+def test_a_game_with_strict_hints_shows_no_forecast() -> None:
+    session = Session(dmplay.load_problem("hexworld"), dmplay.SeededUniforms(7))
+    strict_game = make_session_game(
+        "hexworld", session, ["human"], GameRequest("hexworld", strict="hints")
+    )
+    frames = play_keys(strict_game, "W", "n").frames
     assert "strict about help" in frames[1]
-    assert len(made.turns) == 1
+    assert len(session.turns) == 1
     with pytest.raises(BadParameter, match="strict about help"):
-        run_line(GameController(played), "whatif e")
+        run_line(GameController(strict_game), "whatif e")
 
 
-def test_words_ask_for_the_action_to_look_at() -> None:
-    table = GameController(game("crying-baby"))
-    assert run_line(table, "whatif feed").startswith("if feed: 0.90 quiet (then sated 1.00)")
+def test_the_whatif_command_requires_an_action() -> None:
+    controller = GameController(make_game("crying-baby"))
+    assert run_line(controller, "whatif feed").startswith("if feed: 0.90 quiet (then sated 1.00)")
     with pytest.raises(BadParameter, match="expected an action"):
-        run_line(table, "whatif")
+        run_line(controller, "whatif")
 
 
-def test_the_board_is_told_what_was_asked_in_words_until_the_next_move() -> None:
-    shown = screen("hexworld")
-    run_typed_line(shown, "whatif e")
-    assert shown.frame_state.forecast is not None
-    handle_key(shown, "l")
-    assert shown.frame_state.forecast is None
+def test_a_typed_forecast_stays_on_the_board_until_the_next_action() -> None:
+    display = create_screen("hexworld")
+    run_typed_line(display, "whatif e")
+    assert display.frame_state.forecast is not None
+    handle_key(display, "l")
+    assert display.frame_state.forecast is None

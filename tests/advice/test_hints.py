@@ -1,4 +1,4 @@
-"""Hints, overlays, reviews and an agent's values tell the same numbers."""
+"""Tests that hints, overlays, reviews and an agent's action values agree."""
 
 import re
 from collections.abc import Iterator
@@ -27,90 +27,106 @@ from dmplay.game.seats import HUMAN
 from dmplay.game.start import start_new_game
 from dmplay.session import Session
 from dmplay.solvers.value_iteration import mark_best_actions
-from tests.support.cases import CASES, load, small
-from tests.support.screens import seated
+from tests.support.cases import CASE_NAMES, load_problem, load_small_problem
+from tests.support.screens import make_session_game
 
-TURNS = 3
-SEATS = [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
+TURN_LIMIT = 3
+NAMES_AND_SEATS = [
+    (name, seat) for name in CASE_NAMES for seat in range(len(load_problem(name).agents))
+]
 pytestmark = pytest.mark.usefixtures("coarse")
-every_seat = pytest.mark.parametrize(("name", "seat"), SEATS)
+with_every_seat = pytest.mark.parametrize(("name", "seat"), NAMES_AND_SEATS)
 
 
-def game(name: str, seat: int) -> Game:
-    """A game of one person and the usual others."""
-    problem = small(name)
-    who = [agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))]
-    others = [None if i == seat else dmplay.load_agent(problem, i, w) for i, w in enumerate(who)]
-    who[seat] = HUMAN
-    return seated(name, Session(problem, dmplay.SeededUniforms(11), others, turn_limit=TURNS), who)
+def create_game(name: str, seat: int) -> Game:
+    """Create a game with one person and the default agents in the other seats."""
+    problem = load_small_problem(name)
+    player_names = [
+        agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
+    ]
+    others = [
+        None if i == seat else dmplay.load_agent(problem, i, player_name)
+        for i, player_name in enumerate(player_names)
+    ]
+    player_names[seat] = HUMAN
+    return make_session_game(
+        name,
+        Session(problem, dmplay.SeededUniforms(11), others, turn_limit=TURN_LIMIT),
+        player_names,
+    )
 
 
 @cache
-def adviser_of(name: str, seat: int) -> Policy:
-    problem = small(name)
-    found = agents.find_hint_provider(problem, seat, TURNS)
-    return found[1] if found else dmplay.load_agent(problem, seat, "random")
+def create_hint_policy(name: str, seat: int) -> Policy:
+    problem = load_small_problem(name)
+    named_policy = agents.find_hint_provider(problem, seat, TURN_LIMIT)
+    return named_policy[1] if named_policy else dmplay.load_agent(problem, seat, "random")
 
 
-def values(played: Game, seat: int) -> Reals | None:
-    """What an adviser's `values` says that follows these turns by itself."""
-    session, adviser = played.session, adviser_of(played.problem_name, seat)
-    memory = adviser.initial_memory(session.observation_after(seat, 0)[None])
+def compute_action_values(game: Game, seat: int) -> Reals | None:
+    """Return the action values of a hint policy that follows these turns itself."""
+    session, policy = game.session, create_hint_policy(game.problem_name, seat)
+    memory = policy.initial_memory(session.observation_after(seat, 0)[None])
     for turn in range(1, len(session.turns) + 1):
-        memory = adviser.update_memory(memory, session.build_percept(seat, turn))
-    known = adviser.action_values(memory)
-    return None if known is None else known[0]
+        memory = policy.update_memory(memory, session.build_percept(seat, turn))
+    action_values = policy.action_values(memory)
+    return None if action_values is None else action_values[0]
 
 
-def situations(played: Game, seat: int) -> Iterator[int]:
-    """The turns of a game in which the person does something else each time, and their number."""
-    for turn in range(TURNS):
-        if played.session.over:
+def play_varied_turns(game: Game, seat: int) -> Iterator[int]:
+    """Play turns with a different action each time; yield the number of each turn before it is
+    played.
+    """
+    for turn in range(TURN_LIMIT):
+        if game.session.over:
             return
         yield turn
-        labels = played.problem.actions[seat].labels
-        able = played.session.legal_actions_mask(seat)
+        labels = game.problem.actions[seat].labels
+        legal_mask = game.session.legal_actions_mask(seat)
         if not labels:
-            played.choose(0.5 * turn)
+            game.choose(0.5 * turn)
         else:
-            legal = np.arange(len(labels)) if able is None else np.flatnonzero(able)
-            played.choose(float(legal[turn % len(legal)]))
+            legal = np.arange(len(labels)) if legal_mask is None else np.flatnonzero(legal_mask)
+            game.choose(float(legal[turn % len(legal)]))
 
 
-def told(hint: str) -> tuple[str, dict[str, str]]:
-    """The advice of a hint, and each number in it."""
-    found = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. values: (.*))?", hint)
-    assert found, hint
-    pairs = [pair.rsplit(" ", 1) for pair in (found[3] or "").split(", ") if pair]
-    return found[2], dict(pairs)
+def parse_hint(hint: str) -> tuple[str, dict[str, str]]:
+    """Parse a hint into the recommended action and the text of each value."""
+    match = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. values: (.*))?", hint)
+    assert match, hint
+    pairs = [pair.rsplit(" ", 1) for pair in (match[3] or "").split(", ") if pair]
+    return match[2], dict(pairs)
 
 
-@every_seat
-def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) -> None:
-    played = game(name, seat)
-    if agents.load_roster(played.problem, seat).hint_provider is None:
-        assert played.hint_provider.create_hint().startswith("no hint")
+@with_every_seat
+def test_a_hint_recommends_the_best_of_the_values_it_lists(name: str, seat: int) -> None:
+    episode = create_game(name, seat)
+    if agents.load_roster(episode.problem, seat).hint_provider is None:
+        assert episode.hint_provider.create_hint().startswith("no hint")
         return
-    for _ in situations(played, seat):
-        advice, numbers = told(played.hint_provider.create_hint())
-        known = values(played, seat)
-        if known is None:
+    for _ in play_varied_turns(episode, seat):
+        advice, numbers = parse_hint(episode.hint_provider.create_hint())
+        action_values = compute_action_values(episode, seat)
+        if action_values is None:
             assert numbers == {}
             continue
-        able = [able for _, _, able in played.keyboard.list_actions_with_keys(played.view())]
-        labels = played.problem.actions[seat].labels
-        legal = {str(labels[a]): known[a] for a in np.flatnonzero(able)}
-        top = mark_best_actions(np.array(list(legal.values())))
-        assert advice in [label for label, first in zip(legal, top, strict=True) if first]
-        places = {len(number.partition(".")[2]) for number in numbers.values()}
-        assert len(places) == 1
-        assert numbers == {label: format_fixed(legal[label], *places) for label in numbers}
+        legal_mask = [
+            legal_mask
+            for _, _, legal_mask in episode.keyboard.list_actions_with_keys(episode.view())
+        ]
+        labels = episode.problem.actions[seat].labels
+        legal = {str(labels[a]): action_values[a] for a in np.flatnonzero(legal_mask)}
+        best_mask = mark_best_actions(np.array(list(legal.values())))
+        assert advice in [label for label, is_best in zip(legal, best_mask, strict=True) if is_best]
+        decimal_counts = {len(number.partition(".")[2]) for number in numbers.values()}
+        assert len(decimal_counts) == 1
+        assert numbers == {label: format_fixed(legal[label], *decimal_counts) for label in numbers}
         assert len(numbers) == min(len(legal), MAX_LISTED_VALUES)
         assert min(legal[label] for label in numbers) >= sorted(legal.values())[-len(numbers)]
 
 
 @pytest.mark.parametrize(
-    ("name", "turns", "played", "hint"),
+    ("name", "turn_limit", "keys", "hint"),
     [
         ("catch", 1, "", "hint (optimal:horizon=1): 50. values: 10 8.74, 20 16.04, 30 21.35"),
         ("catch", 10, "", "hint (optimal): 50. values: 10 153.94"),
@@ -118,16 +134,16 @@ def test_a_hint_is_the_best_of_the_values_that_it_tells(name: str, seat: int) ->
         ("crying-baby", 1, "", "hint (optimal): feed. values: feed -24.67"),
     ],
 )
-def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
-    name: str, turns: int, played: str, hint: str
+def test_a_hint_plans_only_to_the_turn_limit(
+    name: str, turn_limit: int, keys: str, hint: str
 ) -> None:
     problem = dmplay.load_problem(name)
-    one = seated(
-        name, Session(problem, dmplay.SeededUniforms(11), [None], turn_limit=turns), [HUMAN]
+    game = make_session_game(
+        name, Session(problem, dmplay.SeededUniforms(11), [None], turn_limit=turn_limit), [HUMAN]
     )
-    for key in played:
-        one.choose(one.keyboard.parse_action(one.view(), key))
-    assert one.hint_provider.create_hint().startswith(hint)
+    for key in keys:
+        game.choose(game.keyboard.parse_action(game.view(), key))
+    assert game.hint_provider.create_hint().startswith(hint)
 
 
 @pytest.mark.parametrize(
@@ -140,25 +156,25 @@ def test_a_hint_for_a_game_of_so_many_turns_plans_no_further(
         ("human", "hint (best-response): "),
     ],
 )
-def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
+def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hint: str) -> None:
     problem = dmplay.load_problem("predator-prey:circle")
     other = None if rival == HUMAN else dmplay.load_agent(problem, 1, rival)
     seats = (HUMAN, rival)
-    one = seated(
+    game = make_session_game(
         "predator-prey:circle", Session(problem, dmplay.SeededUniforms(11), [None, other]), seats
     )
-    assert one.hint_provider.create_hint().startswith(hint)
+    assert game.hint_provider.create_hint().startswith(hint)
     if rival == "random":
-        answer = dmplay.load_agent(problem, 0, "best-response:to=random")
-        known = answer.action_values(answer.initial_memory(one.session.state[None]))
-        assert known is not None
-        one.choose(0.0)
-        (move, *_) = review_actions(one.session, [0], seats)
-        assert [*move.values.values()] == known[0].tolist()
+        policy = dmplay.load_agent(problem, 0, "best-response:to=random")
+        action_values = policy.action_values(policy.initial_memory(game.session.state[None]))
+        assert action_values is not None
+        game.choose(0.0)
+        (move, *_) = review_actions(game.session, [0], seats)
+        assert [*move.values.values()] == action_values[0].tolist()
 
 
 @pytest.mark.parametrize(
-    ("values", "shown"),
+    ("values", "expected"),
     [
         ([6.2701, 5.4688, 3.0], ["6.27", "5.47", "3.00"]),
         ([-0.0141, -0.0074, -0.01], ["-0.0141", "-0.0074", "-0.0100"]),
@@ -169,12 +185,12 @@ def test_a_hint_answers_who_sits_there_if_it_can(rival: str, hint: str) -> None:
         ([2500.5, -np.inf], ["2500.50", "-inf"]),
     ],
 )
-def test_values_are_told_apart_by_their_decimals(values: list[float], shown: list[str]) -> None:
-    assert [format_fixed(value, count_decimals(values)) for value in values] == shown
+def test_values_have_enough_decimals_to_differ(values: list[float], expected: list[str]) -> None:
+    assert [format_fixed(value, count_decimals(values)) for value in values] == expected
 
 
 @pytest.mark.parametrize(
-    ("values", "shown"),
+    ("values", "expected"),
     [
         ([0.0, 0.0], ["0", "0"]),
         ([3.0, -1.0], ["3", "-1"]),
@@ -183,52 +199,52 @@ def test_values_are_told_apart_by_their_decimals(values: list[float], shown: lis
         ([6.2701, 5.0], ["6.27", "5.00"]),
     ],
 )
-def test_a_screen_has_no_decimals_where_there_are_enough_digits(
-    values: list[float], shown: list[str]
+def test_a_screen_omits_decimals_if_whole_numbers_differ_enough(
+    values: list[float], expected: list[str]
 ) -> None:
-    assert [format_fixed(value, count_fewest_decimals(values)) for value in values] == shown
+    assert [format_fixed(value, count_fewest_decimals(values)) for value in values] == expected
 
 
-@every_seat
-def test_a_review_values_each_move_as_the_hint_did(name: str, seat: int) -> None:
-    played = game(name, seat)
-    expected, advised = [], []
-    for _ in situations(played, seat):
-        expected.append(values(played, seat))
+@with_every_seat
+def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> None:
+    episode = create_game(name, seat)
+    expected, recommended = [], []
+    for _ in play_varied_turns(episode, seat):
+        expected.append(compute_action_values(episode, seat))
         if expected[-1] is not None:
-            advised.append(told(played.hint_provider.create_hint())[0])
-    reviewed: list[ReviewedAction] = list(review_actions(played.session, [seat]))
-    known = [one for one in expected if one is not None]
+            recommended.append(parse_hint(episode.hint_provider.create_hint())[0])
+    reviewed: list[ReviewedAction] = list(review_actions(episode.session, [seat]))
+    available_values = [action_values for action_values in expected if action_values is not None]
     assert (
-        len(reviewed) == len(known)
-        or agents.load_roster(played.problem, seat).hint_provider is None
+        len(reviewed) == len(available_values)
+        or agents.load_roster(episode.problem, seat).hint_provider is None
     )
-    for move, row, advice in zip(reviewed, known, advised, strict=True):
-        labels = played.problem.actions[seat].labels
+    for move, row, advice in zip(reviewed, available_values, recommended, strict=True):
+        labels = episode.problem.actions[seat].labels
         assert move.values == {label: row[labels.index(label)] for label in move.values}
         assert advice in move.best
         assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])
 
 
-@every_seat
-def test_an_overlay_draws_the_values_of_the_hint(name: str, seat: int) -> None:
-    played = game(name, seat)
-    for _ in situations(played, seat):
-        drawn = played.hint_provider.build_overlay("values")
-        if drawn is None:
+@with_every_seat
+def test_an_overlay_has_the_values_of_the_hint(name: str, seat: int) -> None:
+    episode = create_game(name, seat)
+    for _ in play_varied_turns(episode, seat):
+        overlay = episode.hint_provider.build_overlay("values")
+        if overlay is None:
             continue
-        here = played.problem.state_indices(played.session.state[None])[0]
-        known = values(played, seat)
-        assert known is not None
-        assert drawn.action_values[here].tolist() == known.tolist()
+        state_index = episode.problem.state_indices(episode.session.state[None])[0]
+        action_values = compute_action_values(episode, seat)
+        assert action_values is not None
+        assert overlay.action_values[state_index].tolist() == action_values.tolist()
 
 
 @pytest.mark.parametrize("name", ["hexworld", "hexworld:straight-line", "predator-prey"])
-def test_every_state_of_a_small_seen_problem_has_an_overlay(name: str) -> None:
-    assert game(name, 0).hint_provider.build_overlay("values") is not None
+def test_a_small_fully_observable_problem_has_an_overlay(name: str) -> None:
+    assert create_game(name, 0).hint_provider.build_overlay("values") is not None
 
 
-def test_equals_are_told_behind_the_one_that_is_advised() -> None:
+def test_actions_of_equal_value_are_listed_after_the_recommended_one() -> None:
     values = np.array([1.0, np.nan, 3.0, 3.0 - 1e-12, 2.0])
     advice = Hint("(optimal): d", [*"abcde"], values, action=3)
     assert advice.ranked_actions == [(3, 0.0), (2, 0.0), (4, 1.0), (0, 2.0)]
@@ -237,11 +253,13 @@ def test_equals_are_told_behind_the_one_that_is_advised() -> None:
     assert replace(advice, values=None).ranked_actions == []
 
 
-def test_a_number_is_advised_in_as_many_decimals_as_matter_and_told_whole_as_data() -> None:
-    played = start_new_game(GameRequest("simple-regulator", seed=7, record_path=Path("/dev/null")))
-    assert played.hint_provider.create_hint() == "hint (optimal): -0.163"
-    assert played.hint_provider.current_hint
-    assert played.hint_provider.current_hint.data == {
+def test_a_recommended_number_is_rounded_in_text_and_precise_in_data() -> None:
+    new_game = start_new_game(
+        GameRequest("simple-regulator", seed=7, record_path=Path("/dev/null"))
+    )
+    assert new_game.hint_provider.create_hint() == "hint (optimal): -0.163"
+    assert new_game.hint_provider.current_hint
+    assert new_game.hint_provider.current_hint.data == {
         "by": "optimal",
         "action": "-0.163339281",
         "values": {},

@@ -1,16 +1,20 @@
-"""The review as columns."""
+"""Tests of the review of a game as a table."""
 
 from dmplay.advice.review import ReviewedAction, format_table
 
 
-def move(turn: int, seat: str, chosen: str, regret: float) -> ReviewedAction:
-    """A move of which left and up were the best."""
+def make_reviewed_action(turn: int, seat: str, chosen: str, regret: float) -> ReviewedAction:
+    """Return a reviewed action whose best alternatives were left and up."""
     return ReviewedAction(turn, seat, chosen, ("left", "up"), regret, {})
 
 
-def test_the_worst_moves_come_first_and_equal_ones_in_order() -> None:
-    made = [move(1, "agent", "up", 0.0), move(2, "agent", "right", 0.5), move(3, "agent", "d", 2.0)]
-    assert format_table([*made, move(4, "agent", "left", 0.0)]) == [
+def test_the_worst_actions_come_first_and_equal_ones_in_order_of_turns() -> None:
+    actions = [
+        make_reviewed_action(1, "agent", "up", 0.0),
+        make_reviewed_action(2, "agent", "right", 0.5),
+        make_reviewed_action(3, "agent", "d", 2.0),
+    ]
+    assert format_table([*actions, make_reviewed_action(4, "agent", "left", 0.0)]) == [
         "turn  yours  best        regret",
         "3     d      left or up  2.00 ####################",
         "2     right  left or up  0.50 #####",
@@ -20,16 +24,23 @@ def test_the_worst_moves_come_first_and_equal_ones_in_order() -> None:
     ]
 
 
-def test_no_bar_is_longer_than_the_others_and_what_all_actions_are_is_any() -> None:
-    known = move(1, "agent", "down", 1.69)._replace(values={"left": 1.0, "up": 1.0})
-    assert format_table([known])[1] == "1     down   any   1.69 ####################"
+def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:
+    action = make_reviewed_action(1, "agent", "down", 1.69)._replace(
+        values={"left": 1.0, "up": 1.0}
+    )
+    assert format_table([action])[1] == "1     down   any   1.69 ####################"
 
 
-def test_several_people_are_named() -> None:
-    told = format_table([move(1, "agent1", "up", 0.0), move(1, "agent2", "down", 1.0)])
-    assert told[0] == "turn  seat    yours  best        regret"
-    assert told[1] == "1     agent2  down   left or up  1.00 ####################"
+def test_a_review_of_several_people_has_a_seat_column() -> None:
+    lines = format_table(
+        [
+            make_reviewed_action(1, "agent1", "up", 0.0),
+            make_reviewed_action(1, "agent2", "down", 1.0),
+        ]
+    )
+    assert lines[0] == "turn  seat    yours  best        regret"
+    assert lines[1] == "1     agent2  down   left or up  1.00 ####################"
 
 
-def test_where_nothing_is_known_there_are_no_columns() -> None:
+def test_a_review_without_values_has_no_columns() -> None:
     assert format_table([]) == ["review: no agent here knows the values of these moves"]

@@ -1,10 +1,10 @@
-"""How fast it is: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
+"""Run benchmarks of speed: `python -m tests.benchmarks [start] [keys] [batch] [long] [bots] [loops]
 [honest] [simulations] [solving] [teams] [beliefs] [rollouts]
-[--runs N]`; how well agents play:
+[--runs N]`; measure how well agents play:
 `python -m tests.benchmarks league [--problem NAME] [--agent NAME] [--games N]`.
 
-Every number is a median of runs that take turns with one another, so that a busy moment of the
-machine hits all of them alike. Nothing here passes or fails.
+Each number is a median of interleaved runs, so that a busy moment of the machine affects all
+measurements equally. The benchmarks do not pass or fail.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from tests.benchmarks import (
     teams,
 )
 
-PARTS = {
+BENCHMARKS = {
     "start": start.report,
     "keys": keys.report,
     "batch": batch.report,
@@ -42,7 +42,7 @@ PARTS = {
     "beliefs": beliefs.report,
     "rollouts": rollouts.report,
 }
-RUNS = {
+DEFAULT_RUN_COUNTS = {
     "start": 15, "keys": 60, "batch": 7, "long": 3, "bots": 3, "loops": 7, "honest": 400,
     "simulations": 5, "solving": 3, "teams": 6, "beliefs": 1,
     "rollouts": 5,
@@ -51,25 +51,27 @@ RUNS = {
 
 def main() -> None:
     parser = argparse.ArgumentParser(prog="python -m tests.benchmarks", description=__doc__)
-    parser.add_argument("part", nargs="*", help=f"league, or {', '.join(PARTS)}; all these")
-    parser.add_argument("--runs", type=int, help=f"runs, or keys, of each kind; now {RUNS}")
+    parser.add_argument("part", nargs="*", help=f"league, or {', '.join(BENCHMARKS)}; all these")
+    parser.add_argument(
+        "--runs", type=int, help=f"runs, or keys, of each kind; now {DEFAULT_RUN_COUNTS}"
+    )
     parser.add_argument("--problem", action="append", default=[], help="of the league")
     parser.add_argument("--agent", action="append", default=[], help="of the league")
     parser.add_argument(
-        "--games", type=int, default=league.GAMES, help="of each agent of the league"
+        "--games", type=int, default=league.DEFAULT_GAMES, help="of each agent of the league"
     )
     parser.add_argument("--workers", type=int, default=1, help="of the league")
-    wanted = parser.parse_args()
-    if wanted.part == ["league"]:
-        league.report(wanted.games, wanted.problem, wanted.agent, wanted.workers)
+    options = parser.parse_args()
+    if options.part == ["league"]:
+        league.report(options.games, options.problem, options.agent, options.workers)
         return
-    unknown = set(wanted.part) - set(PARTS)
+    unknown = set(options.part) - set(BENCHMARKS)
     if unknown:
-        parser.error(f"unknown part {unknown.pop()}, expected {', '.join(PARTS)}")
+        parser.error(f"unknown part {unknown.pop()}, expected {', '.join(BENCHMARKS)}")
     compileall.compile_dir(str(Path(dmplay.__file__).parent), quiet=2)
-    for name, report in PARTS.items():
-        if name in (wanted.part or PARTS):
-            report(wanted.runs or RUNS[name])
+    for name, report in BENCHMARKS.items():
+        if name in (options.part or BENCHMARKS):
+            report(options.runs or DEFAULT_RUN_COUNTS[name])
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""How close two bounds of hidden problems come: of the literature's, and of files of your own.
+"""Compute value bounds of POMDPs from the literature and of your own files.
 
-Those of `tests.support.hidden` are made from their definitions; a folder that DMPLAY_CORPUS names
-adds its `.pomdp` files.
+Those of `tests.support.hidden` are created from their definitions; the environment variable
+DMPLAY_CORPUS can name a folder with further `.pomdp` files.
 """
 
 import os
@@ -18,81 +18,97 @@ from dmplay.errors import DmplayError
 from dmplay.solvers import point_based
 from tests.support import hidden
 
-GAP = 0.001  # share of the value at which it is done
-NEAR = float(np.log(2))  # so that a check is surer by a factor e where a rock is 1 nearer
-FOUR = [(3, 1), (2, 1), (1, 3), (1, 0)]
-FIVE = [(1, 0), (2, 1), (1, 2), (2, 2), (4, 2), (0, 3), (3, 4)]
-HALLWAY = ("***********", "  * * * +  ")
-SIGNS = [((x, 0), 2) for x in (2, 4, 6, 8)]  # who looks south there
-HALLWAY2 = (" ***** ", "** * **", " * * * ", "** * *+", " ***** ")
-TIGERS = ("-*+*-", "** **")
-BEHIND = [((x, -1), 0) for x in (1, 3)]
-GAPS = "Poupart, Kim and Kim, Closing the gap (2011)"
-HSVI2 = "Smith and Simmons, HSVI2 (2005)"
-SARSOP = "Kurniawati, Hsu and Lee, SARSOP (2008)"
+RELATIVE_GAP = 0.001  # relative gap between the bounds at which the solver stops
+SENSOR_HALF_DISTANCE = float(np.log(2))  # which makes the efficiency of a check exp(-distance)
+ROCKS_4_4 = [(3, 1), (2, 1), (1, 3), (1, 0)]
+ROCKS_5_7 = [(1, 0), (2, 1), (1, 2), (2, 2), (4, 2), (0, 3), (3, 4)]
+HALLWAY_MAP = ("***********", "  * * * +  ")
+HALLWAY_SIGNS = [((x, 0), 2) for x in (2, 4, 6, 8)]  # visible when facing south
+HALLWAY2_MAP = (" ***** ", "** * **", " * * * ", "** * *+", " ***** ")
+TIGER_GRID_MAP = ("-*+*-", "** **")
+TIGER_GRID_STARTS = [((x, -1), 0) for x in (1, 3)]
+GAPMIN_SOURCE = "Poupart, Kim and Kim, Closing the gap (2011)"
+HSVI2_SOURCE = "Smith and Simmons, HSVI2 (2005)"
+SARSOP_SOURCE = "Kurniawati, Hsu and Lee, SARSOP (2008)"
 
 
-class Published(NamedTuple):
-    """A value in print."""
+class PublishedValue(NamedTuple):
+    """A published value and its source."""
 
     value: str
     source: str
 
 
-NONE = Published("", "")
-TIGER = Published("19.3713683744", "pomdp-solve, exact")
-KNOWN = {  # by the beginnings of the names of files
-    "tiger.95": TIGER,
-    "tag": Published("-6.13", SARSOP),
-    "4x3.95": Published("1.90", GAPS),
-    "cheese": Published("3.48", GAPS),
-    "tiger-grid": Published("2.30", HSVI2),
-    "hallway2": Published("0.4", GAPS),
-    "hallway": Published("1.0", GAPS),
-    "rocksample_4_4": Published("18.0", HSVI2),
+UNPUBLISHED = PublishedValue("", "")
+TIGER_VALUE = PublishedValue("19.3713683744", "pomdp-solve, exact")
+PUBLISHED_VALUES = {  # by prefix of the file name
+    "tiger.95": TIGER_VALUE,
+    "tag": PublishedValue("-6.13", SARSOP_SOURCE),
+    "4x3.95": PublishedValue("1.90", GAPMIN_SOURCE),
+    "cheese": PublishedValue("3.48", GAPMIN_SOURCE),
+    "tiger-grid": PublishedValue("2.30", HSVI2_SOURCE),
+    "hallway2": PublishedValue("0.4", GAPMIN_SOURCE),
+    "hallway": PublishedValue("1.0", GAPMIN_SOURCE),
+    "rocksample_4_4": PublishedValue("18.0", HSVI2_SOURCE),
 }
 
 
 def report(runs: int) -> None:
-    """Prints a line for each problem."""
-    for name, problem, published in _problems():
-        begun = process_time()
+    """Print a line for each problem."""
+    for name, problem, published in _iter_problems():
+        start_time = process_time()
         try:
-            found = point_based.solve_point_based(problem, None, GAP)
-            bounds = f"lower bound {found.lower_bound:.4f}, upper bound {found.upper_bound:.4f}"
+            solution = point_based.solve_point_based(problem, None, RELATIVE_GAP)
+            bounds = (
+                f"lower bound {solution.lower_bound:.4f}, upper bound {solution.upper_bound:.4f}"
+            )
         except DmplayError as error:
             bounds = str(error)
-        known = f"; published {published.value} ({published.source})" if published.value else ""
-        spent = f"{problem.state_count} states, {process_time() - begun:.1f} s"
-        print(f"- {name}, {spent}: {bounds}{known}", flush=True)
+        reference = f"; published {published.value} ({published.source})" if published.value else ""
+        size_and_time = f"{problem.state_count} states, {process_time() - start_time:.1f} s"
+        print(f"- {name}, {size_and_time}: {bounds}{reference}", flush=True)
 
 
-def _problems() -> Iterator[tuple[str, Problem, Published]]:
-    """Those that are made, and those of the folder."""
-    yield "tiger", hidden.tiger(), TIGER
-    yield "4x3", hidden.four_by_three(), KNOWN["4x3.95"]
-    yield "cheese maze", hidden.cheese(), KNOWN["cheese"]
-    yield "tiger-grid", hidden.hallway(TIGERS, start=BEHIND), KNOWN["tiger-grid"]
-    yield "hallway", hidden.hallway(HALLWAY, signs=SIGNS), KNOWN["hallway"]
-    yield "hallway2", hidden.hallway(HALLWAY2), KNOWN["hallway2"]
-    yield "tag", hidden.tag(), KNOWN["tag"]
-    yield "rock sample [4,4]", hidden.rock_sample(4, FOUR, (0, 2), NEAR), KNOWN["rocksample_4_4"]
-    yield "rock sample [5,7]", hidden.rock_sample(5, FIVE, (0, 2)), NONE
-    yield "a machine of four parts", hidden.machine(), NONE
+def _iter_problems() -> Iterator[tuple[str, Problem, PublishedValue]]:
+    """Yield the problems from their definitions, then those of the folder."""
+    yield "tiger", hidden.make_tiger(), TIGER_VALUE
+    yield "4x3", hidden.make_four_by_three(), PUBLISHED_VALUES["4x3.95"]
+    yield "cheese maze", hidden.make_cheese_maze(), PUBLISHED_VALUES["cheese"]
+    yield (
+        "tiger-grid",
+        hidden.make_hallway(TIGER_GRID_MAP, start=TIGER_GRID_STARTS),
+        PUBLISHED_VALUES["tiger-grid"],
+    )
+    yield (
+        "hallway",
+        hidden.make_hallway(HALLWAY_MAP, signs=HALLWAY_SIGNS),
+        PUBLISHED_VALUES["hallway"],
+    )
+    yield "hallway2", hidden.make_hallway(HALLWAY2_MAP), PUBLISHED_VALUES["hallway2"]
+    yield "tag", hidden.make_tag(), PUBLISHED_VALUES["tag"]
+    yield (
+        "rock sample [4,4]",
+        hidden.make_rock_sample(4, ROCKS_4_4, (0, 2), SENSOR_HALF_DISTANCE),
+        PUBLISHED_VALUES["rocksample_4_4"],
+    )
+    yield "rock sample [5,7]", hidden.make_rock_sample(5, ROCKS_5_7, (0, 2)), UNPUBLISHED
+    yield "a machine of four parts", hidden.make_machine(), UNPUBLISHED
     folder = os.environ.get("DMPLAY_CORPUS", "")
     files = sorted(Path(folder).rglob("*")) if folder else []
     for file in files:
         if file.suffix.lower() == ".pomdp":
-            yield from _read(file)
+            yield from _read_problem_file(file)
 
 
-def _read(file: Path) -> Iterator[tuple[str, Problem, Published]]:
-    """A file, if it holds a problem that has a value."""
+def _read_problem_file(file: Path) -> Iterator[tuple[str, Problem, PublishedValue]]:
+    """Yield the problem of a file if it is a POMDP with a discount below 1."""
     try:
         problem = dmplay.load_problem(str(file))
     except DmplayError:
         return
     if problem.partially_observable and problem.discount < 1.0:
         name = file.name.lower()
-        known = (one for begins, one in KNOWN.items() if name.startswith(begins))
-        yield file.name, problem, next(known, NONE)
+        matches = (
+            published for prefix, published in PUBLISHED_VALUES.items() if name.startswith(prefix)
+        )
+        yield file.name, problem, next(matches, UNPUBLISHED)

@@ -1,10 +1,11 @@
-"""The league: what every agent earns, beside the best that is known.
+"""Run the league: measure the mean return of every agent, and print the best known one for
+reference.
 
 `python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]
-[--workers N]`, by what `dmplay run` and `dmplay tournament` call. A seat that is not measured is
-held by the problem's usual partner; in a team every seat is held alike. Agents that take their
-time play fewer games, as is said. `dmplay guide league` tells how it went: what is printed here is
-written into `dmplay/guide/80-league.md`.
+[--workers N]` uses the functions behind `dmplay run` and `dmplay tournament`. The problem's default
+agents play the seats that are not measured; in a team the same agent plays every seat. Slow agents
+play fewer games, as the output shows. The results are published in `dmplay/guide/80-league.md`,
+which `dmplay guide league` shows.
 """
 
 import math
@@ -21,39 +22,51 @@ from dmplay.measure.estimate import estimate_mean
 from dmplay.measure.running import run
 from dmplay.reports.match import EvaluationRequest
 from dmplay.reports.tournaments import report_tournament
-from tests.benchmarks.known import Known, best_known, best_team
+from tests.benchmarks.known import (
+    ReferenceReturn,
+    find_reference_return,
+    find_team_reference_return,
+)
 
-GAMES = 10_000
-MORE = 10  # times more games of an agent whose number is known
-RARE = {"collision-avoidance": 2}  # times more still, where it takes many games to see a collision
-FEWER = {"expectimax": 100, "search": 10, "axelrod": 10, "chase-belief": 10, "qmdp": 10}
-ENDLESS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")  # solved without end
-MATCHES = ("prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma")  # all meet all
-TEAMS = ("multicaregiver-crying-baby", "collaborative-predator-prey")
-EACH = ("predator-prey", "multicaregiver-crying-baby")  # whose seats differ
-TURNS = {"mountain-car": 200} | dict.fromkeys(ENDLESS, 150)
+DEFAULT_GAMES = 10_000
+REFERENCE_GAMES_FACTOR = 10  # times more games of an agent with a reference return
+RARE_EVENT_FACTORS = {"collision-avoidance": 2}  # times more games of problems with rare events
+SLOW_AGENT_DIVISORS = {
+    "expectimax": 100,
+    "search": 10,
+    "axelrod": 10,
+    "chase-belief": 10,
+    "qmdp": 10,
+}
+# solved for an infinite horizon
+INFINITE_HORIZON_PROBLEMS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")
+# round-robin tournaments
+ROUND_ROBIN_PROBLEMS = ("prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma")
+TEAM_PROBLEMS = ("multicaregiver-crying-baby", "collaborative-predator-prey")
+ASYMMETRIC_PROBLEMS = ("predator-prey", "multicaregiver-crying-baby")  # problems whose seats differ
+TURN_LIMITS = {"mountain-car": 200} | dict.fromkeys(INFINITE_HORIZON_PROBLEMS, 150)
 SEED = 1
-NEAR = 2.0  # standard errors
+MAX_STANDARD_ERRORS = 2.0  # standard errors
 
 
-class Table(NamedTuple):
-    """A game of the league: a seat of a problem or, as a team, all of them."""
+class LeagueGame(NamedTuple):
+    """A game of the league: one seat of a problem, or all seats as a team."""
 
     name: str
     problem: Problem
     seats: tuple[int, ...]
-    known: Known
+    known: ReferenceReturn
 
     def __str__(self) -> str:
-        """The problem and who is measured."""
+        """Return the problem's name and the measured agent or team."""
         agents = self.problem.agents
         if len(agents) == 1:
             return self.name
         return f"{self.name}, {agents[self.seats[0]] if len(self.seats) == 1 else 'team'}"
 
 
-class Standing(NamedTuple):
-    """What one agent earned."""
+class AgentResult(NamedTuple):
+    """The mean return of one agent."""
 
     agent: str
     mean: float
@@ -61,35 +74,41 @@ class Standing(NamedTuple):
     games: int
     seconds: float
 
-    def apart(self, known: Known) -> float:
-        """How many standard errors the mean is from the number that is known."""
-        off = abs(self.mean - known.number)
-        return 0.0 if off < 1e-9 else off / self.error if self.error else math.inf
+    def apart(self, reference: ReferenceReturn) -> float:
+        """Return the distance between the mean and the reference return, in standard errors."""
+        difference = abs(self.mean - reference.number)
+        return 0.0 if difference < 1e-9 else difference / self.error if self.error else math.inf
 
 
-def tables(names: list[str]) -> Iterator[Table]:
-    """The games of these problems, or of all."""
+def iter_league_games(names: list[str]) -> Iterator[LeagueGame]:
+    """Yield the league games of these problems, or of all."""
     for name in names or problem_names():
         problem = dmplay.load_problem(name)
-        for seats in measured(name, len(problem.agents)):
-            alone = name not in TEAMS or len(seats) == 1
-            known = best_known(name, problem, seats[0]) if alone else best_team(name, problem)
-            yield Table(name, problem, seats, known)
+        for seats in iter_measured_seats(name, len(problem.agents)):
+            single_seat = name not in TEAM_PROBLEMS or len(seats) == 1
+            reference = (
+                find_reference_return(name, problem, seats[0])
+                if single_seat
+                else find_team_reference_return(name, problem)
+            )
+            yield LeagueGame(name, problem, seats, reference)
 
 
-def measured(name: str, agents: int) -> Iterator[tuple[int, ...]]:
-    """Every seat that differs, one of those that do not, and all of a team."""
-    if name not in TEAMS or name in EACH:
-        yield from ((seat,) for seat in range(agents if name in EACH else 1))
-    if name in TEAMS:
+def iter_measured_seats(name: str, agents: int) -> Iterator[tuple[int, ...]]:
+    """Yield each seat that differs, one of several equal seats, and all seats of a team."""
+    if name not in TEAM_PROBLEMS or name in ASYMMETRIC_PROBLEMS:
+        yield from ((seat,) for seat in range(agents if name in ASYMMETRIC_PROBLEMS else 1))
+    if name in TEAM_PROBLEMS:
         yield tuple(range(agents))
 
 
-def standing(table: Table, agent: str, games: int, workers: WorkerCount = 1) -> Standing | None:
-    """What an agent earns; None where it does not fit."""
-    name, problem, seats, known = table
+def measure_agent(
+    league_game: LeagueGame, agent: str, games: int, workers: WorkerCount = 1
+) -> AgentResult | None:
+    """Measure the mean return of an agent; return None if it cannot play this problem."""
+    name, problem, seats, reference = league_game
     try:
-        seated = [
+        policies = [
             dmplay.load_agent(
                 problem, i, agent if i in seats else load_roster(problem, i).default_partner
             )
@@ -97,45 +116,58 @@ def standing(table: Table, agent: str, games: int, workers: WorkerCount = 1) -> 
         ]
     except DmplayError:
         return None
-    more = MORE * RARE.get(name, 1) if agent == known.agent else 1
-    found = run(
-        problem, seated, episodes=max(10, games * more // FEWER.get(agent, 1)),
-        turns=TURNS.get(name, problem.horizon), seed=SEED, workers=workers,
+    factor = (
+        REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1) if agent == reference.agent else 1
+    )
+    result = run(
+        problem, policies, episodes=max(10, games * factor // SLOW_AGENT_DIVISORS.get(agent, 1)),
+        turns=TURN_LIMITS.get(name, problem.horizon), seed=SEED, workers=workers,
     )  # fmt: skip
-    earned = found.rollout.returns[:, seats[:1] if problem.shared_reward else seats]
-    paid = estimate_mean(earned.sum(axis=1))
-    return Standing(agent, paid.mean, paid.standard_error, found.episodes, found.seconds)
+    returns = result.rollout.returns[:, seats[:1] if problem.shared_reward else seats]
+    mean_return = estimate_mean(returns.sum(axis=1))
+    return AgentResult(
+        agent, mean_return.mean, mean_return.standard_error, result.episodes, result.seconds
+    )
 
 
-def verdict(known: Known, rows: list[Standing]) -> str:
-    """Whether the agent that should earn the known number does."""
-    for one in rows:
-        if one.agent == known.agent:
-            apart = one.apart(known)
-            told = "reaches it" if apart <= NEAR else "MISSES IT"
-            return f"{one.agent} {told}: {apart:.1f} standard errors apart"
+def format_verdict(reference: ReferenceReturn, results: list[AgentResult]) -> str:
+    """Return whether the agent that should earn the reference return does so, as a sentence."""
+    for result in results:
+        if result.agent == reference.agent:
+            distance = result.apart(reference)
+            outcome = "reaches it" if distance <= MAX_STANDARD_ERRORS else "MISSES IT"
+            return f"{result.agent} {outcome}: {distance:.1f} standard errors apart"
     return ""
 
 
 def report(games: int, problems: list[str], agents: list[str], workers: WorkerCount = 1) -> None:
-    """Prints the standings of each game, the best agent first, and the verdict.
+    """Print the results of each game, best agent first, and the verdict.
 
-    Where all meet all, their tournament too.
+    For matrix games, print a round-robin tournament too.
     """
-    for table in tables(problems):
-        known = table.known
-        print(f"\n{table}")
+    for league_game in iter_league_games(problems):
+        known = league_game.known
+        print(f"\n{league_game}")
         print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
-        fit = [one for one in load_roster(table.problem).agents if not agents or one in agents]
-        found = (standing(table, agent, games, workers) for agent in fit)
-        rows = sorted(filter(None, found), key=lambda one: -one.mean)
-        for one in rows:
+        agent_names = [
+            entry
+            for entry in load_roster(league_game.problem).agents
+            if not agents or entry in agents
+        ]
+        results = (measure_agent(league_game, agent, games, workers) for agent in agent_names)
+        rows = sorted(filter(None, results), key=lambda entry: -entry.mean)
+        for entry in rows:
             print(
-                f"  {one.agent:<24}{one.mean:>12.4g}{'+-':>4}{one.error:>6.2g}"
-                f"  {one.games} games, {one.seconds:.1f} s"
+                f"  {entry.agent:<24}{entry.mean:>12.4g}{'+-':>4}{entry.error:>6.2g}"
+                f"  {entry.games} games, {entry.seconds:.1f} s"
             )
-        print(f"  {verdict(known, rows)}", flush=True)
-        quick = [one for one in fit if one not in FEWER]
-        if table.name in MATCHES and len(quick) > 1:
-            match = EvaluationRequest(table.name, seed=SEED, workers=workers)
-            print(report_tournament(match, quick, episodes=games // MORE).text, flush=True)
+        print(f"  {format_verdict(known, rows)}", flush=True)
+        fast_agents = [entry for entry in agent_names if entry not in SLOW_AGENT_DIVISORS]
+        if league_game.name in ROUND_ROBIN_PROBLEMS and len(fast_agents) > 1:
+            match = EvaluationRequest(league_game.name, seed=SEED, workers=workers)
+            print(
+                report_tournament(
+                    match, fast_agents, episodes=games // REFERENCE_GAMES_FACTOR
+                ).text,
+                flush=True,
+            )

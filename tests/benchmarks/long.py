@@ -1,4 +1,6 @@
-"""Long games: what a turn costs in each command, beside reading and writing its lines alone."""
+"""Measure the cost per turn of each command on long games, and of only reading and writing the
+lines.
+"""
 
 import os
 import subprocess
@@ -12,9 +14,9 @@ from typing import NamedTuple
 from tests.benchmarks.terminal import DMPLAY
 from tests.support.terminals import clean_environment
 
-FEW, MANY = 1_000, 20_000
-GAME = ("hexworld", "--set", "rewards=[]", "--agent", "random", "--seed", "3")
-FLOOR = """
+SHORT_TURNS, LONG_TURNS = 1_000, 20_000
+GAME_ARGUMENTS = ("hexworld", "--set", "rewards=[]", "--agent", "random", "--seed", "3")
+BASELINE_SCRIPT = """
 import json, sys
 with open(sys.argv[1]) as file, open(sys.argv[2], "w") as out:
     for line in file:
@@ -23,57 +25,90 @@ with open(sys.argv[1]) as file, open(sys.argv[2], "w") as out:
 """
 
 
-class Spent(NamedTuple):
-    """Seconds of the processor, and the most memory in MB."""
+class ResourceUsage(NamedTuple):
+    """Processor time in seconds and peak memory in MB."""
 
     seconds: float
     memory: float
 
 
-def _ways(turns: int) -> dict[str, Sequence[str]]:
-    """The commands, on a game of so many turns."""
-    told, out = f"{turns}.dmt", ("-o", "out", "--force")
-    ways: dict[str, Sequence[str]] = {
-        "lines read and written": (sys.executable, "-c", FLOOR, told, "out"),
-        "record": (*DMPLAY, *GAME, "--turns", str(turns), "--quiet", *out),
-        "record and tell": (*DMPLAY, *GAME, "--turns", str(turns), "--plain", *out),
-        "verify": (*DMPLAY, "verify", told),
-        "replay": (*DMPLAY, "replay", told, "--plain"),
-        "branch": (*DMPLAY, "branch", told, "--at", str(turns - 1), "--quiet", *out),
+def _list_commands(turns: int) -> dict[str, Sequence[str]]:
+    """Return the commands to measure on a game with this number of turns, by name."""
+    transcript, output_options = f"{turns}.dmt", ("-o", "out", "--force")
+    commands: dict[str, Sequence[str]] = {
+        "lines read and written": (sys.executable, "-c", BASELINE_SCRIPT, transcript, "out"),
+        "record": (*DMPLAY, *GAME_ARGUMENTS, "--turns", str(turns), "--quiet", *output_options),
+        "record and tell": (
+            *DMPLAY,
+            *GAME_ARGUMENTS,
+            "--turns",
+            str(turns),
+            "--plain",
+            *output_options,
+        ),
+        "verify": (*DMPLAY, "verify", transcript),
+        "replay": (*DMPLAY, "replay", transcript, "--plain"),
+        "branch": (
+            *DMPLAY,
+            "branch",
+            transcript,
+            "--at",
+            str(turns - 1),
+            "--quiet",
+            *output_options,
+        ),
     }
-    forms = [f"--{form}" for form in ("csv", "json", "text", "cast", "svg")]
-    return ways | {f"export {form}": (*DMPLAY, "export", told, form, *out) for form in forms}
+    format_options = [
+        f"--{format_option}" for format_option in ("csv", "json", "text", "cast", "svg")
+    ]
+    return commands | {
+        f"export {format_option}": (*DMPLAY, "export", transcript, format_option, *output_options)
+        for format_option in format_options
+    }
 
 
-def spent(command: Sequence[str], place: Path) -> Spent:
-    """What a command takes; raises RuntimeError where it fails."""
-    env = clean_environment(place, PYTHONPATH=str(Path.cwd()))
-    quiet = subprocess.DEVNULL
-    process = subprocess.Popen(command, env=env, cwd=place, stdout=quiet, stderr=quiet)
+def measure_command(command: Sequence[str], folder: Path) -> ResourceUsage:
+    """Run a command and measure it; raise RuntimeError if it fails."""
+    env = clean_environment(folder, PYTHONPATH=str(Path.cwd()))
+    devnull = subprocess.DEVNULL
+    process = subprocess.Popen(command, env=env, cwd=folder, stdout=devnull, stderr=devnull)
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     if process.returncode:
         raise RuntimeError(f"{command} ended with {process.returncode}")
-    return Spent(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
+    return ResourceUsage(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
 
 def report(runs: int) -> None:
-    """Prints what a turn costs, as a multiple of the floor too, and the most memory."""
-    found: dict[tuple[str, int], list[Spent]] = {}
+    """Print the time per turn, its ratio to the baseline, and the peak memory."""
+    usages: dict[tuple[str, int], list[ResourceUsage]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
-        for turns in (FEW, MANY):
-            game = (*DMPLAY, *GAME, "--turns", str(turns), "--quiet", "-o", f"{turns}.dmt")
-            spent(game, place)
+        folder_path = Path(folder)
+        for turns in (SHORT_TURNS, LONG_TURNS):
+            game = (
+                *DMPLAY,
+                *GAME_ARGUMENTS,
+                "--turns",
+                str(turns),
+                "--quiet",
+                "-o",
+                f"{turns}.dmt",
+            )
+            measure_command(game, folder_path)
         for _ in range(runs):
-            for turns in (FEW, MANY):
-                for name, command in _ways(turns).items():
-                    found.setdefault((name, turns), []).append(spent(command, place))
-    print(f"long games, medians of {runs} runs: us a turn, x the floor, MB for {MANY} turns")
-    floor = None
-    for name in _ways(MANY):
-        few, many = (median(one.seconds for one in found[name, turns]) for turns in (FEW, MANY))
-        cost = (many - few) / (MANY - FEW) * 1e6
-        floor = floor or cost
-        memory = max(one.memory for one in found[name, MANY])
-        print(f"  {name:<24}{cost:8.1f} {cost / floor:7.1f} {memory:7.0f}")
+            for turns in (SHORT_TURNS, LONG_TURNS):
+                for name, command in _list_commands(turns).items():
+                    usages.setdefault((name, turns), []).append(
+                        measure_command(command, folder_path)
+                    )
+    print(f"long games, medians of {runs} runs: us a turn, x the floor, MB for {LONG_TURNS} turns")
+    baseline = None
+    for name in _list_commands(LONG_TURNS):
+        short_seconds, long_seconds = (
+            median(usage.seconds for usage in usages[name, turns])
+            for turns in (SHORT_TURNS, LONG_TURNS)
+        )
+        cost = (long_seconds - short_seconds) / (LONG_TURNS - SHORT_TURNS) * 1e6
+        baseline = baseline or cost
+        memory = max(usage.memory for usage in usages[name, LONG_TURNS])
+        print(f"  {name:<24}{cost:8.1f} {cost / baseline:7.1f} {memory:7.0f}")

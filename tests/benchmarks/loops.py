@@ -1,4 +1,4 @@
-"""What a turn costs in the loops of other libraries, beside the rules and draws alone."""
+"""Measure the cost per turn in the loops of other libraries, and of bare steps with uniforms."""
 
 from collections.abc import Callable
 from statistics import median
@@ -11,29 +11,29 @@ from dmplay.dice import make_generator
 from dmplay.gym import Env, VectorEnv
 from dmplay.zoo import ParallelEnv
 
-ROWS, TURNS = 256, 500
+ROW_COUNT, TURNS_PER_RUN = 256, 500
 PROBLEMS = ("hexworld", "cart-pole", "predator-prey")
 
-Turn = Callable[[], object]
+PlayTurn = Callable[[], object]
 
 
-def _bare(name: str, rows: int) -> Turn:
-    """The rules and the draws alone."""
+def _make_bare_step(name: str, rows: int) -> PlayTurn:
+    """Return a function that draws uniforms and steps the problem, and does nothing else."""
     problem = dmplay.load_problem(name)
-    draw = make_generator(1).random
-    s = problem.sample_initial_states(draw((rows, problem.uniform_counts.start)))
+    random = make_generator(1).random
+    s = problem.sample_initial_states(random((rows, problem.uniform_counts.start)))
     a = np.zeros((rows, len(problem.agents)), np.int64)
-    return lambda: problem.step(s, a, draw((rows, problem.uniform_counts.step)))
+    return lambda: problem.step(s, a, random((rows, problem.uniform_counts.step)))
 
 
-def _rows(name: str, dice: str) -> Turn:
-    rows = VectorEnv(name, ROWS, uniforms=dice)
-    rows.reset(seed=1)
-    actions = rows.action_space.sample()
-    return lambda: rows.step(actions)
+def _make_vector_env_step(name: str, dice: str) -> PlayTurn:
+    env = VectorEnv(name, ROW_COUNT, uniforms=dice)
+    env.reset(seed=1)
+    actions = env.action_space.sample()
+    return lambda: env.step(actions)
 
 
-def _one(name: str) -> Turn:
+def _make_env_step(name: str) -> PlayTurn:
     env = Env(name)
     env.reset(seed=1)
 
@@ -45,7 +45,7 @@ def _one(name: str) -> Turn:
     return turn
 
 
-def _together(name: str) -> Turn:
+def _make_parallel_env_step(name: str) -> PlayTurn:
     env = ParallelEnv(name)
     env.reset(seed=1)
 
@@ -58,25 +58,31 @@ def _together(name: str) -> Turn:
 
 
 def report(runs: int) -> None:
-    """Prints turns a second, in millions, and how many times as long as a bare step one takes."""
+    """Print millions of turns per second, and the time per turn as a multiple of a bare step."""
     print(f"loops of other libraries, medians of {runs} runs: million turns a second, times a step")
     for name in PROBLEMS:
-        many = {
-            "step": _bare(name, ROWS),
-            "VectorEnv, fast dice": _rows(name, "fast"),
-            "VectorEnv, recorded": _rows(name, "recorded"),
+        batch_loops = {
+            "step": _make_bare_step(name, ROW_COUNT),
+            "VectorEnv, fast dice": _make_vector_env_step(name, "fast"),
+            "VectorEnv, recorded": _make_vector_env_step(name, "recorded"),
         }
-        one = {"step": _bare(name, 1), "Env": _one(name), "ParallelEnv": _together(name)}
-        for rows, ways in ((ROWS, many), (1, one)):
-            found: dict[str, list[float]] = {way: [] for way in ways}
+        single_loops = {
+            "step": _make_bare_step(name, 1),
+            "Env": _make_env_step(name),
+            "ParallelEnv": _make_parallel_env_step(name),
+        }
+        for rows, loops in ((ROW_COUNT, batch_loops), (1, single_loops)):
+            rates_by_loop: dict[str, list[float]] = {loop_name: [] for loop_name in loops}
             for _ in range(runs):
-                for way, turn in ways.items():
-                    begun = perf_counter()
-                    for _ in range(TURNS):
+                for loop_name, turn in loops.items():
+                    start_time = perf_counter()
+                    for _ in range(TURNS_PER_RUN):
                         turn()
-                    found[way].append(TURNS * rows / (perf_counter() - begun) / 1e6)
-            bare = median(found["step"])
-            for way, rates in found.items():
+                    rates_by_loop[loop_name].append(
+                        TURNS_PER_RUN * rows / (perf_counter() - start_time) / 1e6
+                    )
+            bare = median(rates_by_loop["step"])
+            for loop_name, rates in rates_by_loop.items():
                 rate = median(rates)
-                told = f"{way}, {rows} row{'s' * (rows > 1)}"
-                print(f"  {name:<15}{told:<32}{rate:8.4f} {bare / rate:7.1f}")
+                label = f"{loop_name}, {rows} row{'s' * (rows > 1)}"
+                print(f"  {name:<15}{label:<32}{rate:8.4f} {bare / rate:7.1f}")

@@ -1,11 +1,11 @@
-"""What whole games cost beside their steps, of the agents that go by what they see alone.
+"""Measure the cost of rollouts beyond their steps, for agents that use only their last observation.
 
-Three floors, all of the same turns: the same states and joint actions in batches as large.
-Bare steps are those with nature's dice, of games that are over too, and the legal mask, where
-there is one. Random steps have besides the opening of each game, whether it is over and an action
-drawn for each seat, as `benchmark_step` of Gymnasium and the speed benchmark of pgx time a step.
-With agents, their own dice and thoughts stand for the drawn actions. What remains goes into looking
-after it all.
+There are three baselines, with the same turns: the same states and joint actions in batches of the
+same size. Bare steps have uniforms for nature, also in games that are over, and the legal actions
+mask if there is one. Random steps add the start of each game, the check for terminal states and a
+random action for each seat, as `benchmark_step` of Gymnasium and the speed benchmark of pgx time a
+step. With agents, their uniforms and choices replace the random actions. The remaining time is the
+overhead of the rollout.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -28,23 +28,24 @@ from dmplay.policies.game_2048 import Corner, Expectimax
 from dmplay.policies.kinds import ReactivePolicy, RepeatedGameRule
 from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
 
-GAMES, TURNS, SEED = 10_000, 50, 1
-KINDS = (
+EPISODES, TURNS, SEED = 10_000, 50, 1
+MEASURED_POLICY_TYPES = (
     ReactivePolicy,
     RepeatedGameRule,
     Corner,
-)  # who remembers what it saw last, or what it is about to do
-OTHERS = (Expectimax, FictitiousPlay, GradientAscent)  # think for long, or of all rounds
+)  # policies that remember only their last observation or their next action
+# policies that compute for long or remember all rounds
+EXCLUDED_POLICY_TYPES = (Expectimax, FictitiousPlay, GradientAscent)
 
-Work = Callable[[], object]
+Task = Callable[[], object]
 
 
 @dataclass
-class Noting:
-    """An agent whose every thought is noted, to be thought again."""
+class RecordingPolicy:
+    """A policy that records its calls, so that they can be repeated."""
 
     policy: Policy
-    thoughts: list[Work] = field(default_factory=list)
+    thoughts: list[Task] = field(default_factory=list)
 
     @property
     def uniform_count(self) -> int:
@@ -67,57 +68,71 @@ class Noting:
 
 
 def report(runs: int) -> None:
-    """Prints a line an agent: nanoseconds a turn of a game, and how many times each floor."""
-    print(f"\n{GAMES} games of {TURNS} turns, medians of {runs} runs: nanoseconds a turn of a game")
+    """Print a line per agent: nanoseconds per turn, and the ratio to each baseline."""
+    print(
+        f"\n{EPISODES} games of {TURNS} turns, medians of {runs} runs: nanoseconds a turn of a game"
+    )
     print(f"{'':<44} whole  bare steps   times  random steps   times  with agents   times")
     for name in problem_names():
         problem = dmplay.load_problem(name)
-        for agent, policies in _teams(problem):
-            whole, bare, drawn, needed = _costs(problem, policies, runs)
-            floors = (bare, 12), (bare + drawn, 14), (bare + needed, 13)
-            told = "".join(f"{floor:{wide}.1f}{whole / floor:8.2f}" for floor, wide in floors)
-            print(f"{name + ' ' + agent:<44}{whole:6.1f}{told}", flush=True)
+        for agent, policies in _iter_teams(problem):
+            whole, bare, random_part, agent_part = _measure_costs(problem, policies, runs)
+            baselines = (bare, 12), (bare + random_part, 14), (bare + agent_part, 13)
+            columns = "".join(
+                f"{baseline:{width}.1f}{whole / baseline:8.2f}" for baseline, width in baselines
+            )
+            print(f"{name + ' ' + agent:<44}{whole:6.1f}{columns}", flush=True)
 
 
-def _teams(problem: Problem) -> Iterator[tuple[str, list[Policy]]]:
-    """Each agent in all seats, or in those that it can play beside random ones."""
+def _iter_teams(problem: Problem) -> Iterator[tuple[str, list[Policy]]]:
+    """Yield each agent in all seats; seats it cannot play have random agents."""
     seats = range(len(problem.agents))
-    for name, make in load_roster(problem, 0).agents.items():
-        if issubclass(make, KINDS) and not issubclass(make, OTHERS):
-            able = [
+    for name, policy_type in load_roster(problem, 0).agents.items():
+        if issubclass(policy_type, MEASURED_POLICY_TYPES) and not issubclass(
+            policy_type, EXCLUDED_POLICY_TYPES
+        ):
+            agent_names = [
                 name if name in load_roster(problem, seat).agents else "random" for seat in seats
             ]
             try:
-                yield name, [dmplay.load_agent(problem, seat, one) for seat, one in enumerate(able)]
+                yield (
+                    name,
+                    [
+                        dmplay.load_agent(problem, seat, agent_name)
+                        for seat, agent_name in enumerate(agent_names)
+                    ],
+                )
             except BadPolicy:
                 continue
 
 
-def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> list[float]:
-    """What a turn takes in a rollout, as a bare step, and more as a random one or with agents."""
+def _measure_costs(problem: Problem, policies: Sequence[Policy], runs: int) -> list[float]:
+    """Return the nanoseconds per turn of a rollout, a bare step, the random part and the agents'
+    part.
+    """
     turns = list[tuple[Array, Array]]()
 
     def note(s: Array, a: Array, outcome: Outcome) -> Reals:
         turns.append((s, a))
         return np.zeros_like(outcome.rewards)
 
-    noting = [Noting(policy) for policy in policies]
+    recorders = [RecordingPolicy(policy) for policy in policies]
     rollout_entrants(
-        problem, [noting], RolloutSpec(range(GAMES), TURNS, SEED, control_variate=note)
+        problem, [recorders], RolloutSpec(range(EPISODES), TURNS, SEED, control_variate=note)
     )
 
     def bare() -> None:
         for turn, (s, a) in enumerate(turns, 1):
             problem.legal_actions_mask(s)
             u = generate_uniforms(
-                SEED, NATURE_STREAM, turn, rows=GAMES, count=problem.uniform_counts.step
+                SEED, NATURE_STREAM, turn, rows=EPISODES, count=problem.uniform_counts.step
             )
             problem.step(s, a, u[: len(s)])
 
     def begun() -> None:
         problem.sample_initial_states(
             generate_uniforms(
-                SEED, NATURE_STREAM, 0, rows=GAMES, count=problem.uniform_counts.start
+                SEED, NATURE_STREAM, 0, rows=EPISODES, count=problem.uniform_counts.start
             )
         )
         for s, _ in turns:
@@ -127,29 +142,31 @@ def _costs(problem: Problem, policies: Sequence[Policy], runs: int) -> list[floa
         begun()
         for turn, (s, _) in enumerate(turns, 1):
             legal = problem.legal_actions_mask(s)
-            for seat, known in enumerate(problem.actions):
+            for seat, actions in enumerate(problem.actions):
                 u = generate_uniforms(SEED, 1 + seat, turn, rows=len(s), count=1)
-                known.sample_actions(u[:, 0], None if legal is None else legal[:, seat])
+                actions.sample_actions(u[:, 0], None if legal is None else legal[:, seat])
 
     def needed() -> None:
         begun()
         for turn in range(1, len(turns) + 1):
             for seat, policy in enumerate(policies):
-                generate_uniforms(SEED, 1 + seat, turn, rows=GAMES, count=policy.uniform_count)
-        for one in noting:
-            for thought in one.thoughts:
-                thought()
+                generate_uniforms(SEED, 1 + seat, turn, rows=EPISODES, count=policy.uniform_count)
+        for recorder in recorders:
+            for call in recorder.thoughts:
+                call()
 
     def whole() -> None:
-        rollout(problem, policies, episodes=GAMES, turn_limit=TURNS, seed=SEED)
+        rollout(problem, policies, episodes=EPISODES, turn_limit=TURNS, seed=SEED)
 
-    played = sum(len(s) for s, _ in turns)
-    spent = [[_seconds(work) for work in (whole, bare, drawn, needed)] for _ in range(runs)]
-    return [median(each) / played * 1e9 for each in zip(*spent, strict=True)]
+    turn_count = sum(len(s) for s, _ in turns)
+    samples = [
+        [_measure_seconds(work) for work in (whole, bare, drawn, needed)] for _ in range(runs)
+    ]
+    return [median(durations) / turn_count * 1e9 for durations in zip(*samples, strict=True)]
 
 
-def _seconds(work: Work) -> float:
-    """The seconds of the processor that something takes."""
-    since = thread_time()
-    work()
-    return thread_time() - since
+def _measure_seconds(task: Task) -> float:
+    """Return the processor seconds of a task."""
+    start_time = thread_time()
+    task()
+    return thread_time() - start_time

@@ -1,4 +1,4 @@
-"""How many games a tree search simulates in a second, of each of the fifteen problems."""
+"""Measure the simulations per second of the tree search, for each of the fifteen problems."""
 
 from functools import partial
 from statistics import median
@@ -11,40 +11,50 @@ from dmplay.core import Memory
 from dmplay.finding.names import problem_names
 from dmplay.policies.search import TreeSearch
 
-EACH = (400, 1000)  # simulations of a choice
-ROWS = (1, 100)  # games side by side
+SIMULATION_COUNTS = (400, 1000)  # simulations per choice
+ROW_COUNTS = (1, 100)  # number of games in a batch
 
 
 def report(runs: int) -> None:
-    """Prints a line a problem: at a table, and where many games are played at once."""
-    print(f"\n{'simulations a second':<28}", *(f"{n} in {rows:>3}" for n, rows in _kinds()))
+    """Print a line for each problem: rates in single games, and in a batch of games."""
+    print(
+        f"\n{'simulations a second':<28}",
+        *(f"{count} in {rows:>3}" for count, rows in _list_settings()),
+    )
     for name in problem_names():
-        found = (f"{_speed(name, each, rows, runs):>11,.0f}" for each, rows in _kinds())
-        print(f"{name:<28}", *found, flush=True)
+        rates = (
+            f"{_measure_simulation_rate(name, simulations, rows, runs):>11,.0f}"
+            for simulations, rows in _list_settings()
+        )
+        print(f"{name:<28}", *rates, flush=True)
 
 
-def _kinds() -> list[tuple[int, int]]:
-    return [(each, ROWS[0]) for each in EACH] + [(EACH[0], ROWS[1])]
+def _list_settings() -> list[tuple[int, int]]:
+    return [(simulations, ROW_COUNTS[0]) for simulations in SIMULATION_COUNTS] + [
+        (SIMULATION_COUNTS[0], ROW_COUNTS[1])
+    ]
 
 
-def _speed(name: str, each: int, rows: int, runs: int) -> float:
-    """Simulations a second of processor time in the first choice of some games."""
+def _measure_simulation_rate(name: str, simulations: int, rows: int, runs: int) -> float:
+    """Return the simulations per processor second in the first choice of a batch of games."""
     problem = dmplay.load_problem(name)
-    search = dmplay.load_agent(problem, 0, f"search:simulations={each}")
+    search = dmplay.load_agent(problem, 0, f"search:simulations={simulations}")
     assert isinstance(search, TreeSearch)
-    luck = np.random.default_rng(1)
-    s = problem.sample_initial_states(luck.random((rows, problem.uniform_counts.start)))
+    rng = np.random.default_rng(1)
+    s = problem.sample_initial_states(rng.random((rows, problem.uniform_counts.start)))
     legal, memory = (
         problem.legal_actions_mask(s),
         search.initial_memory(problem.initial_observation(s, 0)),
     )
-    choose = partial(_seconds, search, memory, None if legal is None else legal[:, 0])
-    choose(luck.random((rows, 1)))  # what is found once
-    return each * rows / median(choose(luck.random((rows, 1))) for _ in range(runs))
+    choose = partial(_time_choice, search, memory, None if legal is None else legal[:, 0])
+    choose(rng.random((rows, 1)))  # warm up: some results are cached
+    return simulations * rows / median(choose(rng.random((rows, 1))) for _ in range(runs))
 
 
-def _seconds(search: TreeSearch, memory: Memory, legal: np.ndarray | None, u: np.ndarray) -> float:
-    """The seconds that a choice takes."""
-    since = process_time()
+def _time_choice(
+    search: TreeSearch, memory: Memory, legal: np.ndarray | None, u: np.ndarray
+) -> float:
+    """Return the processor seconds of a choice."""
+    start_time = process_time()
     search.choose(memory, legal, u)
-    return process_time() - since
+    return process_time() - start_time

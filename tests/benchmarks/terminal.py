@@ -1,4 +1,4 @@
-"""A program in a bare pseudo-terminal, timed: no emulator between the clock and the bytes."""
+"""Time a program in a pseudo-terminal directly, without a terminal emulator."""
 
 import os
 import pty
@@ -14,12 +14,12 @@ from pathlib import Path
 from tests.support.terminals import clean_environment
 
 DMPLAY = (sys.executable, "-m", "dmplay")
-QUIET = 0.02  # seconds without output that end a frame
-PATIENCE = 30.0
+FRAME_END_SECONDS = 0.02  # duration without output that ends a frame
+TIMEOUT_SECONDS = 30.0
 
 
 class Program:
-    """A program whose output is read as it comes."""
+    """A program in a pseudo-terminal whose output is read while it runs."""
 
     def __init__(self, command: Sequence[str], size: tuple[int, int] = (24, 80)) -> None:
         self._folder = tempfile.TemporaryDirectory()
@@ -34,50 +34,52 @@ class Program:
         self.seen = b""
 
     def read(self, seconds: float) -> bytes:
-        """What comes within this time."""
+        """Return the output that arrives within this time."""
         if not select.select([self.main], [], [], seconds)[0]:
             return b""
         try:
-            found = os.read(self.main, 1 << 16)
+            data = os.read(self.main, 1 << 16)
         except OSError:  # the program is gone
             return b""
-        self.seen += found
-        return found
+        self.seen += data
+        return data
 
     def until(self, sign: bytes) -> float:
-        """Waits for a sign in the output; the seconds since the start."""
+        """Wait for this text in the output; return the seconds since the start."""
         while sign not in self.seen:
-            spent = time.perf_counter() - self.began
-            if not self.read(PATIENCE - spent):
+            elapsed = time.perf_counter() - self.began
+            if not self.read(TIMEOUT_SECONDS - elapsed):
                 raise RuntimeError(f"never saw {sign!r}: {self.seen[-500:]!r}")
         return time.perf_counter() - self.began
 
     def settle(self) -> None:
-        """Reads until nothing more comes."""
+        """Read until no more output arrives."""
         while self.read(0.3):
             pass
 
     def press(self, key: bytes) -> tuple[float, int]:
-        """The seconds from a key to the last byte of its frame, and how many bytes came."""
-        began = done = time.perf_counter()
+        """Press a key; return the seconds until the last byte of its frame, and the number of
+        bytes.
+        """
+        start_time = end_time = time.perf_counter()
         os.write(self.main, key)
-        count, patience = 0, 2.0
-        while found := self.read(patience):
-            done, patience = time.perf_counter(), QUIET
-            count += len(found)
-        return done - began, count
+        count, timeout = 0, 2.0
+        while data := self.read(timeout):
+            end_time, timeout = time.perf_counter(), FRAME_END_SECONDS
+            count += len(data)
+        return end_time - start_time, count
 
     def close(self) -> float:
-        """Ends the program; the seconds of processor that it took."""
+        """End the program; return its processor seconds."""
         self.process.kill()
-        spent = processor(self.process)
+        processor_seconds = wait_for_exit(self.process)
         os.close(self.main)
         self._folder.cleanup()
-        return spent
+        return processor_seconds
 
 
-def processor(process: "subprocess.Popen[bytes]") -> float:
-    """Waits for the end of a program; the seconds of processor that it took."""
+def wait_for_exit(process: "subprocess.Popen[bytes]") -> float:
+    """Wait until a program exits; return its processor seconds."""
     _, status, usage = os.wait4(process.pid, 0)
     process.returncode = os.waitstatus_to_exitcode(status)
     return usage.ru_utime + usage.ru_stime

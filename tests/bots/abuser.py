@@ -1,4 +1,6 @@
-"""A program that does not keep the protocol: `abuser.py KIND FILE`, its number in the file."""
+"""A program that violates the protocol: `abuser.py KIND FILE`; it writes its process id to the
+file.
+"""
 
 import json
 import os
@@ -10,69 +12,69 @@ from collections.abc import Callable
 ACTION = "50"
 
 
-def say(**facts: object) -> None:
-    print(json.dumps(facts), flush=True)
+def send_message(**fields: object) -> None:
+    print(json.dumps(fields), flush=True)
 
 
-def answer(**more: object) -> None:
-    """Answers the next question; hears `turn` too, and does not mind."""
-    said = {"type": ""}
-    while said["type"] != "act":
-        said = json.loads(sys.stdin.readline())
-    say(**{"type": "act", "id": said["id"], "action": ACTION, **more})
+def answer_request(**changes: object) -> None:
+    """Answer the next request; ignore `turn` messages."""
+    message = {"type": ""}
+    while message["type"] != "act":
+        message = json.loads(sys.stdin.readline())
+    send_message(**{"type": "act", "id": message["id"], "action": ACTION, **changes})
 
 
-def fork() -> None:
+def fork_and_exit() -> None:
     if os.fork():
         os._exit(0)
     time.sleep(60)
 
 
-def late() -> None:
+def answer_late() -> None:
     sys.stdin.readline()
     time.sleep(0.25)
-    answer()
+    answer_request()
 
 
-def garbled() -> None:
+def send_invalid_json() -> None:
     print("ne", flush=True)
     time.sleep(60)
 
 
-def ahead() -> None:
+def send_answers_without_reading() -> None:
     for number in range(1, 1000):
-        say(type="act", id=number, action=ACTION)
+        send_message(type="act", id=number, action=ACTION)
     time.sleep(60)
 
 
-def ever(text: str) -> None:
+def write_forever(text: str) -> None:
     while True:
         sys.stdout.write(text)
 
 
-def ended(code: int) -> None:
-    answer()
+def write_error_and_exit(code: int) -> None:
+    answer_request()
     print("no more\x1b[2J of\nthis", file=sys.stderr)
     sys.exit(code)
 
 
 ABUSES: dict[str, Callable[[], object]] = {
     "silent": lambda: time.sleep(60),
-    "deaf": ahead,
+    "deaf": send_answers_without_reading,
     "dead": lambda: os.kill(os.getpid(), signal.SIGKILL),
-    "late": late,
-    "garbled": garbled,
-    "illegal": lambda: answer(action="101"),
-    "flooding": lambda: ever('{"type": "chatter"}\n'),
-    "forking": fork,
-    "endless line": lambda: ever("x" * 1000),
-    "wrong id": lambda: answer(id=77),
+    "late": answer_late,
+    "garbled": send_invalid_json,
+    "illegal": lambda: answer_request(action="101"),
+    "flooding": lambda: write_forever('{"type": "chatter"}\n'),
+    "forking": fork_and_exit,
+    "endless line": lambda: write_forever("x" * 1000),
+    "wrong id": lambda: answer_request(id=77),
     "wrong version": lambda: None,
-    "exits early": lambda: ended(3),
+    "exits early": lambda: write_error_and_exit(3),
 }
 
 if __name__ == "__main__":
     with open(sys.argv[2], "w", encoding="utf-8") as file:
         print(os.getpid(), file=file)
-    say(type="hello", protocol=2 if sys.argv[1] == "wrong version" else 1)
+    send_message(type="hello", protocol=2 if sys.argv[1] == "wrong version" else 1)
     ABUSES[sys.argv[1]]()

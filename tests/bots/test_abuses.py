@@ -1,4 +1,4 @@
-"""A program that does not keep the protocol loses its game, and nothing else."""
+"""Tests that a program that violates the protocol forfeits its game and does no other harm."""
 
 import contextlib
 import shlex
@@ -12,12 +12,12 @@ from dmplay.game.game import Game
 from dmplay.game.request import GameRequest
 from dmplay.game.start import start_new_game
 from tests.bots import abuser
-from tests.support.games import values, verified
+from tests.support.games import assert_verified, read_values
 
 pytestmark = pytest.mark.slow
-PATIENCE = 10_000  # looks
+MAX_POLLS = 10_000  # number of polls
 COMMAND = f"bot:clock=0.2,{shlex.quote(sys.executable)} -S -E {abuser.__file__}"
-TOLD = {
+EXPECTED_MESSAGES = {
     "silent": "silent: did not answer in 0.2 s",
     "deaf": "deaf: did not read what it was told in 0.2 s",
     "dead": "dead: was ended by SIGKILL",
@@ -33,51 +33,53 @@ TOLD = {
 }
 
 
-def played(kind: str, folder: Path) -> Game:
-    """A game in which this comes to pass."""
+def play_abuse(kind: str, folder: Path) -> Game:
+    """Play a game against a program that misbehaves in this way."""
     agent, record = f"{COMMAND} {kind!r} {folder / 'number'}", folder / f"{kind}.dmt"
-    wanted = GameRequest("travelers-dilemma", seed=7, turns=1000, agent=agent, record_path=record)
-    game = start_new_game(wanted)
+    request = GameRequest("travelers-dilemma", seed=7, turns=1000, agent=agent, record_path=record)
+    game = start_new_game(request)
     while game.play_agent_turn():
         pass
     game.finish()
     return game
 
 
-def left(folder: Path) -> list[str]:
-    """The processes that live on in the group of a program."""
+def list_live_processes(folder: Path) -> list[str]:
+    """Return the states of the live processes in the process group of a program."""
     group = (folder / "number").read_text().strip()
-    found = []
+    states = []
     for path in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):  # it ended meanwhile
-            state, _, its, *_ = path.read_text().rpartition(")")[2].split()
-            found += [state] if its == group and state != "Z" else []
-    return found
+        with contextlib.suppress(OSError):  # the process ended in the meantime
+            state, _, process_group, *_ = path.read_text().rpartition(")")[2].split()
+            states += [state] if process_group == group and state != "Z" else []
+    return states
 
 
 @pytest.fixture(autouse=True)
-def _state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _state_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
 
 
 @pytest.mark.parametrize("kind", abuser.ABUSES)
-def test_an_abuse_is_a_forfeit_in_a_line_and_nothing_is_left_of_it(
+def test_an_abuse_is_a_forfeit_with_one_line_and_leaves_no_process(
     kind: str, tmp_path: Path
 ) -> None:
-    game = played(kind, tmp_path)
+    game = play_abuse(kind, tmp_path)
     path = tmp_path / f"{kind}.dmt"
-    assert game.narrator.forfeit_reason == f"agent1 forfeits, {TOLD[kind]}"
+    assert game.narrator.forfeit_reason == f"agent1 forfeits, {EXPECTED_MESSAGES[kind]}"
     assert game.narrator.describe_result().startswith("forfeit after ")
-    assert '"reason": "forfeit"' in values(path, "end")[0]
+    assert '"reason": "forfeit"' in read_values(path, "end")[0]
     assert path.read_text().endswith(f"\n# {game.narrator.forfeit_reason}\n")
-    verified(path)
-    tries = 0
-    while left(tmp_path) and tries < PATIENCE:  # what is killed takes a moment to be gone
-        tries += 1
+    assert_verified(path)
+    poll_count = 0
+    while (
+        list_live_processes(tmp_path) and poll_count < MAX_POLLS
+    ):  # killed processes disappear late
+        poll_count += 1
         time.sleep(0.001)
-    assert left(tmp_path) == []
+    assert list_live_processes(tmp_path) == []
 
 
-def test_what_a_program_says_on_its_standard_error_is_kept(tmp_path: Path) -> None:
-    (log,) = played("exits early", tmp_path).log_paths
+def test_the_standard_error_of_a_program_is_logged(tmp_path: Path) -> None:
+    (log,) = play_abuse("exits early", tmp_path).log_paths
     assert log.read_text() == "no more\x1b[2J of\nthis\n"

@@ -1,4 +1,4 @@
-"""Settings: flag over variable over the project's file over the user's over the default."""
+"""Tests of settings: a flag wins over a variable, a project file, a user file and the default."""
 
 import json
 import os
@@ -25,26 +25,27 @@ from dmplay.game.table import GameController
 from tests.support import programs
 
 GROUP: Any = root_command()
-EVERY = [
+COMMAND_OPTIONS = [
     (name, option)
     for name, command in GROUP.commands.items()
     for option in configurable_options(command)
 ]
-VALUES: Mapping[str, tuple[object, ...]] = {  # four apart from the default, by click's type
+# four values that differ from the default, by click's type
+VALUES_BY_TYPE: Mapping[str, tuple[object, ...]] = {
     "int": (3, 4, 5, 6),
     "float": (3.0, 4.0, 5.0, 6.0),
     "choice": (),
     "": ("a", "b", "c", "d"),
 }
-SET: Mapping[str, object] = {
+GENERAL_VALUES: Mapping[str, object] = {
     "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono",
     "motion": False, "input": False,
 }  # fmt: skip
 
 
 @pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A project folder, with the user's file in `home`."""
+def project_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A project folder, with the user's file in its subfolder `home`."""
     for name in [*os.environ]:
         if name.startswith("DMPLAY"):
             monkeypatch.delenv(name)
@@ -56,154 +57,173 @@ def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     config.load_config_files.cache_clear()
 
 
-def write(path: Path, text: str) -> None:
+def write_config_file(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
     config.load_config_files.cache_clear()
 
 
-def users(place: Path, text: str) -> None:
-    write(place / "home" / "dmplay" / "config.toml", text)
+def write_user_file(project_folder: Path, text: str) -> None:
+    write_config_file(project_folder / "home" / "dmplay" / "config.toml", text)
 
 
-def projects(place: Path, text: str) -> None:
-    write(place / "dmplay.toml", text)
+def write_project_file(project_folder: Path, text: str) -> None:
+    write_config_file(project_folder / "dmplay.toml", text)
 
 
-def context(*words: str) -> Any:
-    """The context of the program called with these words, its files read."""
-    return GROUP.make_context("dmplay", list(words), resilient_parsing=True)
+def make_context(*arguments: str) -> Any:
+    """Make the context of the program called with these arguments, after reading its files."""
+    return GROUP.make_context("dmplay", list(arguments), resilient_parsing=True)
 
 
-def found(name: str, option: str, *flags: str) -> tuple[object, str]:
-    """The value of an option as its command takes it, and where it came from."""
-    return every(name, *flags)[option]
+def read_option(name: str, option: str, *flags: str) -> tuple[object, str]:
+    """Return the value of an option as its command receives it, and the source of the value."""
+    return read_options(name, *flags)[option]
 
 
-def every(name: str, *flags: str) -> dict[str, tuple[object, str]]:
-    """The same of all options of a command."""
+def read_options(name: str, *flags: str) -> dict[str, tuple[object, str]]:
+    """Return the values and sources of all options of a command."""
     command = GROUP.commands[name]
     with (
-        context(name) as root,
-        command.make_context(name, [*flags], parent=root, resilient_parsing=True) as made,
+        make_context(name) as root,
+        command.make_context(
+            name, [*flags], parent=root, resilient_parsing=True
+        ) as command_context,
     ):
         return {
-            option: (made.params[one.name], made.get_parameter_source(one.name).name)
-            for option, one in configurable_options(command).items()
+            option: (
+                command_context.params[parameter.name],
+                command_context.get_parameter_source(parameter.name).name,
+            )
+            for option, parameter in configurable_options(command).items()
         }
 
 
-class Asked(NamedTuple):
-    """What an option is given by a flag, by a variable, by the project and by the user."""
+class OptionValues(NamedTuple):
+    """The values of an option in a flag, a variable, the project file and the user file."""
 
     one: Any
     values: Sequence[object]
 
-    def told(self, by: int) -> object:
-        """One of them as a file has it and a command takes it."""
-        return (self.values[by],) if self.one.multiple else self.values[by]
+    def told(self, source_index: int) -> object:
+        """Return one of the values, as a file contains it and a command receives it."""
+        return (self.values[source_index],) if self.one.multiple else self.values[source_index]
 
     def variable(self, name: str) -> tuple[str, str]:
-        """The variable of a command's option, and what it holds."""
+        """Return the environment variable of a command's option, and its value."""
         value = str(int(not self.one.default) if self.one.is_bool_flag else self.values[1])
         return self.one.envvar or f"DMPLAY_{name.upper()}_{self.one.name.upper()}", value
 
     def flags(self, option: str) -> list[str]:
-        """What is typed."""
+        """Return the arguments that set the option."""
         if self.one.is_bool_flag:
             return [f"--no-{option}" if self.one.default else f"--{option}"]
         return [f"--{option}", str(self.values[0])]
 
 
-def four(one: Any, number: int) -> Asked:
-    """Four values that differ, and differ from those of the option before it."""
-    kind = next(kind for kind in VALUES if one.type.name.startswith(kind))
-    if one.is_bool_flag:
-        return Asked(one, [not one.default] * 4)
+def make_option_values(parameter: Any, option_index: int) -> OptionValues:
+    """Return four values that differ from each other, and from those of the option before."""
+    kind = next(kind for kind in VALUES_BY_TYPE if parameter.type.name.startswith(kind))
+    if parameter.is_bool_flag:
+        return OptionValues(parameter, [not parameter.default] * 4)
     if kind == "choice":
-        return Asked(one, [*one.type.choices, one.type.choices[0]])
-    first = number % 4
-    return Asked(one, [*VALUES[kind][first:], *VALUES[kind][:first]])
+        return OptionValues(parameter, [*parameter.type.choices, parameter.type.choices[0]])
+    first = option_index % 4
+    return OptionValues(parameter, [*VALUES_BY_TYPE[kind][first:], *VALUES_BY_TYPE[kind][:first]])
 
 
 @pytest.mark.parametrize("name", GROUP.commands)
 def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
-    name: str, place: Path, monkeypatch: pytest.MonkeyPatch
+    name: str, project_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    known = configurable_options(GROUP.commands[name])
-    asked = {option: four(one, number) for number, (option, one) in enumerate(known.items())}
+    parameters = configurable_options(GROUP.commands[name])
+    values_by_option = {
+        option: make_option_values(entry, number)
+        for number, (option, entry) in enumerate(parameters.items())
+    }
 
-    def file(options: Iterable[str], by: int) -> str:
-        rows = (f"{option} = {json.dumps(asked[option].told(by))}\n" for option in options)
+    def file(options: Iterable[str], source_index: int) -> str:
+        rows = (
+            f"{option} = {json.dumps(values_by_option[option].told(source_index))}\n"
+            for option in options
+        )
         return f"[{name}]\n{''.join(rows)}"
 
-    def come(options: Iterable[str], by: int, source: str) -> dict[str, tuple[object, str]]:
-        return {option: (asked[option].told(by), source) for option in options}
+    def come(
+        options: Iterable[str], source_index: int, source: str
+    ) -> dict[str, tuple[object, str]]:
+        return {option: (values_by_option[option].told(source_index), source) for option in options}
 
-    assert {source for _, source in every(name).values()} <= {"DEFAULT"}
-    users(place, file(asked, 3))
-    assert every(name) == come(asked, 3, "DEFAULT_MAP")
-    for option in asked.keys() - PROJECT_FILE_OPTIONS:
-        projects(place, file([option], 2))
+    assert {source for _, source in read_options(name).values()} <= {"DEFAULT"}
+    write_user_file(project_folder, file(values_by_option, 3))
+    assert read_options(name) == come(values_by_option, 3, "DEFAULT_MAP")
+    for option in values_by_option.keys() - PROJECT_FILE_OPTIONS:
+        write_project_file(project_folder, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
             config_defaults(GROUP.commands)
-    free = asked.keys() & PROJECT_FILE_OPTIONS
-    projects(place, file(free, 2))
-    assert every(name) == come(asked, 3, "DEFAULT_MAP") | come(free, 2, "DEFAULT_MAP")
-    for one in asked.values():
-        monkeypatch.setenv(*one.variable(name))
-    assert every(name) == come(asked, 1, "ENVIRONMENT")
-    flags = [word for option, one in asked.items() for word in one.flags(option)]
-    assert every(name, *flags) == come(asked, 0, "COMMANDLINE")
+    project_options = values_by_option.keys() & PROJECT_FILE_OPTIONS
+    write_project_file(project_folder, file(project_options, 2))
+    assert read_options(name) == come(values_by_option, 3, "DEFAULT_MAP") | come(
+        project_options, 2, "DEFAULT_MAP"
+    )
+    for entry in values_by_option.values():
+        monkeypatch.setenv(*entry.variable(name))
+    assert read_options(name) == come(values_by_option, 1, "ENVIRONMENT")
+    flags = [word for option, entry in values_by_option.items() for word in entry.flags(option)]
+    assert read_options(name, *flags) == come(values_by_option, 0, "COMMANDLINE")
 
 
 @pytest.mark.parametrize("option", GENERAL_OPTIONS)
-def test_a_general_setting_reaches_every_command_that_has_it(option: str, place: Path) -> None:
-    value = SET.get(option, "never")
-    users(place, f"{option} = {json.dumps(value)}\n")
-    having = [
+def test_a_general_setting_reaches_every_command_that_has_it(
+    option: str, project_folder: Path
+) -> None:
+    value = GENERAL_VALUES.get(option, "never")
+    write_user_file(project_folder, f"{option} = {json.dumps(value)}\n")
+    command_names = [
         name for name, command in GROUP.commands.items() if option in configurable_options(command)
     ]
-    assert len(having) > 1
-    for name in having:
-        assert found(name, option) == (value, "DEFAULT_MAP")
+    assert len(command_names) > 1
+    for name in command_names:
+        assert read_option(name, option) == (value, "DEFAULT_MAP")
 
 
-def test_a_command_of_its_own_wins_in_a_file_and_a_project_over_both(place: Path) -> None:
-    users(place, 'color = "never"\n[play]\ncolor = "always"\n')
-    assert found("play", "color")[0] == "always"
-    assert found("replay", "color")[0] == "never"
-    projects(place, 'color = "auto"\n')
-    assert found("play", "color")[0] == "auto"
+def test_a_command_table_wins_in_a_file_and_a_project_file_wins_over_both(
+    project_folder: Path,
+) -> None:
+    write_user_file(project_folder, 'color = "never"\n[play]\ncolor = "always"\n')
+    assert read_option("play", "color")[0] == "always"
+    assert read_option("replay", "color")[0] == "never"
+    write_project_file(project_folder, 'color = "auto"\n')
+    assert read_option("play", "color")[0] == "auto"
 
 
-def test_what_a_file_switches_on_a_flag_switches_off(place: Path) -> None:
-    users(place, "plain = true\nascii = true\n")
-    assert found("play", "plain", "--no-plain") == (False, "COMMANDLINE")
-    assert found("play", "ascii", "--no-ascii") == (False, "COMMANDLINE")
+def test_a_flag_switches_off_a_setting_of_a_file(project_folder: Path) -> None:
+    write_user_file(project_folder, "plain = true\nascii = true\n")
+    assert read_option("play", "plain", "--no-plain") == (False, "COMMANDLINE")
+    assert read_option("play", "ascii", "--no-ascii") == (False, "COMMANDLINE")
 
 
 @pytest.mark.parametrize("name", ["DMPLAY_WIDTH", "DMPLAY_PLAY_TURNS"])
-def test_a_variable_that_is_wrong_is_named(name: str, place: Path) -> None:
-    done = run(place, "hexworld", **{name: "wide"})
-    assert done.returncode == 2
+def test_an_invalid_variable_is_named_in_the_error(name: str, project_folder: Path) -> None:
+    result = run(project_folder, "hexworld", **{name: "wide"})
+    assert result.returncode == 2
     option = f"--{name.rpartition('_')[2].lower()}"
-    told = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
-    assert done.stderr.startswith(told)
+    message = f"error: {name}: invalid value for '{option}': 'wide' is not a whole number; see"
+    assert result.stderr.startswith(message)
 
 
 def test_every_setting_is_shown_with_its_source(
-    place: Path, monkeypatch: pytest.MonkeyPatch
+    project_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    users(place, 'theme = "mono"\n[play]\nturns = 20\n')
-    projects(place, "[play]\nspeed = 9\n")
+    write_user_file(project_folder, 'theme = "mono"\n[play]\nturns = 20\n')
+    write_project_file(project_folder, "[play]\nspeed = 9\n")
     monkeypatch.setenv("DMPLAY_COLOR", "never")
     monkeypatch.setenv("DMPLAY_PLAY_AGENT", "random")
     rows = {
-        one.name: (one.value, one.source)
-        for one in iter_effective_settings(context("config", "show"))
+        setting.name: (setting.value, setting.source)
+        for setting in iter_effective_settings(make_context("config", "show"))
     }
-    assert {f"{name}.{option}" for name, option in EVERY} == set(rows)
-    assert rows["play.turns"] == (20, str(place / "home" / "dmplay" / "config.toml"))
+    assert {f"{name}.{option}" for name, option in COMMAND_OPTIONS} == set(rows)
+    assert rows["play.turns"] == (20, str(project_folder / "home" / "dmplay" / "config.toml"))
     assert rows["play.speed"] == (9.0, "dmplay.toml")
     assert rows["replay.speed"] == (2.0, "default")
     assert rows["shell.theme"][0] == "mono"
@@ -251,22 +271,26 @@ def test_every_setting_is_shown_with_its_source(
         ("[aliases]\nx = ' '", "config.toml: aliases.x: got ' ', expected a command"),
     ],
 )
-def test_a_wrong_file_is_one_clear_line(text: str, message: str, place: Path) -> None:
-    users(place, text) if message.startswith("config.toml") else projects(place, text)
+def test_an_invalid_file_is_reported_in_one_line(
+    text: str, message: str, project_folder: Path
+) -> None:
+    write_user_file(project_folder, text) if message.startswith(
+        "config.toml"
+    ) else write_project_file(project_folder, text)
     with pytest.raises(DmplayError) as error:
         config_defaults(GROUP.commands)
-    assert str(error.value).removeprefix(f"{place}/home/dmplay/").startswith(message)
+    assert str(error.value).removeprefix(f"{project_folder}/home/dmplay/").startswith(message)
     assert "\n" not in str(error.value)
 
 
-def test_a_file_that_is_not_text_is_one_clear_line(place: Path) -> None:
-    (place / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
+def test_a_file_that_is_not_text_is_reported_in_one_line(project_folder: Path) -> None:
+    (project_folder / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
     with pytest.raises(DmplayError, match=r"^dmplay.toml: not UTF-8$"):
         config.load_config_files()
 
 
-def refused(read: Callable[[], object]) -> bool:
-    """Whether a file is refused, which must be one line that names it."""
+def is_refused(read: Callable[[], object]) -> bool:
+    """Return whether a file is refused; check that the error is one line that names the file."""
     message = ""
     try:
         read()
@@ -277,141 +301,159 @@ def refused(read: Callable[[], object]) -> bool:
     return bool(message)
 
 
-# Latin, and what breaks lines, turns them round, is no character or takes four bytes: to draw from
-# all that there are, all would be sorted first.
+# Latin letters, and characters that break lines, reverse text, are unassigned or take four bytes.
+# The alphabet is small because Hypothesis would sort the characters of a larger one first.
 LETTERS = "".join(map(chr, range(0x250))) + "\u2028\u202e\u3000\ue000\ufeff\ufffe\U0001f600"
-WORDS = st.sampled_from(
+CONFIG_KEYS = st.sampled_from(
     ["play", "keys", "aliases", "color", "speed", "turns", "hex", "preset", "set", "seat", "x", ""]
 )
-VALUE = st.recursive(
+CONFIG_VALUES = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(LETTERS, max_size=4),
-    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(WORDS, inner, max_size=3),
+    lambda inner: st.lists(inner, max_size=3) | st.dictionaries(CONFIG_KEYS, inner, max_size=3),
     max_leaves=6,
 )
 
 
-def toml(value: Any) -> str:
-    """A value as TOML has it inline; None as nonsense."""
+def format_toml(value: Any) -> str:
+    """Format a value as inline TOML; None becomes invalid TOML."""
     if isinstance(value, dict):
-        return f"{{{', '.join(f'{json.dumps(key)} = {toml(v)}' for key, v in value.items())}}}"
+        return (
+            f"{{{', '.join(f'{json.dumps(key)} = {format_toml(v)}' for key, v in value.items())}}}"
+        )
     if isinstance(value, list):
-        return f"[{', '.join(map(toml, value))}]"
+        return f"[{', '.join(map(format_toml, value))}]"
     if isinstance(value, float):
         return repr(value)
     return json.dumps(value)
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=15)
-@given(told=st.dictionaries(WORDS, VALUE, max_size=4))
-def test_any_file_is_read_or_refused_in_one_line(told: dict[str, Any], place: Path) -> None:
-    projects(place, "\n".join(f"{json.dumps(key)} = {toml(v)}" for key, v in told.items()))
-    read: dict[str, dict[str, object]] = {}
-    if not refused(lambda: read.update(config_defaults(GROUP.commands))):
+@given(told=st.dictionaries(CONFIG_KEYS, CONFIG_VALUES, max_size=4))
+def test_any_file_is_read_or_refused_in_one_line(
+    told: dict[str, Any], project_folder: Path
+) -> None:
+    write_project_file(
+        project_folder,
+        "\n".join(f"{json.dumps(key)} = {format_toml(v)}" for key, v in told.items()),
+    )
+    settings_by_command: dict[str, dict[str, object]] = {}
+    if not is_refused(lambda: settings_by_command.update(config_defaults(GROUP.commands))):
         assert set(told) <= {*GENERAL_OPTIONS, "keys", "aliases", *GROUP.commands}
-        for name, values in read.items():
-            assert values.keys() <= {one.name for one in GROUP.commands[name].params}
+        for name, values in settings_by_command.items():
+            assert values.keys() <= {parameter.name for parameter in GROUP.commands[name].params}
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(text=st.text(LETTERS, max_size=60))
-def test_any_text_is_read_or_refused_in_one_line(text: str, place: Path) -> None:
-    projects(place, text)
-    refused(config.load_config_files)
+def test_any_text_is_read_or_refused_in_one_line(text: str, project_folder: Path) -> None:
+    write_project_file(project_folder, text)
+    is_refused(config.load_config_files)
 
 
 # The program
 
 
-def run(place: Path, *words: str, stdin: str = "", **env: str) -> CompletedProcess[str]:
-    return programs.run(place, *words, stdin=stdin, XDG_CONFIG_HOME=str(place / "home"), **env)
+def run(
+    project_folder: Path, *arguments: str, stdin: str = "", **env: str
+) -> CompletedProcess[str]:
+    return programs.run_dmplay(
+        project_folder, *arguments, stdin=stdin, XDG_CONFIG_HOME=str(project_folder / "home"), **env
+    )
 
 
-def test_aliases_are_commands_on_the_command_line_and_in_the_shell(place: Path) -> None:
-    users(place, '[aliases]\nhw = "play hexworld --seed 7"\neast = "act e; look"\n')
-    done = run(place, "hw", "--turns", "1", stdin="e\n")
-    assert "turn 1. at (8,2)." in done.stdout
-    done = run(place, stdin="hw --turns 3\neast\n")
-    assert done.returncode == 0
-    assert "turn 1. at (8,2)." in done.stdout
-    assert "at (8,2). E wall." in done.stdout
+def test_aliases_are_commands_on_the_command_line_and_in_the_shell(project_folder: Path) -> None:
+    write_user_file(
+        project_folder, '[aliases]\nhw = "play hexworld --seed 7"\neast = "act e; look"\n'
+    )
+    result = run(project_folder, "hw", "--turns", "1", stdin="e\n")
+    assert "turn 1. at (8,2)." in result.stdout
+    result = run(project_folder, stdin="hw --turns 3\neast\n")
+    assert result.returncode == 0
+    assert "turn 1. at (8,2)." in result.stdout
+    assert "at (8,2). E wall." in result.stdout
 
 
-def test_an_alias_does_not_hide_a_command_of_the_shell(place: Path) -> None:
-    users(place, '[aliases]\nundo = "list"\n')
-    done = run(place, "shell", "-e", "list")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr == "error: aliases.undo: undo is a command; give another name\n"
+def test_an_alias_does_not_hide_a_command_of_the_shell(project_folder: Path) -> None:
+    write_user_file(project_folder, '[aliases]\nundo = "list"\n')
+    result = run(project_folder, "shell", "-e", "list")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == "error: aliases.undo: undo is a command; give another name\n"
 
 
-def test_an_alias_leads_nowhere_but_once_and_an_action_wins_over_it(place: Path) -> None:
-    users(place, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
-    done = run(place, "hexworld", "--seed", "7", "--turns", "1", stdin="e\n")
-    assert "turn 1. at (8,2)." in done.stdout
-    done = run(place, "hexworld", "--seed", "7", stdin="twice\n")
-    assert done.returncode == 2
-    assert "error: line 1: unknown action 'twice'" in done.stderr
+def test_an_alias_is_expanded_only_once_and_an_action_wins_over_it(project_folder: Path) -> None:
+    write_user_file(project_folder, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
+    result = run(project_folder, "hexworld", "--seed", "7", "--turns", "1", stdin="e\n")
+    assert "turn 1. at (8,2)." in result.stdout
+    result = run(project_folder, "hexworld", "--seed", "7", stdin="twice\n")
+    assert result.returncode == 2
+    assert "error: line 1: unknown action 'twice'" in result.stderr
 
 
-def test_a_wrong_file_stops_the_program_but_not_the_command_that_finds_it(place: Path) -> None:
-    projects(place, 'colour = "never"\n')
-    done = run(place, "hexworld")
-    assert (done.returncode, done.stdout) == (2, "")
-    assert done.stderr.count("\n") == 1
-    shown = run(place, "config", "path")
-    assert shown.stdout == f"{place}/home/dmplay/config.toml\ndmplay.toml\n"
+def test_an_invalid_file_stops_the_program_but_not_config_path(project_folder: Path) -> None:
+    write_project_file(project_folder, 'colour = "never"\n')
+    result = run(project_folder, "hexworld")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.count("\n") == 1
+    path_result = run(project_folder, "config", "path")
+    assert path_result.stdout == f"{project_folder}/home/dmplay/config.toml\ndmplay.toml\n"
 
 
-def test_what_is_set_is_played(place: Path) -> None:
-    users(place, '[play]\nturns = 1\nset = ["slip=0"]\n[keys]\npreset = "left"\n')
-    done = run(place, "hexworld", "--seed", "7", stdin="keys\na\n")
-    assert "keys: e d, ne e, nw w, w a, sw z, se x." in done.stdout
-    assert "turn 1. at (6,2). chose W, moved W." in done.stdout
-    assert "over: turn limit after 1 turn." in done.stdout
-    shown = json.loads(run(place, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
-    told = {one["name"]: (one["value"], one["source"]) for one in shown}
-    assert told["play.ascii"] == (True, "DMPLAY_ASCII")
-    assert told["play.keys"] == ("left", f"{place}/home/dmplay/config.toml")
+def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
+    write_user_file(
+        project_folder, '[play]\nturns = 1\nset = ["slip=0"]\n[keys]\npreset = "left"\n'
+    )
+    result = run(project_folder, "hexworld", "--seed", "7", stdin="keys\na\n")
+    assert "keys: e d, ne e, nw w, w a, sw z, se x." in result.stdout
+    assert "turn 1. at (6,2). chose W, moved W." in result.stdout
+    assert "over: turn limit after 1 turn." in result.stdout
+    entries = json.loads(run(project_folder, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
+    value_and_source = {entry["name"]: (entry["value"], entry["source"]) for entry in entries}
+    assert value_and_source["play.ascii"] == (True, "DMPLAY_ASCII")
+    assert value_and_source["play.keys"] == ("left", f"{project_folder}/home/dmplay/config.toml")
 
 
-def test_a_parameter_that_a_file_sets_is_for_the_problems_that_have_it(place: Path) -> None:
-    users(place, '[play]\nset = ["slip=0", "cries_sated=0.2"]\n')
-    for words, fitting in (
+def test_a_parameter_in_a_file_applies_only_to_problems_that_have_it(project_folder: Path) -> None:
+    write_user_file(project_folder, '[play]\nset = ["slip=0", "cries_sated=0.2"]\n')
+    for arguments, expected in (
         (["hexworld"], ["slip=0"]),
         (["crying-baby"], ["cries_sated=0.2"]),
-        (["crying-baby", "--set", "slip=0"], ["slip=0"]),  # typed, so told that it is none
+        (["crying-baby", "--set", "slip=0"], ["slip=0"]),  # typed, so it is reported as unknown
         (["hexword"], ["slip=0", "cries_sated=0.2"]),
         (["2048"], []),
     ):
-        sitting = interpret_command(["play", *words])
-        assert isinstance(sitting, PlayCommand)
-        assert isinstance(sitting.request, GameRequest)
-        assert [*sitting.request.settings] == fitting
+        play_command = interpret_command(["play", *arguments])
+        assert isinstance(play_command, PlayCommand)
+        assert isinstance(play_command.request, GameRequest)
+        assert [*play_command.request.settings] == expected
 
 
-def test_no_reader_of_files_is_loaded_where_there_is_none(place: Path) -> None:
+def test_tomllib_is_loaded_only_if_there_is_a_file(project_folder: Path) -> None:
     code = (
         "import sys\nfrom pathlib import Path\n"
         "from dmplay.__main__ import main\nfrom dmplay.cli import config\n"
         "for text in ('', 'plain = true'):\n"
         "    text and Path('dmplay.toml').write_text(text)\n"
-        "    config.files.cache_clear()\n"
+        "    config.load_config_files.cache_clear()\n"
         "    sys.argv[1:] = ['list', '--help']\n"
         "    try:\n        main()\n"
         "    except SystemExit:\n        print('tomllib' in sys.modules)"
     )
-    words = [sys.executable, "-c", code]
-    done = subprocess.run(words, capture_output=True, text=True, check=True, cwd=place)
-    told = [row for row in done.stdout.splitlines() if row in ("False", "True")]
-    assert told == ["False", "True"]
-
-
-def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_file(
-    place: Path,
-) -> None:
-    users(
-        place, '[play]\nagent = "optimal"\nvs = "grim"\nghost = "optimal"\nseat = ["agent2=nash"]'
+    arguments = [sys.executable, "-c", code]
+    result = subprocess.run(
+        arguments, capture_output=True, text=True, check=True, cwd=project_folder
     )
-    for words, sitting in (
+    rows = [row for row in result.stdout.splitlines() if row in ("False", "True")]
+    assert rows == ["False", "True"]
+
+
+def test_an_agent_in_a_file_plays_where_it_can_and_an_unknown_one_is_refused(
+    project_folder: Path,
+) -> None:
+    write_user_file(
+        project_folder,
+        '[play]\nagent = "optimal"\nvs = "grim"\nghost = "optimal"\nseat = ["agent2=nash"]',
+    )
+    for arguments, expected in (
         (["hexworld"], ("optimal", "", "", [])),
         (["2048"], ("human", "", "", [])),
         (["hexworld", "--agent", "human"], ("human", "", "optimal", [])),
@@ -423,41 +465,56 @@ def test_an_agent_that_a_file_names_sits_where_it_plays_and_is_refused_with_the_
         (["travelers-dilemma"], ("human", "", "", ["agent2=nash"])),
         (["prisoners-dilemma"], ("human", "grim", "", ["agent2=nash"])),
     ):
-        found = interpret_command(["play", *words])
-        assert isinstance(found, PlayCommand)
-        assert isinstance(found.request, GameRequest)
-        told = found.request
-        assert (told.agent, told.other_agent, told.ghost_agent, [*told.seats]) == sitting
-    wrong = {"agent": '"grimm"', "vs": '"grimm"', "ghost": '"grimm"', "seat": '["agent2=grimm"]'}
-    for option, name in wrong.items():
-        users(place, f"[play]\n{option} = {name}\n")
-        refused = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
-        with pytest.raises(BadParameter, match=refused):
+        play_command = interpret_command(["play", *arguments])
+        assert isinstance(play_command, PlayCommand)
+        assert isinstance(play_command.request, GameRequest)
+        request = play_command.request
+        assert (
+            request.agent,
+            request.other_agent,
+            request.ghost_agent,
+            [*request.seats],
+        ) == expected
+    invalid = {"agent": '"grimm"', "vs": '"grimm"', "ghost": '"grimm"', "seat": '["agent2=grimm"]'}
+    for option, name in invalid.items():
+        write_user_file(project_folder, f"[play]\n{option} = {name}\n")
+        pattern = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
+        with pytest.raises(BadParameter, match=pattern):
             interpret_command(["play", "prisoners-dilemma"])
 
 
-def test_real_time_off_the_screen_is_refused_unless_only_a_file_wishes_it(place: Path) -> None:
-    refused = "error: --rate: real time is for the full screen; there is none (from --plain)\n"
-    assert run(place, "cart-pole", "--rate", "--plain").stderr == refused
+def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
+    project_folder: Path,
+) -> None:
+    message = "error: --rate: real time is for the full screen; there is none (from --plain)\n"
+    assert run(project_folder, "cart-pole", "--rate", "--plain").stderr == message
     with pytest.raises(BadParameter, match="--rate: real time is for the screen"):
         GameController(cli_interpreter=interpret_command).run_cli_words(
             ["play", "cart-pole", "--rate"]
         )
-    users(place, "[play]\nrate = 20.0\n")
+    write_user_file(project_folder, "[play]\nrate = 20.0\n")
     GameController(cli_interpreter=interpret_command).run_cli_words(["play", "cart-pole"])
-    assert run(place, "cart-pole", "--plain", "--no-motion", stdin="left\n").returncode == 0
+    assert (
+        run(project_folder, "cart-pole", "--plain", "--no-motion", stdin="left\n").returncode == 0
+    )
 
 
-def test_what_a_file_wishes_for_people_and_transcripts_is_for_games_with_them(place: Path) -> None:
-    users(place, "[play]\nrate = 20.0\nframes = true\nplayer = 'ann'\n")
-    for words, granted in (
+def test_file_settings_for_people_and_transcripts_apply_only_to_games_with_them(
+    project_folder: Path,
+) -> None:
+    write_user_file(project_folder, "[play]\nrate = 20.0\nframes = true\nplayer = 'ann'\n")
+    for arguments, expected in (
         (["hexworld"], (20.0, True, "ann")),
         (["hexworld", "--agent", "random"], (None, False, "")),
         (["hexworld", "--agent", "random", "-o", "g.dmt"], (None, True, "")),
         (["hexworld", "--seat", "agent=random"], (None, False, "")),
-        (["catch", "--seat", "nobody=random"], (None, False, "")),  # which is refused later
+        (["catch", "--seat", "nobody=random"], (None, False, "")),  # refused later
     ):
-        found = interpret_command(["play", *words])
-        assert isinstance(found, PlayCommand)
-        assert isinstance(found.request, GameRequest)
-        assert (found.realtime_rate, found.request.record_frames, found.request.player) == granted
+        play_command = interpret_command(["play", *arguments])
+        assert isinstance(play_command, PlayCommand)
+        assert isinstance(play_command.request, GameRequest)
+        assert (
+            play_command.realtime_rate,
+            play_command.request.record_frames,
+            play_command.request.player,
+        ) == expected

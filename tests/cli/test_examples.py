@@ -1,4 +1,4 @@
-"""Every example that a help text shows is run."""
+"""Tests that run every example in the help texts."""
 
 import re
 import subprocess
@@ -12,68 +12,75 @@ import pytest
 from dmplay.cli.app import root_command
 from dmplay.files import writing
 from dmplay.finding.topics import read_topic
-from tests.support.blocks import file
-from tests.support.hidden import cheese
-from tests.support.programs import run
+from tests.support.blocks import extract_file
+from tests.support.hidden import make_cheese_maze
+from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment
 
 GROUP: Any = root_command()
-SCRIPT = "play hexworld --seed 7\ne\nquit\n"
-MOVES = "f\ns\ni\n" * 3  # of a crying baby
+COMMAND_SCRIPT = "play hexworld --seed 7\ne\nquit\n"
+BABY_ACTIONS = "f\ns\ni\n" * 3  # for crying baby
 
 
-def commands(group: Any, name: str = "dmplay") -> Iterator[tuple[str, Any]]:
-    """The program and every command of it, by the words that call it."""
+def iter_commands(group: Any, name: str = "dmplay") -> Iterator[tuple[str, Any]]:
+    """Yield the program and each of its commands, by the words that call it."""
     yield name, group
     for word, command in getattr(group, "commands", {}).items():
-        yield from commands(command, f"{name} {word}")
+        yield from iter_commands(command, f"{name} {word}")
 
 
-EVERY = dict(commands(GROUP))
+COMMANDS = dict(iter_commands(GROUP))
 
 
-def examples(command: Any) -> list[str]:
-    """The lines of a help text that call the program; two blanks end one."""
+def find_examples(command: Any) -> list[str]:
+    """Return the lines of a help text that call the program; two blanks end an example."""
     lines = re.findall(r"^ +(?=[A-Z_]*=?\w* ?(?:dmplay|printf))(.*)$", command.help, re.MULTILINE)
     return [re.split(r"  +", line.strip())[0] for line in lines]
 
 
-def test_an_example_is_found_with_its_variables_and_without_its_comment() -> None:
-    assert examples(GROUP)[:2] == ["dmplay hexworld", "dmplay 2048 --seed 7 -o game.dmt"]
-    assert "DMPLAY_COLOR=never dmplay config show --json" in examples(EVERY["dmplay config show"])
-    assert examples(EVERY["dmplay play"])[-1] == r"printf 'e\nne\nquit\n' | dmplay play hexworld"
+def test_an_example_includes_its_variables_but_not_its_comment() -> None:
+    assert find_examples(GROUP)[:2] == ["dmplay hexworld", "dmplay 2048 --seed 7 -o game.dmt"]
+    assert "DMPLAY_COLOR=never dmplay config show --json" in find_examples(
+        COMMANDS["dmplay config show"]
+    )
+    assert (
+        find_examples(COMMANDS["dmplay play"])[-1]
+        == r"printf 'e\nne\nquit\n' | dmplay play hexworld"
+    )
 
 
-@pytest.mark.parametrize("name", EVERY)
-def test_every_command_has_an_example_of_its_own(name: str) -> None:
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_has_an_example(name: str) -> None:
     last = name.rpartition(" ")[2]
-    assert any(last in line for line in examples(EVERY[name]))
+    assert any(last in line for line in find_examples(COMMANDS[name]))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "line", dict.fromkeys(line for c in EVERY.values() for line in examples(c))
+    "line", dict.fromkeys(line for c in COMMANDS.values() for line in find_examples(c))
 )
-def test_an_example_does_what_it_says(line: str, tmp_path: Path) -> None:
+def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
-    (tmp_path / "game.dm").write_text(SCRIPT)
+    (tmp_path / "game.dm").write_text(COMMAND_SCRIPT)
     for name in ("tiger.py", "shop.py"):
-        (tmp_path / name).write_text(file(read_topic("problems"), name))
-    rooms = writing.iter_problem_lines(cheese(), ".pomdp", "Rooms that look alike.")
-    (tmp_path / "hallway.pomdp").write_text("".join(rooms))
-    (tmp_path / "tigers.dpomdp").write_text(file(read_topic("planning"), "tigers.dpomdp"))
-    run(tmp_path, "crying-baby", "--seed", "7", stdin=MOVES)
+        (tmp_path / name).write_text(extract_file(read_topic("problems"), name))
+    problem_lines = writing.iter_problem_lines(
+        make_cheese_maze(), ".pomdp", "Rooms that look alike."
+    )
+    (tmp_path / "hallway.pomdp").write_text("".join(problem_lines))
+    (tmp_path / "tigers.dpomdp").write_text(extract_file(read_topic("planning"), "tigers.dpomdp"))
+    run_dmplay(tmp_path, "crying-baby", "--seed", "7", stdin=BABY_ACTIONS)
     (tmp_path / "transcripts").mkdir()
-    run(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
+    run_dmplay(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "transcripts/a.dmt")
     if "-o game.dmt" not in line:
-        run(tmp_path, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=MOVES)
-    done = subprocess.run(
-        ["bash", "-c", line], input=SCRIPT if line == "dmplay" else "", capture_output=True,
+        run_dmplay(tmp_path, "crying-baby", "--seed", "7", "-o", "game.dmt", stdin=BABY_ACTIONS)
+    result = subprocess.run(
+        ["bash", "-c", line], input=COMMAND_SCRIPT if line == "dmplay" else "", capture_output=True,
         text=True, cwd=tmp_path, env=clean_environment(tmp_path, PATH=f"{tmp_path}:/usr/bin:/bin"),
         check=False, timeout=120,
     )  # fmt: skip
-    assert (done.returncode, "error:" in done.stderr) == (0, False), done.stderr
-    written = re.findall(r"-o (\S+)", line)
-    assert all((tmp_path / name).stat().st_size for name in written)
-    assert done.stdout or written or line == "dmplay mcp"  # which nobody asks anything
+    assert (result.returncode, "error:" in result.stderr) == (0, False), result.stderr
+    output_names = re.findall(r"-o (\S+)", line)
+    assert all((tmp_path / name).stat().st_size for name in output_names)
+    assert result.stdout or output_names or line == "dmplay mcp"  # `dmplay mcp` receives no request

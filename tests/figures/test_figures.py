@@ -1,4 +1,4 @@
-"""The book's figures, drawn from the problems and their solutions."""
+"""Tests of the book's figures, which are drawn from the problems and their solutions."""
 
 from functools import cache
 from pathlib import Path
@@ -15,33 +15,33 @@ from tests.support.glyphs import GLYPHS
 
 
 @cache
-def figure(name: str) -> Text:
-    """A figure, drawn once for all that is true of it; nobody writes into it."""
+def draw_cached_figure(name: str) -> Text:
+    """Draw a figure; it is cached, and tests must not modify it."""
     _, draw = every.find_figure(name)
     return draw()
 
 
-def drawn(name: str) -> str:
-    return figure(name).plain
+def draw_plain_figure(name: str) -> str:
+    return draw_cached_figure(name).plain
 
 
-def test_every_figure_of_the_appendix_is_here() -> None:
+def test_every_figure_of_the_appendix_is_available() -> None:
     assert list(every.load_figures()) == [
         "F.2", "F.9", "F.10", "F.11", "F.12", "F.13", "F.14", "F.15", "F.16", "T.1", "T.2",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["F.2", "f2", "figure F.2"])
-def test_a_figure_is_found_however_it_is_written(name: str) -> None:
+def test_a_figure_is_found_by_several_spellings_of_its_name(name: str) -> None:
     assert every.find_figure(name) == every.load_figures()["F.2"]
 
 
-def test_a_figure_that_is_not_there_is_told() -> None:
+def test_an_unknown_figure_is_rejected() -> None:
     with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
         every.find_figure("F.3")
 
 
-def test_a_file_whose_name_says_another_format_is_refused(tmp_path: Path) -> None:
+def test_a_file_extension_of_another_format_is_rejected(tmp_path: Path) -> None:
     for name in ("f.png", "f.PDF", "f.cast", "f.txt"):
         with pytest.raises(BadParameter, match=r"f\.\w+: it is written as SVG; name it \S+f\.svg"):
             drawing.draw_figure("T.2", tmp_path / name, svg=False)
@@ -52,26 +52,26 @@ def test_a_file_whose_name_says_another_format_is_refused(tmp_path: Path) -> Non
         check_extension(Path("g.svg"), "html")
     with pytest.raises(BadParameter, match=r"it is written as JSON; name it g\.json"):
         check_extension(Path("g.csv"), "json")
-    for name in ("g.csv", "g.txt", "g"):  # of text that may be read as it stands
+    for name in ("g.csv", "g.txt", "g"):  # text formats accept .txt and no extension
         check_extension(Path(name), "csv")
 
 
-def test_blanks_name_no_figure() -> None:
+def test_a_blank_figure_name_is_rejected() -> None:
     with pytest.raises(UnknownName, match="unknown figure ' '"):
         every.find_figure(" ")
 
 
 @pytest.mark.parametrize("name", list(every.load_figures()))
-def test_a_figure_has_allowed_glyphs_an_ascii_form_and_a_picture(name: str) -> None:
-    (title, draw), shown = every.find_figure(name), figure(name)
-    assert {glyph for glyph in shown.plain if not glyph.isascii()} <= GLYPHS
-    assert to_ascii(shown).plain.isascii()
-    assert measure_text(shown)[0] <= 110
-    assert drawing.text_to_svg(shown, title).startswith("<svg")
-    assert drawing.text_to_svg(shown, title) == drawing.text_to_svg(draw(), title)
+def test_a_figure_has_allowed_glyphs_an_ascii_form_and_an_svg_form(name: str) -> None:
+    (title, draw), text = every.find_figure(name), draw_cached_figure(name)
+    assert {glyph for glyph in text.plain if not glyph.isascii()} <= GLYPHS
+    assert to_ascii(text).plain.isascii()
+    assert measure_text(text)[0] <= 110
+    assert drawing.text_to_svg(text, title).startswith("<svg")
+    assert drawing.text_to_svg(text, title) == drawing.text_to_svg(draw(), title)
 
 
-def test_table_f1_stands_in_the_books_order() -> None:
+def test_table_f1_has_the_order_of_the_book() -> None:
     rows = every.find_figure("T.1")[1]().plain.splitlines()[1:]
     names = [row.split()[0] for row in rows if row]
     assert names[:3] == ["hexworld", "2048", "cart-pole"]
@@ -79,7 +79,7 @@ def test_table_f1_stands_in_the_books_order() -> None:
 
 
 def test_figure_f2_has_the_values_of_the_line() -> None:
-    assert drawn("F.2").endswith(
+    assert draw_plain_figure("F.2").endswith(
         "│  →  │  →  │  →  │  →  │  →  │  →  │  ◆  │\n"
         "│ 2.37│ 3.22│ 4.21│ 5.36│ 6.68│ 8.22│ +10 │\n"
         "  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱\n"
@@ -87,10 +87,10 @@ def test_figure_f2_has_the_values_of_the_line() -> None:
 
 
 def test_figure_f9_has_its_climb_region_at_a_rising_aircraft() -> None:
-    rows = drawn("F.9").splitlines()
+    rows = draw_plain_figure("F.9").splitlines()
     level = [row[8:49] for row in rows[25:46]]
     rising = [row[56:97] for row in rows[25:46]]
-    # At 5 m/s advisories reach from 2 to 37 s; level, climb above is descend below mirrored.
+    # At 5 m/s, advisories reach from 2 to 37 s. At 0 m/s, climbs above mirror descents below.
     columns = [t for t in range(41) if any(row[t] in "↑↓" for row in rising)]
     assert (min(columns), max(columns)) == (2, 37)
     assert max(t for t in range(41) if any(row[t] == "↑" for row in rising)) == 25
@@ -98,30 +98,30 @@ def test_figure_f9_has_its_climb_region_at_a_rising_aircraft() -> None:
     assert [row.translate(swap) for row in level[:10]] == level[:10:-1]
 
 
-def test_figure_f10_draws_the_ten_step_function_and_the_endless_one() -> None:
-    assert "(-9.69, -31.63)" in drawn("F.10")
-    assert "feed (-13.06, -23.06)" in drawn("F.10")
-    assert "ignore (-16.31, -38.25)" in drawn("F.10")
-    assert "feed (-19.67, -29.67)" in drawn("F.10")
+def test_figure_f10_draws_the_ten_step_and_infinite_horizon_functions() -> None:
+    assert "(-9.69, -31.63)" in draw_plain_figure("F.10")
+    assert "feed (-13.06, -23.06)" in draw_plain_figure("F.10")
+    assert "ignore (-16.31, -38.25)" in draw_plain_figure("F.10")
+    assert "feed (-19.67, -29.67)" in draw_plain_figure("F.10")
 
 
 def test_figure_f11_has_two_regions_of_manufacture() -> None:
-    rows = drawn("F.11").splitlines()
+    rows = draw_plain_figure("F.11").splitlines()
     assert any("immmr" in row for row in rows)
 
 
 def test_figure_f12_has_twenty_triangles() -> None:
-    assert drawn("F.12").count(" step") == 20
+    assert draw_plain_figure("F.12").count(" step") == 20
 
 
 def test_figure_f16_has_the_predator_above_the_prey() -> None:
-    rows = drawn("F.16").splitlines()
+    rows = draw_plain_figure("F.16").splitlines()
     (predator,) = (n for n, row in enumerate(rows) if "│  P  │" in row)
     (prey,) = (n for n, row in enumerate(rows) if "│  o  │" in row)
     assert prey == predator + 6
 
 
-def test_table_f2_is_the_printed_one() -> None:
-    words = [row.split() for row in drawn("T.2").splitlines()]
+def test_table_f2_equals_the_printed_table() -> None:
+    words = [row.split() for row in draw_plain_figure("T.2").splitlines()]
     assert words[5][:6] == ["0.81", "0.18", "0.01", "1", "0", "0.6525"]
     assert words[7][:6] == ["0", "0", "1", "0.25", "0.75", "0"]

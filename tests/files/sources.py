@@ -1,11 +1,11 @@
-"""Files that the tests read, as somebody would write them."""
+"""Problem files that the tests read, as a person would write them."""
 
 from pathlib import Path
 
 from dmplay.files import gambit, markov
 from dmplay.files.problem import FileProblem, NormalFormGame
 
-TIGER = """\
+TIGER_TEXT = """\
 # Listen for the tiger, or open the door that it is not behind.
 discount: 0.95
 values: reward
@@ -35,7 +35,7 @@ R: open-right : tiger-left : * : * 10
 R: open-right : tiger-right : * : * -100
 """
 
-TEAM = """\
+TEAM_TEXT = """\
 agents: 2
 discount: 1
 values: reward
@@ -66,7 +66,7 @@ R: open-left open-left : tiger-right : * : * : +20
 R: open-right open-right : tiger-left : * : * : 20
 """
 
-BALLET = r"""NFG 1 R "Ballet or \"the\" fight" { "Player 1" "Player 2" }
+BALLET_TEXT = r"""NFG 1 R "Ballet or \"the\" fight" { "Player 1" "Player 2" }
 { { "ballet" "the fight" } { "ballet" "the fight" } }
 "Both want to meet."
 
@@ -74,31 +74,31 @@ BALLET = r"""NFG 1 R "Ballet or \"the\" fight" { "Player 1" "Player 2" }
 """
 
 
-def tiger(*changes: tuple[str, str]) -> FileProblem:
-    """The tiger, its file changed in some places."""
-    return markov.read_markov_file("tiger.pomdp", changed(TIGER, *changes))
+def read_tiger(*changes: tuple[str, str]) -> FileProblem:
+    """Read the tiger problem, with changes to its file."""
+    return markov.read_markov_file("tiger.pomdp", replace_texts(TIGER_TEXT, *changes))
 
 
-def team(*changes: tuple[str, str]) -> FileProblem:
-    """The tiger of two, its file changed in some places."""
-    return markov.read_markov_file("tiger.dpomdp", changed(TEAM, *changes), team=True)
+def read_team(*changes: tuple[str, str]) -> FileProblem:
+    """Read the tiger problem of two agents, with changes to its file."""
+    return markov.read_markov_file("tiger.dpomdp", replace_texts(TEAM_TEXT, *changes), team=True)
 
 
-def ballet(*changes: tuple[str, str]) -> NormalFormGame:
-    """The game in normal form, its file changed in some places."""
-    return gambit.read_nfg("ballet.nfg", changed(BALLET, *changes))
+def read_ballet(*changes: tuple[str, str]) -> NormalFormGame:
+    """Read the game in normal form, with changes to its file."""
+    return gambit.read_nfg("ballet.nfg", replace_texts(BALLET_TEXT, *changes))
 
 
-def changed(text: str, *changes: tuple[str, str]) -> bytes:
-    """A file in which some words stand for others."""
+def replace_texts(text: str, *changes: tuple[str, str]) -> bytes:
+    """Return the text as bytes, after replacing each first part of a pair by the second."""
     for before, after in changes:
         assert before in text, before
         text = text.replace(before, after)
     return text.encode()
 
 
-def kept(folder: Path, name: str, text: str) -> str:
-    """The path of a file of this content."""
+def write_text_file(folder: Path, name: str, text: str) -> str:
+    """Write a text file and return its path."""
     path = folder / name
     path.write_text(text, encoding="utf-8")
     return str(path)

@@ -1,4 +1,4 @@
-"""Gambit's normal form: payoffs one by one or by outcomes, names or how many."""
+"""Tests of Gambit's normal form: payoffs in order or by outcome, strategies named or numbered."""
 
 import pytest
 
@@ -7,43 +7,43 @@ from dmplay.files import gambit
 from dmplay.finding.agents import load_roster
 from dmplay.finding.data import load_data_problem
 from dmplay.policies.kinds import SeatPolicy
-from tests.files.sources import BALLET, ballet
+from tests.files.sources import BALLET_TEXT, read_ballet
 
-SELTEN = [
+SELTEN_TEXTS = [
     'NFG 1 R "Selten" { "a" "b" } { 3 2 } 1 1 0 2 0 2 1 1 0 3 2 0',
     'NFG 1 D "Selten" { "a" "b" } { { "1" "2" "3" } { "1" "2" } } "" 1 1 0 2. 0 4/2 1 1e0 0 3 2 0',
     'NFG 1 R "Selten" {"a" "b"}{3 2}{{"" 1, 1}{"" 0, 2}{"" 1 1}{"x" 0 3}{"" 2 0}}1 2 2 3 4 5',
 ]
 
 
-def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
-    for text in SELTEN:
+def test_equivalent_files_are_read_as_the_same_game() -> None:
+    for text in SELTEN_TEXTS:
         game = gambit.read_nfg("selten.nfg", text.encode())
         assert game.payoffs.tolist() == [[[1, 1], [1, 1]], [[0, 2], [0, 3]], [[0, 2], [2, 0]]]
         assert game.actions == (("1", "2", "3"), ("1", "2"))
 
 
-def test_names_are_as_they_are_typed() -> None:
-    game = ballet()
+def test_names_become_labels_that_can_be_typed() -> None:
+    game = read_ballet()
     assert game.agents == ("player-1", "player-2")
     assert game.actions == (("ballet", "the-fight"),) * 2
     assert game.description() == 'Ballet or "the" fight\n\nBoth want to meet.'
     assert game.payoffs[0, 0].tolist() == [3, 2]
     assert game.kind == "simple game"
-    game = ballet(("the fight", "a#b,c"), ('"ballet"', '"Undo"'))
+    game = read_ballet(("the fight", "a#b,c"), ('"ballet"', '"Undo"'))
     assert game.actions == (("strategy-undo", "a-b-c"),) * 2
 
 
-def test_the_outcome_of_number_0_pays_nothing_and_three_may_play() -> None:
+def test_outcome_0_pays_nothing_in_a_game_of_three_players() -> None:
     text = 'NFG 1 R "" {"a" "b" "c"} {2 1 2} {{"" 1 2 3}} 0 1 0 1'
     game = gambit.read_nfg("three.nfg", text.encode())
     assert game.payoffs[:, 0, :].tolist() == [[[0, 0, 0]] * 2, [[1, 2, 3]] * 2]
 
 
-def test_two_players_have_the_agents_of_payoff_tables() -> None:
-    known = load_roster(ballet(), 1)
-    assert {"nash", "frequency"} <= {*known.agents}
-    agent = known.agents["nash"](ballet(), 0)
+def test_two_player_games_have_the_agents_of_matrix_games() -> None:
+    game_roster = load_roster(read_ballet(), 1)
+    assert {"nash", "frequency"} <= {*game_roster.agents}
+    agent = game_roster.agents["nash"](read_ballet(), 0)
     assert isinstance(agent, SeatPolicy)
 
 
@@ -62,15 +62,15 @@ FAULTS = [
 ]
 
 
-def test_faults_are_told_with_line_and_column() -> None:
-    for change, told in FAULTS:
+def test_faults_are_reported_with_line_and_column() -> None:
+    for change, message in FAULTS:
         with pytest.raises(BadFile) as error:
-            ballet(change)
-        assert told in str(error.value), (change, str(error.value))
+            read_ballet(change)
+        assert message in str(error.value), (change, str(error.value))
 
 
-def test_what_would_not_fit_is_refused_before_it_is_read() -> None:
-    text = BALLET.replace(
+def test_a_game_that_exceeds_memory_is_refused_before_it_is_read() -> None:
+    text = BALLET_TEXT.replace(
         '{ { "ballet" "the fight" } { "ballet" "the fight" } }', "{ 99999 99999 }"
     )
     with pytest.raises(BudgetExceeded, match="reading it"):

@@ -1,4 +1,4 @@
-"""MADP's format: several agents, a line each, a colon before the numbers."""
+"""Tests of the MADP format: several agents, one line for each, and a colon before the numbers."""
 
 import numpy as np
 import pytest
@@ -8,18 +8,18 @@ from dmplay.errors import BadFile
 from dmplay.files.problem import FileProblem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from tests.files.sources import TEAM, team
+from tests.files.sources import TEAM_TEXT, read_team
 
-STAYS = "T: listen listen :\nidentity\n"
-ROW = "O: listen listen : tiger-left :\n0.7225 0.1275 0.1275 0.0225\n"
-SAME = [
-    [(STAYS, "T: 0 0 : 0 :\n1 0\nT: 0 : 1 :\n0 1\n")],
-    [(STAYS, "T: 0 0 :\n1 0\n0 1\n")],
-    [(STAYS, "T: listen listen : * : * : 0\nT: listen 0 : 0 : 0 : 1\nT: 0 0 : 1 : 1 : 1\n")],
-    [(STAYS, "T: listen listen identity\n")],
+STAY_T = "T: listen listen :\nidentity\n"
+ROW_O = "O: listen listen : tiger-left :\n0.7225 0.1275 0.1275 0.0225\n"
+EQUIVALENT_CHANGES = [
+    [(STAY_T, "T: 0 0 : 0 :\n1 0\nT: 0 : 1 :\n0 1\n")],
+    [(STAY_T, "T: 0 0 :\n1 0\n0 1\n")],
+    [(STAY_T, "T: listen listen : * : * : 0\nT: listen 0 : 0 : 0 : 1\nT: 0 0 : 1 : 1 : 1\n")],
+    [(STAY_T, "T: listen listen identity\n")],
     [("T: * :\nuniform\n", "T: * * : * : * : 0.5\n")],
     [("T: * :\nuniform\n", "T: listen * : * :\nuniform\nT: 1 * :\nuniform\nT: 2 * :\nuniform\n")],
-    [(ROW, "O: listen listen : tiger-left : * : 0\nO: 0 0 : 0 : 0 0 : 0.7225\n"
+    [(ROW_O, "O: listen listen : tiger-left : * : 0\nO: 0 0 : 0 : 0 0 : 0.7225\n"
            "O: 0 0 : 0 : hear-left 1 : 0.1275\nO: 0 0 : 0 : 2 : 0.1275\nO: 0 : 0 : 3 : 0.0225\n")],
     [("O: * :\nuniform\n", "O: * : * : hear-left * : 0.25\nO: * : * : hear-right * : 0.25\n")],
     [("R: * : * : * : * :", "R: * * : * : * : * * :")],
@@ -29,26 +29,26 @@ SAME = [
 ]  # fmt: skip
 
 
-def arrays(problem: FileProblem) -> list[object]:
-    """All that a file says."""
+def list_contents(problem: FileProblem) -> list[object]:
+    """Return everything that a problem file states, as lists."""
     names = [problem.agents, problem.actions, problem.observations, problem.state_names]
-    return [*names, *(np.asarray(one).tolist() for one in tabulate(problem))]
+    return [*names, *(np.asarray(array).tolist() for array in tabulate(problem))]
 
 
-def test_every_way_to_say_the_same_is_read_as_the_same() -> None:
-    wanted = arrays(team())
-    for changes in SAME:
-        assert arrays(team(*changes)) == wanted, changes
+def test_equivalent_files_are_read_as_the_same_problem() -> None:
+    expected = list_contents(read_team())
+    for changes in EQUIVALENT_CHANGES:
+        assert list_contents(read_team(*changes)) == expected, changes
 
 
-def test_letters_that_begin_lines_are_names_too() -> None:
-    problem = team(("listen", "O"), ("open-left", "T"), ("open-right", "R"))
+def test_letters_that_begin_statements_can_be_names() -> None:
+    problem = read_team(("listen", "O"), ("open-left", "T"), ("open-right", "R"))
     assert problem.actions[0] == ("o", "t", "r")
-    assert [one.tolist() for one in tabulate(problem)[:2]] == arrays(team())[4:6]
+    assert [array.tolist() for array in tabulate(problem)[:2]] == list_contents(read_team())[4:6]
 
 
-def test_joint_names_are_row_major_and_all_are_paid_the_same() -> None:
-    problem = team()
+def test_joint_actions_are_row_major_and_rewards_are_shared() -> None:
+    problem = read_team()
     transition, rewards, observation = tabulate(problem)
     assert (problem.kind, problem.agents) == ("Dec-POMDP", ("agent1", "agent2"))
     assert transition[:, 0].tolist() == [[1, 0], [0, 1]]
@@ -60,19 +60,22 @@ def test_joint_names_are_row_major_and_all_are_paid_the_same() -> None:
     ]  # fmt: skip
 
 
-def test_each_agent_hears_its_own() -> None:
-    game = Session(team(), SeededUniforms(4), turn_limit=30)
+def test_each_agent_receives_its_own_observation() -> None:
+    game = Session(read_team(), SeededUniforms(4), turn_limit=30)
     for _ in range(30):
         game.advance([0, 0])
-    heard = np.array([turn.observations for turn in game.turns])
-    assert heard.shape == (30, 2)
-    assert (heard[:, 0] != heard[:, 1]).any()
-    assert [game.view(seat).observation == heard[-1, seat] for seat in (0, 1)] == [True, True]
+    observations = np.array([turn.observations for turn in game.turns])
+    assert observations.shape == (30, 2)
+    assert (observations[:, 0] != observations[:, 1]).any()
+    assert [game.view(seat).observation == observations[-1, seat] for seat in (0, 1)] == [
+        True,
+        True,
+    ]
 
 
-def test_agents_may_have_names_and_sets_of_their_own() -> None:
-    problem = team(("agents: 2", "agents: ann bob"), ("hear-left hear-right\nT:", "2\nT:"),
-                   (TEAM[TEAM.index("O: listen") :], ""))  # fmt: skip
+def test_agents_may_have_their_own_names_and_sets() -> None:
+    problem = read_team(("agents: 2", "agents: ann bob"), ("hear-left hear-right\nT:", "2\nT:"),
+                   (TEAM_TEXT[TEAM_TEXT.index("O: listen") :], ""))  # fmt: skip
     assert problem.agents == ("ann", "bob")
     assert problem.observations == (("hear-left", "hear-right"), ("0", "1"))
     assert problem.model.tables.rewards.tolist() == [[0, 0]] * 18
@@ -89,8 +92,8 @@ FAULTS = [
 ]
 
 
-def test_faults_are_told_with_line_and_column() -> None:
-    for change, told in FAULTS:
+def test_faults_are_reported_with_line_and_column() -> None:
+    for change, message in FAULTS:
         with pytest.raises(BadFile) as error:
-            team(change)
-        assert told in str(error.value), (change, str(error.value))
+            read_team(change)
+        assert message in str(error.value), (change, str(error.value))

@@ -1,11 +1,11 @@
-"""Gambit's extensive form: what a file leaves out is told."""
+"""Tests of Gambit's extensive form: information that a file leaves out is filled in."""
 
 import pytest
 
 from dmplay.errors import BadFile
 from dmplay.files import tree
 
-GAME = r"""EFG 2 D "A \"small\" game" { "ann" "b\\c" "eve" }
+GAME_TEXT = r"""EFG 2 D "A \"small\" game" { "ann" "b\\c" "eve" }
 "Of three,
 with chance."
 c "root" 7 "" { "up" 1/4, "down" .75 } 0
@@ -20,7 +20,7 @@ t "" 2
 p "" 1 2 "" { "x" } 0
 t "" 9 "nine"
 """
-TOLD = """EFG 2 R "A 'small' game" { "ann" "b/c" "eve" }
+NORMALIZED_TEXT = """EFG 2 R "A 'small' game" { "ann" "b/c" "eve" }
 ""
 
 c "" 1 "" { "up" 0.25 "down" 0.75 } 0
@@ -50,15 +50,15 @@ FAULTS = [
 ]  # fmt: skip
 
 
-def test_every_node_is_told_whole_and_who_is_paid_on_the_way_is_paid_at_the_end() -> None:
-    assert tree.normalize_efg("small.efg", GAME.encode()) == TOLD
-    assert tree.normalize_efg("small.efg", TOLD.encode()) == TOLD
+def test_every_node_is_complete_and_earlier_payoffs_are_paid_at_the_end() -> None:
+    assert tree.normalize_efg("small.efg", GAME_TEXT.encode()) == NORMALIZED_TEXT
+    assert tree.normalize_efg("small.efg", NORMALIZED_TEXT.encode()) == NORMALIZED_TEXT
 
 
-def test_where_chance_alone_ends_a_game_the_first_player_sees_it() -> None:
-    drawn = 'EFG 2 R "draw" { "ann" }\nc "" 1 "" { "lost" 1/2 "won" 1/2 } 0\n'
-    ends = 't "" 1 "" { -7 }\np "" 1 1 "" { "a" } 0\nt "" 2 "" { 7 }\n'
-    assert tree.normalize_efg("draw.efg", (drawn + ends).encode()).splitlines()[3:] == [
+def test_a_game_that_chance_ends_gets_a_final_node_of_the_first_player() -> None:
+    root_text = 'EFG 2 R "draw" { "ann" }\nc "" 1 "" { "lost" 1/2 "won" 1/2 } 0\n'
+    node_text = 't "" 1 "" { -7 }\np "" 1 1 "" { "a" } 0\nt "" 2 "" { 7 }\n'
+    assert tree.normalize_efg("draw.efg", (root_text + node_text).encode()).splitlines()[3:] == [
         'c "" 1 "" { "lost" 0.5 "won" 0.5 } 0',
         'p "" 1 1 "" { "end" } 0',
         't "" 1 "" { -7.0 }',
@@ -67,10 +67,10 @@ def test_where_chance_alone_ends_a_game_the_first_player_sees_it() -> None:
     ]
 
 
-def test_faults_are_told_with_line_and_column() -> None:
-    for before, after, told in FAULTS:
-        assert GAME.count(before) == 1, before
+def test_faults_are_reported_with_line_and_column() -> None:
+    for before, after, message in FAULTS:
+        assert GAME_TEXT.count(before) == 1, before
         with pytest.raises(BadFile) as error:
-            tree.normalize_efg("small.efg", GAME.replace(before, after).encode())
+            tree.normalize_efg("small.efg", GAME_TEXT.replace(before, after).encode())
         assert str(error.value).startswith("small.efg:")
-        assert told in str(error.value), str(error.value)
+        assert message in str(error.value), str(error.value)

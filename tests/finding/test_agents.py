@@ -1,4 +1,4 @@
-"""Names to agents: who can play where, what suits a game, and how that is named."""
+"""Tests of agent names: which agents can play a seat, which suit a game, and how they are named."""
 
 from itertools import product
 from pathlib import Path
@@ -13,7 +13,7 @@ from dmplay.finding.names import problem_names
 from dmplay.finding.problems import load_variants
 from dmplay.game.seats import load_verifiable_policies
 
-PLAIN = """
+PLAIN_AGENT_SOURCE = """
 import numpy as np
 
 class Plain:
@@ -36,31 +36,35 @@ class Plain:
 """
 
 
-def seats_of(name: str) -> list[tuple[Problem, int]]:
-    """Every seat of a problem and its variants."""
-    known = load_variants(name).values()
-    return [(problem, seat) for problem in known for seat in range(len(problem.agents))]
+def list_seats(name: str) -> list[tuple[Problem, int]]:
+    """Return every seat of a problem and its variants."""
+    problems = load_variants(name).values()
+    return [(problem, seat) for problem in problems for seat in range(len(problem.agents))]
 
 
 @pytest.mark.parametrize("name", problem_names())
-def test_whoever_has_a_part_in_a_roster_is_on_it(name: str) -> None:
-    for problem, seat in seats_of(name):
-        seated = load_roster(problem, seat)
-        parts = {seated.hint_provider, seated.default_partner, seated.batch_agent} - {None}
-        assert parts <= {*seated.agents}
-        assert [*seated.agents][-2:] == ["random", "search"]
+def test_every_agent_with_a_role_is_in_the_roster(name: str) -> None:
+    for problem, seat in list_seats(name):
+        seat_roster = load_roster(problem, seat)
+        parts = {
+            seat_roster.hint_provider,
+            seat_roster.default_partner,
+            seat_roster.batch_agent,
+        } - {None}
+        assert parts <= {*seat_roster.agents}
+        assert [*seat_roster.agents][-2:] == ["random", "search"]
 
 
 @pytest.mark.parametrize("name", problem_names())
-def test_an_adviser_is_the_agent_of_its_name(name: str) -> None:
-    for problem, seat in seats_of(name):
+def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
+    for problem, seat in list_seats(name):
         for turns, rival in product((None, 1, 7, 1000), ("random", "human", "chase", "sing")):
-            found = find_hint_provider(problem, seat, turns, [rival] * len(problem.agents))
-            assert found is None or dmplay.load_agent(problem, seat, found[0]) == found[1]
+            provider = find_hint_provider(problem, seat, turns, [rival] * len(problem.agents))
+            assert provider is None or dmplay.load_agent(problem, seat, provider[0]) == provider[1]
 
 
 @pytest.mark.parametrize(
-    ("name", "turns", "seats", "told"),
+    ("name", "turns", "seats", "expected"),
     [
         ("catch", None, (), "optimal"),
         ("catch", 3, (), "optimal:horizon=3"),
@@ -78,23 +82,25 @@ def test_an_adviser_is_the_agent_of_its_name(name: str) -> None:
         ("hexworld", 3, ("human",), "optimal"),
     ],
 )
-def test_an_adviser_is_named_by_what_it_does_otherwise_in_this_game(
-    name: str, turns: int | None, seats: tuple[str, ...], told: str
+def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
+    name: str, turns: int | None, seats: tuple[str, ...], expected: str
 ) -> None:
-    found = find_hint_provider(dmplay.load_problem(name), 0, turns, seats)
-    assert found is not None
-    assert found[0] == told
+    provider = find_hint_provider(dmplay.load_problem(name), 0, turns, seats)
+    assert provider is not None
+    assert provider[0] == expected
 
 
-def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
-    unending = dmplay.load_problem("crying-baby", discount=1.0)
-    names = [found[0] for turns in (3, 10, 30) if (found := find_hint_provider(unending, 0, turns))]
+def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
+    endless = dmplay.load_problem("crying-baby", discount=1.0)
+    names = [
+        provider[0] for turns in (3, 10, 30) if (provider := find_hint_provider(endless, 0, turns))
+    ]
     assert names == ["plan:horizon=3", "plan", "plan"]
-    assert plan_for_turn_limit(unending, 0, "plan", 3) == "plan"
+    assert plan_for_turn_limit(endless, 0, "plan", 3) == "plan"
 
 
 @pytest.mark.parametrize(
-    ("agent", "turns", "told"),
+    ("agent", "turns", "expected"),
     [
         ("optimal", 3, "optimal:horizon=3"),
         ("optimal", 10, "optimal"),
@@ -108,10 +114,10 @@ def test_a_plan_looks_no_further_than_the_end_but_only_to_advise() -> None:
         ("./bots.py:Plain", 3, "./bots.py:Plain"),
     ],
 )
-def test_a_name_is_of_an_agent_that_plans_this_game_unless_it_says_how_far(
-    agent: str, turns: int, told: str
+def test_a_planning_agent_gets_the_turn_limit_unless_its_name_sets_a_horizon(
+    agent: str, turns: int, expected: str
 ) -> None:
-    assert plan_for_turn_limit(dmplay.load_problem("catch"), 0, agent, turns) == told
+    assert plan_for_turn_limit(dmplay.load_problem("catch"), 0, agent, turns) == expected
 
 
 @pytest.mark.parametrize(
@@ -128,18 +134,18 @@ def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
     assert str(caught.value).startswith(message)
 
 
-def test_an_agent_of_other_problems_is_told_as_such() -> None:
+def test_an_agent_for_other_problems_is_refused() -> None:
     hexworld, others = dmplay.load_problem("hexworld"), "random, search, script, replay, bot"
     for name in ("plan", "plan:horizon=3"):
         with pytest.raises(BadPolicy) as caught:
             dmplay.load_agent(hexworld, 0, name)
-        told = "agent plan is for crying-baby (POMDP, not MDP); expected one of human, optimal"
-        assert str(caught.value) == f"{told}, {others}"
+        message = "agent plan is for crying-baby (POMDP, not MDP); expected one of human, optimal"
+        assert str(caught.value) == f"{message}, {others}"
     with pytest.raises(BadPolicy, match=r"optimal is for .* and others; expected one of human"):
         dmplay.load_agent(dmplay.load_problem("2048"), 0, "optimal")
 
 
-def test_an_agent_of_other_problems_is_told_as_such_though_a_module_has_its_name(
+def test_an_agent_for_other_problems_is_refused_even_if_a_module_has_its_name(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / "qmdp.py").write_text("from json import loads as Strategy\n")
@@ -149,7 +155,7 @@ def test_an_agent_of_other_problems_is_told_as_such_though_a_module_has_its_name
 
 
 @pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep", "fractions:Fraction"])
-def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
+def test_an_object_that_constructs_no_policy_is_refused(name: str) -> None:
     with pytest.raises(
         BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
     ):
@@ -157,7 +163,7 @@ def test_what_makes_no_policy_is_told_as_such(name: str) -> None:
 
 
 @pytest.mark.parametrize("seat", [1, -1, "agent"])
-def test_an_agent_sits_where_there_is_a_seat(seat: int) -> None:
+def test_an_agent_needs_an_existing_seat(seat: int) -> None:
     with pytest.raises(BadParameter, match=f"^seat: got {seat!r}, expected 0 to 0$"):
         dmplay.load_agent(dmplay.load_problem("hexworld"), seat, "optimal")
 
@@ -182,19 +188,24 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
     [
         ("", r": got a file alone, expected a name in it, as \S+/plain.py:Plain$"),
         (":Plan", ": unknown attribute 'Plan'; did you mean Plain[?]$"),
-        (":A", ": unknown attribute 'A'; expected one of Plain$"),  # not what it imports
+        (":A", ": unknown attribute 'A'; expected one of Plain$"),  # without imports
     ],
 )
-def test_what_a_file_has_of_its_own_is_told(name: str, message: str, tmp_path: Path) -> None:
-    (tmp_path / "plain.py").write_text(PLAIN)
+def test_the_error_names_the_agents_that_a_file_defines(
+    name: str, message: str, tmp_path: Path
+) -> None:
+    (tmp_path / "plain.py").write_text(PLAIN_AGENT_SOURCE)
     with pytest.raises(DmplayError, match=message):
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/plain.py{name}")
 
 
 @pytest.mark.parametrize("draws", [-1, "x", None, 0.5])
-def test_an_agent_draws_so_many_uniforms(draws: object, tmp_path: Path) -> None:
+def test_the_uniform_count_of_an_agent_must_be_a_whole_number(
+    draws: object, tmp_path: Path
+) -> None:
     (tmp_path / "bots.py").write_text(
-        f"from dmplay.policies.general import Random\nclass Bot(Random):\n    uniform_count = {draws!r}\n"
+        "from dmplay.policies.general import Random\nclass "
+        f"Bot(Random):\n    uniform_count = {draws!r}\n"
     )
     with pytest.raises(
         BadPolicy, match=f"Bot: uniform_count: got {draws!r}, expected how many, 0 or"
@@ -202,19 +213,19 @@ def test_an_agent_draws_so_many_uniforms(draws: object, tmp_path: Path) -> None:
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/bots.py:Bot")
 
 
-def test_a_class_with_no_more_than_it_needs_plays_and_is_asked_again(tmp_path: Path) -> None:
-    (tmp_path / "bots.py").write_text(PLAIN)
+def test_a_minimal_agent_class_plays_and_can_be_verified(tmp_path: Path) -> None:
+    (tmp_path / "bots.py").write_text(PLAIN_AGENT_SOURCE)
     problem, name = dmplay.load_problem("hexworld"), f"{tmp_path}/bots.py:Plain"
     assert plan_for_turn_limit(problem, 0, name, 3) == name
-    played = dmplay.rollout(
+    result = dmplay.rollout(
         problem, [dmplay.load_agent(problem, 0, name)], episodes=2, turn_limit=3
     )
-    assert played.turn_counts.tolist() == [3, 3]
+    assert result.turn_counts.tolist() == [3, 3]
     assert load_verifiable_policies(problem, {"agent": name}, trusted=True) != [None]
 
 
-def test_an_agent_with_a_time_limit_is_not_asked_again() -> None:
+def test_an_agent_with_a_time_limit_cannot_be_verified() -> None:
     problem = dmplay.load_problem("2048")
-    for limit, asked in (("", True), (":milliseconds=5", False)):
+    for limit, verifiable in (("", True), (":milliseconds=5", False)):
         seats = {"agent": f"expectimax{limit}"}
-        assert (load_verifiable_policies(problem, seats, trusted=False) != [None]) is asked
+        assert (load_verifiable_policies(problem, seats, trusted=False) != [None]) is verifiable

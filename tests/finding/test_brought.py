@@ -1,4 +1,4 @@
-"""Problems that a user brings: their agents, hints and words, by kind and size alone."""
+"""Tests of user-defined problems: their agents, hints and text depend on kind and size alone."""
 
 import math
 from dataclasses import dataclass
@@ -26,21 +26,21 @@ from dmplay.solutions import every
 from dmplay.solutions.played import SimulationOptions, solve_by_simulation, use_simulation_options
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers import point_based as solver
-from tests.support.blocks import TIGER
-from tests.support.brought import Counted, Heap, Key, Telltale, Vault
-from tests.support.hidden import four_by_three
-from tests.support.programs import run
-from tests.support.quick import quickly
-from tests.support.screens import seated
+from tests.support.blocks import TIGER_SOURCE
+from tests.support.brought import Heap, IntegerStateProblem, Key, RevealingVault, Vault
+from tests.support.hidden import make_four_by_three
+from tests.support.programs import run_dmplay
+from tests.support.quick import run_with_call_limit
+from tests.support.screens import make_session_game
 
-TOLD: dict[str, type[Tabular]] = {}
-exec(TIGER, TOLD)  # the guide's own
-Tiger = TOLD["Tiger"]
+GUIDE_NAMESPACE: dict[str, type[Tabular]] = {}
+exec(TIGER_SOURCE, GUIDE_NAMESPACE)  # the example of the guide
+Tiger = GUIDE_NAMESPACE["Tiger"]
 
 
 @dataclass(frozen=True)
-class Patient(Tiger):  # type: ignore[misc, valid-type]
-    """The tiger without an end."""
+class EndlessTiger(Tiger):  # type: ignore[misc, valid-type]
+    """The tiger problem without a last turn."""
 
     horizon = None
     discount: float = 0.95
@@ -48,7 +48,7 @@ class Patient(Tiger):  # type: ignore[misc, valid-type]
 
 @dataclass(frozen=True)
 class Lamp(Tabular):
-    """Two states that are seen: light is worth 1 a turn, the switch costs 0.5."""
+    """Two visible states: light is worth 1 per turn, and the switch costs 0.5."""
 
     actions = (Labels(("wait", "switch")),)
     state_names, initial_belief = ("dark", "light"), np.array([1.0, 0.0])
@@ -60,8 +60,8 @@ class Lamp(Tabular):
 
 
 @dataclass(frozen=True)
-class Flip(Counted):
-    """A coin that is turned or not: what is seen is whether it was."""
+class CoinFlip(IntegerStateProblem):
+    """A coin that is turned over at random; the observation is whether it was turned."""
 
     discount: float = 0.9
     actions = (Labels(("heads", "tails")),)
@@ -78,28 +78,28 @@ class Flip(Counted):
         return (Categorical(np.full((len(s), 1), 0.5)),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        paid = np.where(a[:, 0] == s, 1.0, 0.0)
-        return Outcome(events[0], paid[:, None], np.asarray(events[0] != s, int)[:, None])
+        rewards = np.where(a[:, 0] == s, 1.0, 0.0)
+        return Outcome(events[0], rewards[:, None], np.asarray(events[0] != s, int)[:, None])
 
 
 @dataclass(frozen=True)
-class Spoken(Flip):
-    """The coin, told of in words."""
+class TextCoinFlip(CoinFlip):
+    """The coin with text observations."""
 
     observations = (TextLine(),)  # type: ignore[assignment]
 
 
 @dataclass(frozen=True)
-class Beans(Heap):
-    """A heap of which no list can be made, and whose game goes on for ever."""
+class EndlessHeap(Heap):
+    """A heap with too many states to list, in an undiscounted game."""
 
     discount: float = 1.0
     state_count = 2**60
 
 
 @dataclass(frozen=True)
-class Tower(Counted):
-    """One that grows for ever."""
+class GrowingTower(IntegerStateProblem):
+    """A tower that can grow without end."""
 
     actions = (Labels(("stay", "grow")),)
     state_count, placed = math.inf, 0
@@ -112,8 +112,8 @@ class Tower(Counted):
 
 
 @dataclass(frozen=True)
-class Four(Tabular):
-    """Four hidden states of which each has an action: plans are soon too many."""
+class FourHiddenStates(Tabular):
+    """Four hidden states with one action each: the number of plans grows quickly."""
 
     discount: float = 0.9
     horizon = 6
@@ -131,15 +131,15 @@ class Four(Tabular):
 
 
 @dataclass(frozen=True)
-class Dial(Lamp):
-    """One whose actions are real numbers."""
+class ContinuousLamp(Lamp):
+    """A lamp whose actions are real numbers."""
 
     actions = (Interval(-1.0, 1.0),)  # type: ignore[assignment]
 
 
 @dataclass(frozen=True)
-class Fused(Lamp):
-    """One that can be left on for ever, or goes out for good."""
+class FusedLamp(Lamp):
+    """A lamp that can stay on forever or go out for good."""
 
     discount: float = 1.0
     initial_belief = np.array([0.0, 1.0])
@@ -152,21 +152,23 @@ class Fused(Lamp):
         return np.asarray(s == 0)
 
 
-def game(problem: dmplay.Problem, limit: int | None = None) -> Game:
-    return seated("mine", Session(problem, SeededUniforms(7, 0), [None], turn_limit=limit), [HUMAN])
+def make_game(problem: dmplay.Problem, limit: int | None = None) -> Game:
+    return make_session_game(
+        "mine", Session(problem, SeededUniforms(7, 0), [None], turn_limit=limit), [HUMAN]
+    )
 
 
 @pytest.mark.parametrize(
     ("problem", "fitting", "hint"),
     [
         (Tiger(), ["optimal", "point-based", "plan"], "optimal"),
-        (Patient(), ["optimal", "point-based", "plan", "qmdp"], "optimal"),
-        (Flip(), ["optimal", "point-based"], "optimal"),
+        (EndlessTiger(), ["optimal", "point-based", "plan", "qmdp"], "optimal"),
+        (CoinFlip(), ["optimal", "point-based"], "optimal"),
         (Lamp(), ["optimal"], "optimal"),
         (Lamp(discount=1.0), ["plan"], "search"),
-        (Dial(), [], "search"),
-        (Spoken(), [], "search"),
-        (Beans(), [], "search"),
+        (ContinuousLamp(), [], "search"),
+        (TextCoinFlip(), [], "search"),
+        (EndlessHeap(), [], "search"),
     ],
 )
 def test_a_problem_has_the_agents_that_its_kind_allows(
@@ -176,43 +178,45 @@ def test_a_problem_has_the_agents_that_its_kind_allows(
     assert load_roster(problem, 0).hint_provider == hint
 
 
-def test_the_turns_of_a_game_that_has_no_end_are_planned_once_they_are_known() -> None:
-    unending = Lamp(discount=1.0)
+def test_an_endless_game_is_planned_once_it_has_a_turn_limit() -> None:
+    endless = Lamp(discount=1.0)
     names = [
-        found[0] for turns in (None, 4, 10**9) if (found := find_hint_provider(unending, 0, turns))
+        provider[0]
+        for turns in (None, 4, 10**9)
+        if (provider := find_hint_provider(endless, 0, turns))
     ]
     assert [name.partition(":")[0] for name in names] == ["search", "plan", "search"]
 
 
-def test_what_may_pay_for_ever_undiscounted_is_searched_or_planned(
+def test_an_endless_undiscounted_problem_is_searched_or_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(value_iteration, "MAX_SWEEPS", 1000)
-    best = dmplay.load_agent(Fused(), 0, "optimal")
+    policy = dmplay.load_agent(FusedLamp(), 0, "optimal")
     with pytest.raises(BudgetExceeded, match="values change by 1 a turn; nothing is discounted"):
-        dmplay.rollout(Fused(), [best], episodes=1, turn_limit=2)
-    assert game(Fused()).hint_provider.create_hint() == "hint (search): wait"
-    told = game(Fused(), limit=3).hint_provider.create_hint()
-    assert told == "hint (plan:horizon=3): wait. values: wait 3.00, switch 0.50"
+        dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
+    assert make_game(FusedLamp()).hint_provider.create_hint() == "hint (search): wait"
+    hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
+    assert hint == "hint (plan:horizon=3): wait. values: wait 3.00, switch 0.50"
 
 
-def test_what_is_not_legal_is_neither_valued_nor_best() -> None:
-    found = every.solve_problem(Key())
-    assert [(row["state"], row["best"]) for row in found.rows] == [
+def test_an_illegal_action_is_neither_valued_nor_best() -> None:
+    solution = every.solve_problem(Key())
+    assert [(row["state"], row["best"]) for row in solution.rows] == [
         ("before", "take"), ("with the key", "open"), ("done", "take wait open"),
     ]  # fmt: skip
-    assert [row["value"] for row in found.rows] == pytest.approx([8.0, 10.0, 0.0])
+    assert [row["value"] for row in solution.rows] == pytest.approx([8.0, 10.0, 0.0])
     assert (
-        game(Key()).hint_provider.create_hint()
+        make_game(Key()).hint_provider.create_hint()
         == "hint (optimal): take. values: take 8.00, wait 7.20"
     )
-    played = dmplay.rollout(Key(), [dmplay.load_agent(Key(), 0, "optimal")], episodes=1)
-    assert played.returns[0, 0] == pytest.approx(8.0)
+    result = dmplay.rollout(Key(), [dmplay.load_agent(Key(), 0, "optimal")], episodes=1)
+    assert result.returns[0, 0] == pytest.approx(8.0)
 
 
 @dataclass(frozen=True)
-class Jammed(Tabular):
-    """A lever of a machine nobody sees into: it cannot be pulled, and pays when it is pushed."""
+class JammedLever(Tabular):
+    """The lever of a machine whose state is hidden: it cannot be pulled, and pushing it pays."""
 
     discount: float = 0.5
     actions, observations = (Labels(("pull", "push", "wait")),), (Labels(("dark",)),)
@@ -224,16 +228,16 @@ class Jammed(Tabular):
 
 
 @pytest.mark.parametrize("name", ["optimal", "plan:horizon=3", "qmdp"])
-def test_where_states_are_hidden_only_what_is_legal_is_done(name: str) -> None:
-    played = dmplay.rollout(
-        Jammed(), [dmplay.load_agent(Jammed(), 0, name)], episodes=1, turn_limit=3
+def test_only_legal_actions_are_chosen_with_hidden_states(name: str) -> None:
+    result = dmplay.rollout(
+        JammedLever(), [dmplay.load_agent(JammedLever(), 0, name)], episodes=1, turn_limit=3
     )
-    assert played.returns[0, 0] == pytest.approx(1.75)
+    assert result.returns[0, 0] == pytest.approx(1.75)
 
 
 @dataclass(frozen=True)
-class Barred(MatrixGame):
-    """The prisoner's dilemma of two who cannot both be silent: the first may only talk."""
+class RestrictedDilemma(MatrixGame):
+    """A prisoner's dilemma in which the first player may only talk."""
 
     discount: float = 0.1
     actions = (Labels(("silent", "talk")),) * 2
@@ -243,16 +247,18 @@ class Barred(MatrixGame):
         return np.tile([[False, True], [True, True]], (len(s), 1, 1))
 
 
-def test_in_rounds_of_a_game_only_what_is_legal_is_done() -> None:
-    for name in {*load_roster(Barred()).agents} - {"search"}:
-        both = [dmplay.load_agent(Barred(), seat, name) for seat in range(2)]
-        assert dmplay.rollout(Barred(), both, episodes=1, turn_limit=2).turn_counts.tolist() == [2]
-    assert every.solve_problem(Barred()).rows[0]["agent1"] == "talk"
+def test_only_legal_actions_are_chosen_in_a_repeated_game() -> None:
+    for name in {*load_roster(RestrictedDilemma()).agents} - {"search"}:
+        policies = [dmplay.load_agent(RestrictedDilemma(), seat, name) for seat in range(2)]
+        assert dmplay.rollout(
+            RestrictedDilemma(), policies, episodes=1, turn_limit=2
+        ).turn_counts.tolist() == [2]
+    assert every.solve_problem(RestrictedDilemma()).rows[0]["agent1"] == "talk"
 
 
 @dataclass(frozen=True)
-class Shut(Tabular):
-    """Doors that a key opens which nobody has."""
+class LockedDoors(Tabular):
+    """Doors that open only with a key that no agent has."""
 
     discount: float = 0.9
     actions = (Labels(("listen", "open")),)
@@ -268,95 +274,101 @@ class Shut(Tabular):
         return np.stack([np.ones(len(s), bool), s == 2], axis=1)[:, None]
 
 
-def test_where_what_is_legal_tells_of_the_state_no_value_of_a_belief_is_told() -> None:
-    for kind, agents in ((Vault, {"optimal", "search"}), (Telltale, {"search"})):
+def test_no_belief_value_is_shown_if_legal_actions_reveal_the_state() -> None:
+    for kind, agents in ((Vault, {"optimal", "search"}), (RevealingVault, {"search"})):
         assert {"optimal", "search"} & set(load_roster(kind()).agents) == agents
     with use_simulation_options(SimulationOptions(episodes=2)):
-        assert every.solve_problem(Telltale()).method.startswith("simulation")
+        assert every.solve_problem(RevealingVault()).method.startswith("simulation")
 
 
-def test_what_is_not_legal_at_the_start_is_not_named_where_states_are_hidden(
+def test_illegal_first_actions_are_not_listed_with_hidden_states(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
-    for problem, first in ((Vault(), ["listen", "take"]), (Shut(), ["listen"])):
+    for problem, first in ((Vault(), ["listen", "take"]), (LockedDoors(), ["listen"])):
         with limit_total_work(1e8):
-            found = every.solve_problem(problem)
-        assert found.method.startswith("point-based, ")
-        assert [row["first"] for row in found.rows] == first
-        assert found.rows[0]["best"] == "*"
+            solution = every.solve_problem(problem)
+        assert solution.method.startswith("point-based, ")
+        assert [row["first"] for row in solution.rows] == first
+        assert solution.rows[0]["best"] == "*"
 
 
 def test_a_long_game_without_a_discount_is_bounded() -> None:
     with use_simulation_options(SimulationOptions(turns=150)), limit_total_work(1e8):
-        found = every.solve_problem(four_by_three(1.0))
-    assert found.method == "point-based, 150 turns"
-    assert found.result.startswith("value ")
+        solution = every.solve_problem(make_four_by_three(1.0))
+    assert solution.method == "point-based, 150 turns"
+    assert solution.result.startswith("value ")
     with (
         use_simulation_options(SimulationOptions(turns=2000)),
         pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
     ):
-        every.solve_problem(four_by_three(1.0))
+        every.solve_problem(make_four_by_three(1.0))
 
 
-def test_a_game_that_nothing_ends_is_searched_for_some_turns() -> None:
+def test_an_endless_game_is_simulated_for_a_limited_number_of_turns() -> None:
     with use_simulation_options(SimulationOptions(episodes=2)):
-        assert solve_by_simulation(Tower()).result == "2 games of seed 1, 20 turns each"
+        assert solve_by_simulation(GrowingTower()).result == "2 games of seed 1, 20 turns each"
 
 
-def test_solving_takes_as_much_work_as_is_wished(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "DEFAULT_WORK_LIMIT", 2e7)
     with use_simulation_options(SimulationOptions(work=2.0)):
-        found = every.solve_problem(four_by_three(0.95)).result
-    assert found.endswith("; more work brings them closer: --work 20")
+        result = every.solve_problem(make_four_by_three(0.95)).result
+    assert result.endswith("; more work brings them closer: --work 20")
     with (
-        use_simulation_options(wish := SimulationOptions(work=2.0)),
+        use_simulation_options(options := SimulationOptions(work=2.0)),
         pytest.raises(
             BadParameter,
             match=r"^--work: nothing is brought between two bounds here; the",
         ),
     ):
-        wish.check_options_used(every.solve_problem(Lamp()).method)
+        options.check_options_used(every.solve_problem(Lamp()).method)
 
 
-def test_more_turns_than_count_are_worth_what_a_game_without_end_is() -> None:
+def test_turns_beyond_the_discount_have_the_value_of_an_endless_game() -> None:
     with use_simulation_options(SimulationOptions(turns=10**8)):
         assert every.solve_problem(Lamp()).result.endswith(
             "; value 0.5 at the start of 100000000 turns"
         )
-        told = every.solve_problem(Lamp(discount=0.999999)).result
-    assert told.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
+        result = every.solve_problem(Lamp(discount=0.999999)).result
+    assert result.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
 
 
-def test_what_is_seen_of_the_state_before_is_planned_for_too() -> None:
-    found = every.solve_problem(Flip())
-    assert found.method == "point-based, 5 turns"
-    assert found.result.startswith("value 4.0951 at the start; ")
-    assert [row["best"] for row in found.rows] == ["*", ""]
+def test_observations_that_depend_on_the_previous_state_are_planned_for() -> None:
+    solution = every.solve_problem(CoinFlip())
+    assert solution.method == "point-based, 5 turns"
+    assert solution.result.startswith("value 4.0951 at the start; ")
+    assert [row["best"] for row in solution.rows] == ["*", ""]
 
 
-def test_plans_that_are_too_many_are_bounded(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_problem_with_too_many_plans_is_solved_with_bounds(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(alpha_vectors, "WORK_LIMIT", 1000)
-    agent = dmplay.load_agent(Four(discount=1.0), 0, "optimal")
+    agent = dmplay.load_agent(FourHiddenStates(discount=1.0), 0, "optimal")
     assert agent.action_values(agent.initial_memory(np.full(1, -1))) is not None
     with pytest.raises(BudgetExceeded, match="there are too many plans; search needs none"):
-        dmplay.load_agent(Four(discount=1.0), 0, "plan").action_values((np.full((1, 4), 0.25),))
+        dmplay.load_agent(FourHiddenStates(discount=1.0), 0, "plan").action_values(
+            (np.full((1, 4), 0.25),)
+        )
 
 
-def test_a_hint_costs_less_than_the_agent_may_that_it_asks(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_hint_uses_less_work_than_its_agent_may(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 1000)
-    assert game(Arms(discount=0.6)).hint_provider.create_hint().startswith("hint (search): ")
+    assert (
+        make_game(ThreeArms(discount=0.6)).hint_provider.create_hint().startswith("hint (search): ")
+    )
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 6e7)
-    hint = game(Arms(discount=0.6)).hint_provider.create_hint()
+    hint = make_game(ThreeArms(discount=0.6)).hint_provider.create_hint()
     assert hint.startswith("hint (point-based, value 1.")
     assert " to 1." in hint
     assert " at the start): " in hint
 
 
 @dataclass(frozen=True)
-class Arms(Tabular):
-    """Three arms in a state that stays: each stage has far more plans than the one before."""
+class ThreeArms(Tabular):
+    """Three arms in a constant state: each stage has far more plans than the one before."""
 
     discount: float = 0.95
     horizon = 20
@@ -371,16 +383,16 @@ class Arms(Tabular):
     )
 
 
-def test_a_hint_of_too_many_plans_is_soon_given(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_hint_for_a_problem_with_too_many_plans_is_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 5e6)
-    hint = quickly(game(Arms(discount=0.3)).hint_provider.create_hint)
+    hint = run_with_call_limit(make_game(ThreeArms(discount=0.3)).hint_provider.create_hint)
     assert hint.startswith("hint (optimal): ")
     with pytest.raises(BudgetExceeded, match=r"^alpha vectors: 641 MB, more than 512; there"):
-        dmplay.load_agent(Arms(), 0, "plan").action_values((np.full((1, 3), 1 / 3),))
+        dmplay.load_agent(ThreeArms(), 0, "plan").action_values((np.full((1, 3), 1 / 3),))
 
 
-def test_a_hint_knows_how_many_turns_are_left() -> None:
-    tiger = game(Tiger())
+def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
+    tiger = make_game(Tiger())
     for _ in range(9):
         tiger.session.advance([0])
     assert tiger.hint_provider.create_hint().startswith("hint (optimal): ")
@@ -391,55 +403,55 @@ def test_a_hint_knows_how_many_turns_are_left() -> None:
     assert abs(returns.mean() - 9.438) <= 2 * returns.std() / np.sqrt(len(returns))
 
 
-def test_a_game_of_some_turns_is_planned_to_its_end() -> None:
-    assert plan_for_turn_limit(Patient(), 0, "optimal", 3) == "optimal:horizon=3"
-    assert plan_for_turn_limit(Patient(), 0, "optimal", 1000) == "optimal"
+def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
+    assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 3) == "optimal:horizon=3"
+    assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 1000) == "optimal"
     with pytest.raises(BadPolicy, match="a game without end needs a discount below 1; --turns"):
-        _ = PointBasedOptimalPolicy(Patient(discount=1.0), 0).bounds
+        _ = PointBasedOptimalPolicy(EndlessTiger(discount=1.0), 0).bounds
 
 
-def test_the_tiger_is_listened_to_until_a_door_is_worth_it() -> None:
-    played = game(Tiger())
-    assert played.hint_provider.create_hint() == (
+def test_the_first_hint_for_the_tiger_is_to_listen() -> None:
+    tiger = make_game(Tiger())
+    assert tiger.hint_provider.create_hint() == (
         "hint (optimal): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
     )
-    assert played.narrator.describe_situation(played.snapshot()) == (
+    assert tiger.narrator.describe_situation(tiger.snapshot()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."
     )
 
 
-def test_an_unending_tiger_is_worth_what_the_literature_says() -> None:
-    policy = dmplay.load_agent(Patient(), 0, "optimal")
+def test_the_endless_tiger_has_the_value_of_the_literature() -> None:
+    policy = dmplay.load_agent(EndlessTiger(), 0, "optimal")
     values = policy.action_values(policy.initial_memory(np.full(1, -1)))
     assert values is not None
     assert values.max() == pytest.approx(19.3714, abs=1e-3)
 
 
-def test_a_lamp_is_switched_on_and_left() -> None:
+def test_the_optimal_policy_switches_the_lamp_on_and_leaves_it_on() -> None:
     policy = dmplay.load_agent(Lamp(), 0, "optimal")
     values = policy.action_values(policy.initial_memory(np.array([0, 1])))
     assert values is not None
     assert values.tolist() == [[0.25, 0.5], [2.0, 0.75]]
 
 
-def test_a_lamp_goes_where_its_switch_says() -> None:
-    played = game(Lamp())
+def test_the_switch_changes_the_state_of_the_lamp() -> None:
+    lamp = make_game(Lamp())
     for action, state in (("wait", "dark"), ("switch", "light"), ("wait", "light")):
-        played.choose(played.keyboard.parse_action(played.view(), action))
-        assert played.problem.format_state(played.session.state) == state
-        assert played.view().observation == played.session.state
-    assert [turn.rewards.tolist() for turn in played.session.turns] == [[0.0], [-0.5], [1.0]]
+        lamp.choose(lamp.keyboard.parse_action(lamp.view(), action))
+        assert lamp.problem.format_state(lamp.session.state) == state
+        assert lamp.view().observation == lamp.session.state
+    assert [turn.rewards.tolist() for turn in lamp.session.turns] == [[0.0], [-0.5], [1.0]]
 
 
-def test_a_problem_without_values_is_advised_by_a_search() -> None:
-    assert game(Lamp(discount=1.0)).hint_provider.create_hint().startswith("hint (search): ")
+def test_a_problem_without_values_gets_hints_from_a_search() -> None:
+    assert make_game(Lamp(discount=1.0)).hint_provider.create_hint().startswith("hint (search): ")
 
 
-def test_some_turns_of_a_game_without_end_are_planned() -> None:
+def test_a_limited_number_of_turns_of_an_endless_game_is_planned() -> None:
     lamp = Lamp(discount=1.0)
     assert plan_for_turn_limit(lamp, 0, "plan", 3) == "plan:horizon=3"
-    planning = dmplay.load_agent(lamp, 0, "plan:horizon=3")
-    values = planning.action_values(planning.initial_memory(np.array([0, 1])))
+    policy = dmplay.load_agent(lamp, 0, "plan:horizon=3")
+    values = policy.action_values(policy.initial_memory(np.array([0, 1])))
     assert values is not None
     assert values.tolist() == [[0.5, 1.5], [3.0, 1.0]]
     endless = dmplay.load_agent(lamp, 0, "plan")
@@ -447,10 +459,10 @@ def test_some_turns_of_a_game_without_end_are_planned() -> None:
         endless.action_values(endless.initial_memory(np.array([0])))
 
 
-def test_each_agent_needs_actions_of_its_own(tmp_path: Path) -> None:
+def test_each_agent_needs_its_own_actions(tmp_path: Path) -> None:
     (tmp_path / "pair.py").write_text(
-        TIGER.replace("    state_names", '    agents = ("a", "b")\n    state_names')
+        TIGER_SOURCE.replace("    state_names", '    agents = ("a", "b")\n    state_names')
     )
-    done = run(tmp_path, f"{tmp_path}/pair.py:Tiger")
-    assert done.returncode == 2
-    assert ":10 actions: got 1 action set for 2 agents, expected one each" in done.stderr
+    process = run_dmplay(tmp_path, f"{tmp_path}/pair.py:Tiger")
+    assert process.returncode == 2
+    assert ":10 actions: got 1 action set for 2 agents, expected one each" in process.stderr

@@ -1,4 +1,4 @@
-"""Problems in files: found by name, told of in transcripts, and known again by their hash."""
+"""Tests of problems in files: found by name, named in transcripts and identified by their hash."""
 
 import json
 import sys
@@ -16,24 +16,24 @@ from dmplay.game.request import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.start import start_game, start_new_game
 from dmplay.game.table import GameController
 from dmplay.transcript.reading import read_transcript
-from tests.files.sources import BALLET, TEAM, TIGER, kept
+from tests.files.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 
 
 @pytest.fixture
-def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with files of three formats, and one below it."""
+def problem_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with files of three formats and a subfolder."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
-    kept(tmp_path, "tiger.POMDP", TIGER)
-    kept(tmp_path, "tigers.dpomdp", TEAM)
-    kept(tmp_path, "ballet.nfg", BALLET)
+    write_text_file(tmp_path, "tiger.POMDP", TIGER_TEXT)
+    write_text_file(tmp_path, "tigers.dpomdp", TEAM_TEXT)
+    write_text_file(tmp_path, "ballet.nfg", BALLET_TEXT)
     (tmp_path / "below").mkdir()
     return tmp_path
 
 
-def recorded(place: str) -> Path:
-    """The transcript of a short game of an agent."""
-    path = Path(place)
+def record_game(filename: str) -> Path:
+    """Record a short game of an agent and return its transcript."""
+    path = Path(filename)
     game = start_new_game(
         GameRequest("tiger.POMDP", agent="random", seed=3, turns=4, record_path=path)
     )
@@ -43,64 +43,73 @@ def recorded(place: str) -> Path:
     return path
 
 
-def test_a_file_is_found_by_its_ending_whatever_its_case(here: Path) -> None:
+def test_a_file_is_found_by_its_suffix_in_upper_or_lower_case(problem_folder: Path) -> None:
     for name, kind in (
         ("tiger.POMDP", "POMDP"),
         ("./tigers.dpomdp", "Dec-POMDP"),
-        (str(here / "ballet.nfg"), "simple game"),
+        (str(problem_folder / "ballet.nfg"), "simple game"),
     ):
-        found = resolve_problem(name, {}, trusted=False)  # data needs no trust
-        assert (found.name, found.problem.kind) == (name, kind)
-        assert found.origin.startswith("sha256:")
-        assert not requires_trust(found.name)
+        resolved = resolve_problem(name, {}, trusted=False)  # data needs no trust
+        assert (resolved.name, resolved.problem.kind) == (name, kind)
+        assert resolved.origin.startswith("sha256:")
+        assert not requires_trust(resolved.name)
     assert load_problem("tiger.POMDP", discount=0.5).discount == 0.5
 
 
-def test_code_of_others_is_brought_and_what_is_read_is_not() -> None:
+def test_problems_in_code_require_trust_and_data_files_do_not() -> None:
     names = ("hexworld:straight-line", "poker.efg", "./grid.py:Grid", "openspiel:efg_game(a.efg)")
     assert [*map(requires_trust, names)] == [False, False, True, True]
 
 
-def test_a_transcript_tells_the_file_beside_it_and_its_hash(here: Path) -> None:
-    header = read_transcript(recorded("below/a.dmt")).header
+def test_a_transcript_names_the_relative_problem_file_and_its_hash(problem_folder: Path) -> None:
+    header = read_transcript(record_game("below/a.dmt")).header
     assert (header.problem, header.origin) == (
         "../tiger.POMDP", resolve_problem("tiger.POMDP", {}).origin
     )  # fmt: skip
-    for folder in (here / "below", here, here.parent):
-        with pytest.MonkeyPatch.context() as patch:
-            patch.chdir(folder)
-            assert verify_file(here / "below" / "a.dmt").is_ok
-    (here / "below").rename(here / "moved")
-    assert verify_file(here / "moved" / "a.dmt").is_ok
-    assert rebase_name("hexworld:straight-line", here, here / "below") == "hexworld:straight-line"
+    for folder in (problem_folder / "below", problem_folder, problem_folder.parent):
+        with pytest.MonkeyPatch.context() as context:
+            context.chdir(folder)
+            assert verify_file(problem_folder / "below" / "a.dmt").is_ok
+    (problem_folder / "below").rename(problem_folder / "moved")
+    assert verify_file(problem_folder / "moved" / "a.dmt").is_ok
+    assert (
+        rebase_name("hexworld:straight-line", problem_folder, problem_folder / "below")
+        == "hexworld:straight-line"
+    )
 
 
-def test_a_file_that_is_another_by_now_is_told_of(here: Path) -> None:
-    path = recorded("a.dmt")
+def test_a_changed_problem_file_is_reported(problem_folder: Path) -> None:
+    path = record_game("a.dmt")
     before = resolve_problem("tiger.POMDP", {}).origin
-    kept(here, "tiger.POMDP", TIGER + "# another\n")
+    write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT + "# another\n")
     now = resolve_problem("tiger.POMDP", {}).origin
-    told = f"tiger.POMDP is {now}, was {before}"
+    message = f"tiger.POMDP is {now}, was {before}"
     report = verify_file(path)
     assert report.is_ok
-    assert told in report.summary
-    assert Playback(path).warning == told
+    assert message in report.summary
+    assert Playback(path).warning == message
     branch = BranchRequest(path, turn=2, record_path=Path("below/b.dmt"))
     game = start_game(branch)
     game.finish("quit")
-    assert game.warning == told
+    assert game.warning == message
     header = read_transcript("below/b.dmt").header
     assert (header.problem, header.origin) == ("../tiger.POMDP", now)
     assert rewrite_file(path)
     assert verify_file(path).problem_change == ""
 
 
-def test_a_file_that_says_something_else_fails_and_is_told_of(here: Path) -> None:
-    path = recorded("a.dmt")
-    kept(here, "tiger.POMDP", TIGER.replace("* -1\n", "* -7\n").replace("0.85", "0.1 0.9 #"))
+def test_a_problem_file_with_other_rules_fails_verification_and_is_reported(
+    problem_folder: Path,
+) -> None:
+    path = record_game("a.dmt")
+    write_text_file(
+        problem_folder,
+        "tiger.POMDP",
+        TIGER_TEXT.replace("* -1\n", "* -7\n").replace("0.85", "0.1 0.9 #"),
+    )
     report = verify_file(path)
     assert not report.is_ok
-    kept(here, "tiger.POMDP", TIGER.replace("* -1\n", "* -7\n"))
+    write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT.replace("* -1\n", "* -7\n"))
     report = verify_file(path)
     assert not report.is_ok
     assert str(report).splitlines()[-1].startswith("a.dmt: tiger.POMDP is sha256:")
@@ -109,10 +118,13 @@ def test_a_file_that_says_something_else_fails_and_is_told_of(here: Path) -> Non
         start_game(ResumeRequest(path))
 
 
-def test_teams_play_verify_and_go_on(here: Path) -> None:
+def test_a_game_of_a_team_is_played_and_verified(problem_folder: Path) -> None:
     path = Path("team.dmt")
-    game = start_new_game(GameRequest("tigers.dpomdp", agent="random", other_agent="random", seed=1, turns=5,
-                       record_path=path))  # fmt: skip
+    game = start_new_game(
+        GameRequest(
+            "tigers.dpomdp", agent="random", other_agent="random", seed=1, turns=5, record_path=path
+        )
+    )
     while game.play_agent_turn():
         pass
     game.finish("quit")
@@ -121,7 +133,7 @@ def test_teams_play_verify_and_go_on(here: Path) -> None:
     assert json.dumps(turn["observations"]).count("hear-") == 2
 
 
-POKER = """EFG 2 R "Poker" { "Fred" "Alice" }
+POKER_SOURCE = """EFG 2 R "Poker" { "Fred" "Alice" }
 c "" 1 "" { "A" 1/2 "K" 1/2 } 0
 p "" 1 1 "" { "R" "F" } 0
 p "" 2 1 "" { "M" "P" } 0
@@ -136,10 +148,10 @@ t "" 3
 """
 
 
-def test_an_extensive_game_is_played_and_names_the_extra_that_reads_it(
-    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_an_extensive_game_is_played_and_its_missing_extra_is_named(
+    problem_folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    kept(here, "poker.efg", POKER)
+    write_text_file(problem_folder, "poker.efg", POKER_SOURCE)
     table = GameController(
         start_new_game(
             GameRequest("poker.efg", other_agent="script:m", seed=1, record_path=Path("game.dmt"))
@@ -150,11 +162,11 @@ def test_an_extensive_game_is_played_and_names_the_extra_that_reads_it(
     while game.play_agent_turn():
         pass
     assert game.session.over
-    assert abs(game.session.total_rewards()[0]) == 2.0  # who raises and is met wins or loses two
+    assert abs(game.session.total_rewards()[0]) == 2.0  # a raise that is called wins or loses two
     table.end_game()
     assert verify_file(Path("game.dmt")).is_ok
     print_epilogue(table)
     assert "replay: dmplay replay game.dmt\n" in capsys.readouterr().err  # it needs no trust
     monkeypatch.setitem(sys.modules, "pyspiel", None)
     with pytest.raises(BadParameter, match=r"pip install 'dmplay\[openspiel\]'"):
-        load_problem(kept(here / "below", "poker.efg", POKER))
+        load_problem(write_text_file(problem_folder / "below", "poker.efg", POKER_SOURCE))

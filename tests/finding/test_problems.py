@@ -1,4 +1,4 @@
-"""Names to problems: variants, parameters, actions, seats, and the nearest when one is wrong."""
+"""Tests of problem names: variants, parameters, actions, seats, and suggestions for wrong names."""
 
 from pathlib import Path
 from typing import Any
@@ -19,7 +19,7 @@ def test_a_problem_is_loaded_with_variant_and_parameters() -> None:
     )
 
 
-def test_a_path_is_that_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_path_loads_a_problem_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "lamp.mdp").write_text(
         "discount: 0.9\nvalues: cost\nstates: 2\nactions: go\nT: *\nuniform\n"
     )
@@ -31,7 +31,7 @@ def test_a_path_is_that_of_a_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         dmplay.load_problem(Path("hexworld"))
 
 
-def test_a_number_is_read_as_people_type_it() -> None:
+def test_a_number_can_be_typed_in_any_common_notation() -> None:
     for text in (".5", "+0.5", "0.50", "5e-1", ".5E0", "00.5"):
         assert dmplay.load_problem("hexworld", slip=text) == dmplay.load_problem(
             "hexworld", slip=0.5
@@ -97,7 +97,7 @@ def test_a_seat_is_found_by_name() -> None:
         problem.seat_index("agent3")
 
 
-def test_a_rollout_wants_a_policy_for_each_seat() -> None:
+def test_a_rollout_needs_a_policy_for_each_seat() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
     with pytest.raises(DmplayError, match="got 1 policies, expected one for each"):
         dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "grim")], episodes=1)
@@ -108,12 +108,12 @@ def test_a_rollout_wants_a_policy_for_each_seat() -> None:
         dmplay.rollout(problem, [grim, grim], episodes=-3)
 
 
-def test_tables_of_real_chances_are_refused() -> None:
+def test_a_problem_without_a_finite_list_of_states_has_no_tables() -> None:
     with pytest.raises(BadParameter, match="Game2048 has no finite list of states"):
         dmplay.load_problem("2048").enumerate_states()
 
 
-def test_a_file_of_another_kind_is_told_by_the_kinds_that_are_read(tmp_path: Path) -> None:
+def test_the_error_for_an_unknown_file_type_lists_the_supported_ones(tmp_path: Path) -> None:
     file = tmp_path / "tiger.pomdpx"
     file.write_text("<pomdpx/>")
     with pytest.raises(BadParameter, match=r"another kind, expected a name in \.py, \.pomdp, "):

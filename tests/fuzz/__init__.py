@@ -1,6 +1,6 @@
-"""What nobody means, said to dmplay."""
+"""A fuzzer of the command line."""
 
 import os
 
-# A case has the time of its own processor: threads that wait for each other would be counted too.
+# A case is limited in processor time, which would include threads that wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -1,11 +1,11 @@
-"""Problems of one's own, in a file, with arrays, labels and methods that are wrong."""
+"""User-defined problems in a file, with faulty arrays, labels and methods."""
 
 from random import Random
 
-from tests.fuzz.case import GAME, Case
+from tests.fuzz.case import GAME_FILE, Case
 
-FILE, NAME = "own.py", "./own.py:Own"
-TABLES = """\
+PROBLEM_FILE, PROBLEM = "own.py", "./own.py:Own"
+TABULAR_TEMPLATE = """\
 import numpy as np
 from dmplay import Labels, Tables, Tabular
 
@@ -18,7 +18,7 @@ class Own(Tabular):
     discount = {discount}
     tables = Tables({transition}, {rewards}, {seen})
 """
-METHODS = """\
+METHODS_TEMPLATE = """\
 import numpy as np
 from dataclasses import dataclass
 from dmplay import Labels, Outcome, DiscreteUniform, Problem
@@ -39,7 +39,7 @@ class Own(Problem):
     def terminal(self, s): return {terminal}
     def legal_actions_mask(self, s): return {legal}
 """
-RIGHT = {  # what makes a good problem of each form
+VALID_PARTS = {  # the parts of a valid problem of either template
     "agents": '("agent",)',
     "actions": '(Labels(("a", "b")),)',
     "observations": '(Labels(("x", "y")),)',
@@ -61,22 +61,31 @@ RIGHT = {  # what makes a good problem of each form
     "terminal": "s == 3",
     "legal": "None",
 }
-SHAPES = ("(2, 2, 2)", "(2, 2)", "(3, 2, 2)", "(2, 2, 3)", "(0, 2, 2)", "(2, 2, 1)", "(2,)", "()")
-ARRAYS = (
-    *(f"np.full({shape}, 0.5)" for shape in SHAPES), "np.full((2, 2, 2), np.nan)",
+ARRAY_SHAPES = (
+    "(2, 2, 2)",
+    "(2, 2)",
+    "(3, 2, 2)",
+    "(2, 2, 3)",
+    "(0, 2, 2)",
+    "(2, 2, 1)",
+    "(2,)",
+    "()",
+)
+FAULTY_ARRAYS = (
+    *(f"np.full({shape}, 0.5)" for shape in ARRAY_SHAPES), "np.full((2, 2, 2), np.nan)",
     "np.full((2, 2, 2), np.inf)", "np.full((2, 2, 2), -0.5)", "np.full((2, 2, 2), 0.55)",
     "np.full((2, 2, 2), 1e308)", "np.array([[['a', 'b']] * 2] * 2)", "np.full((2, 2, 1), np.nan)",
     "np.full((2, 2, 2), None)", "[[[0.5, 0.5]] * 2] * 2", "None", "7", "'text'", "()",
     "np.full((2, 2, 2), 1 + 1j)", "np.array([1.15, -0.15])", "np.array([0.5, 0.6])",
     "np.array([np.nan, 1])",
 )  # fmt: skip
-LABELS = (
+FAULTY_LABELS = (
     "()", "None", "Labels(())", "(Labels(()),)", '(Labels(("a",)),)', '(Labels(("a", "a")),)',
     '(Labels(("a", "b", "c")),)', '(Labels(("quit", "hint")),)', '(Labels(("a", "\\x1b[2J")),)',
     '(Labels(("", " ")),)', '(Labels(("a", "b")), Labels(("a", "b")))', "7", '("a", "b")',
     '(Labels((1, 2)),)', '(Labels(("a\\nb", "\\u202e")),)', '(Labels(("a", "b c;#")),)',
 )  # fmt: skip
-RESULTS = (
+FAULTY_RESULTS = (
     "None", "7", "s", "a", "np.zeros(0)", "np.full(len(s), np.nan)", "np.full(len(s), 99)",
     "np.full(len(s), -1)", "np.full(len(s), 0.5)", "np.zeros((len(s), 2))", "np.zeros((len(s), 1))",
     "np.full((len(s), 1), np.inf)", "np.full((len(s), 1), np.nan)", "'text'", "1 / 0", "[][1]",
@@ -84,40 +93,78 @@ RESULTS = (
     "(DiscreteUniform(np.zeros(len(s), int), 2),)", "(Categorical(np.full((len(s), 1), np.nan)),)",
     "(Normal(0.0, -1.0),)", "(Uniform(1.0, np.nan),)", "(7,)", "Labels(())", "a[0].item().missing",
 )  # fmt: skip
-TEXTS = ("None", "7", "''", "'\\x1b[2J'", "'a\\nb'", "s", "missing", "'\\u202e'", "'x' * 9000")
-NAMES = ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")
-COUNTS = ("None", "0", "-1", "1", "2", "10**9", "10**400", "1.5", "np.inf", "'4'", "()", "True")
-WRONG = {  # what else may be said in the place of each
-    **dict.fromkeys(("transition", "rewards", "seen", "belief"), ARRAYS),
-    **dict.fromkeys(("actions", "observations"), LABELS),
+FAULTY_TEXTS = (
+    "None",
+    "7",
+    "''",
+    "'\\x1b[2J'",
+    "'a\\nb'",
+    "s",
+    "missing",
+    "'\\u202e'",
+    "'x' * 9000",
+)
+FAULTY_NAMES = ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")
+FAULTY_COUNTS = (
+    "None",
+    "0",
+    "-1",
+    "1",
+    "2",
+    "10**9",
+    "10**400",
+    "1.5",
+    "np.inf",
+    "'4'",
+    "()",
+    "True",
+)
+FAULTY_PARTS = {  # the faulty values of each part
+    **dict.fromkeys(("transition", "rewards", "seen", "belief"), FAULTY_ARRAYS),
+    **dict.fromkeys(("actions", "observations"), FAULTY_LABELS),
     **dict.fromkeys(
         ("agents", "names"), ("()", "('a',)", "('a', 'a', 'b')", "None", "('', '\\x1b')", "7")
     ),
-    **dict.fromkeys(("horizon", "states", "discount"), COUNTS),
-    **dict.fromkeys(("opening", "place"), tuple(one.replace("len(s)", "rows") for one in RESULTS)),
-    **dict.fromkeys(("chance", "moved", "paid", "sight", "terminal", "legal"), RESULTS),
-    "notation": TEXTS,
+    **dict.fromkeys(("horizon", "states", "discount"), FAULTY_COUNTS),
+    **dict.fromkeys(
+        ("opening", "place"),
+        tuple(expression.replace("len(s)", "rows") for expression in FAULTY_RESULTS),
+    ),
+    **dict.fromkeys(("chance", "moved", "paid", "sight", "terminal", "legal"), FAULTY_RESULTS),
+    "notation": FAULTY_TEXTS,
 }
-SYNTAX = ("import missing_module\n", "def f(:\n", "raise RuntimeError('x')\n", "\x00", "\xff", "")
-SHORT = ("--turns", "3", "--seed", "1")
+FAULTY_PREFIXES = (
+    "import missing_module\n",
+    "def f(:\n",
+    "raise RuntimeError('x')\n",
+    "\x00",
+    "\xff",
+    "",
+)
+SHORT_GAME = ("--turns", "3", "--seed", "1")
 COMMANDS = (
-    (NAME, *SHORT, "--agent", "random"), ("info", NAME),
-    (NAME, *SHORT), (NAME, *SHORT, "--agent", "optimal"), (NAME, *SHORT, "--agent", "plan"),
-    (NAME, *SHORT, "--agent", "random", "-o", GAME, "--frames"), ("agents", NAME), ("solve", NAME),
-)  # fmt: skip
-TYPED = "a\nhint\nvalues\nlook\nbelief\nb\nundo\nlegal\nquit\n"
+    (PROBLEM, *SHORT_GAME, "--agent", "random"),
+    ("info", PROBLEM),
+    (PROBLEM, *SHORT_GAME),
+    (PROBLEM, *SHORT_GAME, "--agent", "optimal"),
+    (PROBLEM, *SHORT_GAME, "--agent", "plan"),
+    (PROBLEM, *SHORT_GAME, "--agent", "random", "-o", GAME_FILE, "--frames"),
+    ("agents", PROBLEM),
+    ("solve", PROBLEM),
+)
+TYPED_INPUT = "a\nhint\nvalues\nlook\nbelief\nb\nundo\nlegal\nquit\n"
 
 
-def brought(random: Random) -> Case:
-    """A problem in which one thing is wrong, or several, played, told of and solved."""
-    form = random.choice((TABLES, METHODS))
-    parts = dict(RIGHT)
+def draw_user_problem_case(random: Random) -> Case:
+    """Draw a problem with one or more faulty parts, to be played, described and solved."""
+    form = random.choice((TABULAR_TEMPLATE, METHODS_TEMPLATE))
+    parts = dict(VALID_PARTS)
     if random.random() < 0.3:
         parts["observations"], parts["seen"], parts["sight"] = "()", "None", "s"
-    within = [key for key in WRONG if f"{{{key}}}" in form]
-    for key in random.sample(within, random.choice((1, 1, 1, 2))):
-        parts[key] = random.choice(WRONG[key])
+    keys = [key for key in FAULTY_PARTS if f"{{{key}}}" in form]
+    for key in random.sample(keys, random.choice((1, 1, 1, 2))):
+        parts[key] = random.choice(FAULTY_PARTS[key])
     source = form.format(**parts)
     if random.random() < 0.03:
-        source = random.choice(SYNTAX) + source
-    return Case(random.choice(COMMANDS), {FILE: source.encode()}, typed=TYPED)
+        source = random.choice(FAULTY_PREFIXES) + source
+    return Case(random.choice(COMMANDS), {PROBLEM_FILE: source.encode()}, typed=TYPED_INPUT)

@@ -1,4 +1,4 @@
-"""Workers that try cases beside one another: a fresh one after some thousand or a fault."""
+"""A pool of workers that run cases; each is replaced after many cases or a fault."""
 
 import multiprocessing
 import os
@@ -11,15 +11,15 @@ from typing import NamedTuple
 
 from tests.fuzz.judging import Fault
 from tests.fuzz.kinds import Kind
-from tests.fuzz.trial import Result, tried
+from tests.fuzz.trial import Result, run_case
 
-FRESH = 2000  # cases of one worker
-PATIENCE = 600.0  # seconds without a result until a worker hangs, on a busy machine too
-FORK = multiprocessing.get_context("fork")
+CASES_PER_WORKER = 2000
+MAX_SILENCE_SECONDS = 600.0  # without a result before a worker is killed, on a busy machine too
+FORK_CONTEXT = multiprocessing.get_context("fork")
 
 
 class Task(NamedTuple):
-    """Cases of a kind for one worker, by their numbers."""
+    """A range of case numbers of one kind, for one worker."""
 
     kind: Kind
     seed: int
@@ -27,34 +27,34 @@ class Task(NamedTuple):
 
 
 class Worker:
-    """A process that tries the cases of a task, one after the other."""
+    """A process that runs the cases of a task in order."""
 
     def __init__(self, task: Task) -> None:
         self.task = task
-        self.told, there = FORK.Pipe(duplex=False)
-        self._process: ForkProcess = FORK.Process(target=_work, args=(task, there))
+        self.told, sender = FORK_CONTEXT.Pipe(duplex=False)
+        self._process: ForkProcess = FORK_CONTEXT.Process(target=_run_worker, args=(task, sender))
         self._process.start()
-        there.close()
+        sender.close()
         self.since = time.monotonic()
 
     def result(self) -> Result:
-        """What it tells next: what became of a case, or that it died of it."""
+        """Return the next result: that of a case, or the fault that a case ended the worker."""
         self.since = time.monotonic()
         try:
-            found: Result = self.told.recv()
+            result: Result = self.told.recv()
         except EOFError:
-            found = self._lost("died")
-        rest = range(found.number + 1, self.task.numbers.stop)
-        self.task = self.task._replace(numbers=rest)
-        return found
+            result = self._lost("died")
+        remaining = range(result.number + 1, self.task.numbers.stop)
+        self.task = self.task._replace(numbers=remaining)
+        return result
 
     def hurry(self, patience: float) -> None:
-        """Ends it where nothing was heard of it for so many seconds."""
+        """Kill the worker if it has sent nothing for this many seconds."""
         if time.monotonic() - self.since > patience:
             self._process.kill()
 
     def gone(self) -> None:
-        """Waits for its end."""
+        """Wait for the process to end, and close the pipe."""
         self._process.join()
         self.told.close()
 
@@ -65,39 +65,41 @@ class Worker:
         return Result(self.task.kind.name, number, how, (Fault(how, f"exit code {code}"),))
 
 
-def results(tasks: Sequence[Task], workers: int, patience: float = PATIENCE) -> Iterator[Result]:
-    """What becomes of all cases, in whatever order they are done."""
-    left, busy = list(reversed(tasks)), dict[Connection, Worker]()
-    while left or busy:
-        while left and len(busy) < workers:
-            worker = Worker(left.pop())
+def run_tasks(
+    tasks: Sequence[Task], workers: int, patience: float = MAX_SILENCE_SECONDS
+) -> Iterator[Result]:
+    """Yield the results of all cases, in the order in which they finish."""
+    waiting_tasks, busy = list(reversed(tasks)), dict[Connection, Worker]()
+    while waiting_tasks or busy:
+        while waiting_tasks and len(busy) < workers:
+            worker = Worker(waiting_tasks.pop())
             busy[worker.told] = worker
-        for told in wait([*busy], timeout=patience / 2):
-            assert isinstance(told, Connection)
-            worker = busy[told]
-            found = worker.result()
-            yield found
-            if found.faults or not worker.task.numbers:
+        for receiver in wait([*busy], timeout=patience / 2):
+            assert isinstance(receiver, Connection)
+            worker = busy[receiver]
+            result = worker.result()
+            yield result
+            if result.faults or not worker.task.numbers:
                 worker.gone()
-                del busy[told]
+                del busy[receiver]
                 if worker.task.numbers:
-                    left.append(worker.task)
+                    waiting_tasks.append(worker.task)
         for worker in busy.values():
             worker.hurry(patience)
 
 
-def shared(kind: Kind, seed: int, count: int) -> Iterator[Task]:
-    """So many cases of a kind, as tasks."""
-    for first in range(0, count, FRESH):
-        yield Task(kind, seed, range(first, min(first + FRESH, count)))
+def split_into_tasks(kind: Kind, seed: int, count: int) -> Iterator[Task]:
+    """Split this number of cases of a kind into tasks."""
+    for first in range(0, count, CASES_PER_WORKER):
+        yield Task(kind, seed, range(first, min(first + CASES_PER_WORKER, count)))
 
 
-def _work(task: Task, told: Connection) -> None:
-    """Is a worker, without a terminal: tries cases until one has a fault."""
+def _run_worker(task: Task, sender: Connection) -> None:
+    """Run as a worker process without a terminal: run cases until one has a fault."""
     os.setsid()
-    warnings.simplefilter("default")  # as the program has them
+    warnings.simplefilter("default")  # as in the program
     for number in task.numbers:
-        found = tried(task.kind, task.seed, number)
-        told.send(found)
-        if found.faults:
+        result = run_case(task.kind, task.seed, number)
+        sender.send(result)
+        if result.faults:
             return

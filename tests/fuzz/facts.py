@@ -1,4 +1,4 @@
-"""Transcripts in which one fact was changed for another value, and all else was made to fit it."""
+"""Transcripts in which one fact is replaced and everything else is made consistent with it."""
 
 import json
 from collections.abc import Iterator, Mapping
@@ -8,123 +8,130 @@ from random import Random
 from typing import NamedTuple
 
 from dmplay.transcript.format import EVENT_KEYS, TURN_KEYS
-from tests.fuzz.case import GAME, Case
-from tests.fuzz.corpus import transcripts
-from tests.fuzz.mutations import summed
-from tests.fuzz.program import dmplay
+from tests.fuzz.case import GAME_FILE, Case
+from tests.fuzz.corpus import list_transcripts
+from tests.fuzz.mutations import update_checksum
+from tests.fuzz.program import run_dmplay
 
-TOLERANCE = 1e-6  # of the scale, within which real numbers are the same fact
-ONLY_TOLD = ("human", "script")  # whose actions only the file can tell
-FREE = ("quit", "interrupted", "illegal", "forfeit")  # reasons that only the file can tell
-FACTS = (*TURN_KEYS, *EVENT_KEYS, "end")
-SOME = 2  # draws of a game in whose turns, and not only before them, something is drawn
-Path = tuple[str | int, ...]
+RELATIVE_TOLERANCE = 1e-6  # within which real numbers are the same fact
+UNVERIFIABLE_AGENTS = ("human", "script")  # agents whose actions are recorded only in the file
+# end reasons that are recorded only in the file
+UNVERIFIABLE_REASONS = ("quit", "interrupted", "illegal", "forfeit")
+FACT_KEYS = (*TURN_KEYS, *EVENT_KEYS, "end")
+MIN_DRAWS_LINES = 2  # in a game that draws uniforms during its turns, not only before them
+ValuePath = tuple[str | int, ...]
 
 
-class Place(NamedTuple):
-    """A value inside a line, which may be changed for another."""
+class FactLocation(NamedTuple):
+    """The location of a value inside a line, which may be replaced."""
 
     line: int
-    path: Path
+    path: ValuePath
 
 
 @cache
-def honest() -> tuple[bytes, ...]:
-    """The transcripts that hold."""
-    words = ("verify", GAME)
+def list_valid_transcripts() -> tuple[bytes, ...]:
+    """Return the transcripts that verify."""
+    words = ("verify", GAME_FILE)
     return tuple(
-        raw for raw in transcripts() if dmplay(Case(words, {GAME: raw})).ending == "exit 0"
+        raw
+        for raw in list_transcripts()
+        if run_dmplay(Case(words, {GAME_FILE: raw})).ending == "exit 0"
     )
 
 
-def changed(random: Random) -> Case:
-    """A transcript that held, until one fact was changed."""
-    raw = random.choice(honest())
+def draw_changed_fact_case(random: Random) -> Case:
+    """Draw a valid transcript in which one fact is replaced."""
+    raw = random.choice(list_valid_transcripts())
     rows = raw.decode().split("\n")
-    where = random.choice(list(_places(rows)))
-    key, _, told = rows[where.line].partition(": ")
-    before = json.loads(told)
-    after = _put(before, where.path, _other(random, _at(before, where.path)))
-    rows[where.line] = f"{key}: {json.dumps(after, ensure_ascii=False)}"
-    line = f"line {where.line + 1}, {key}: {told} is now {rows[where.line]}"
-    words = ("verify", GAME)
-    files = {GAME: summed("\n".join(rows).encode())}
-    return Case(words, files, changed="" if same(before, after) else line)
+    location = random.choice(list(_iter_locations(rows)))
+    key, _, value_text = rows[location.line].partition(": ")
+    before = json.loads(value_text)
+    after = _replace_value_at(
+        before, location.path, _draw_other_value(random, _value_at(before, location.path))
+    )
+    rows[location.line] = f"{key}: {json.dumps(after, ensure_ascii=False)}"
+    line = f"line {location.line + 1}, {key}: {value_text} is now {rows[location.line]}"
+    words = ("verify", GAME_FILE)
+    files = {GAME_FILE: update_checksum("\n".join(rows).encode())}
+    return Case(words, files, changed="" if is_same_fact(before, after) else line)
 
 
-def same(one: object, other: object) -> bool:
-    """Whether two values are the same fact."""
-    if isinstance(one, bool) or isinstance(other, bool):
-        return one is other
-    if isinstance(one, int | float) and isinstance(other, int | float):
-        return abs(one - other) <= TOLERANCE * max(1.0, abs(one), abs(other))
-    if isinstance(one, list) and isinstance(other, list):
-        return len(one) == len(other) and all(map(same, one, other))
-    if isinstance(one, dict) and isinstance(other, dict):
-        return one.keys() == other.keys() and all(same(one[key], other[key]) for key in one)
-    return one == other
+def is_same_fact(first: object, second: object) -> bool:
+    """Return whether two values are the same fact."""
+    if isinstance(first, bool) or isinstance(second, bool):
+        return first is second
+    if isinstance(first, int | float) and isinstance(second, int | float):
+        return abs(first - second) <= RELATIVE_TOLERANCE * max(1.0, abs(first), abs(second))
+    if isinstance(first, list) and isinstance(second, list):
+        return len(first) == len(second) and all(map(is_same_fact, first, second))
+    if isinstance(first, dict) and isinstance(second, dict):
+        return first.keys() == second.keys() and all(
+            is_same_fact(first[key], second[key]) for key in first
+        )
+    return first == second
 
 
-def _places(rows: list[str]) -> Iterator[Place]:
-    """Every value that is a fact, or an input that seed and agents can tell."""
+def _iter_locations(rows: list[str]) -> Iterator[FactLocation]:
+    """Yield the location of each fact, and of each input that the seed and the agents determine."""
     seats = next(json.loads(row[7:]) for row in rows if row.startswith("seats: "))
     draws = sum(row.startswith("draws: ") for row in rows)
     for line, row in enumerate(rows):
-        key, _, told = row.partition(": ")
-        if draws and key == "seed":  # where nobody draws, any other is as good
-            yield Place(line, ())
-        if key not in FACTS or (key == "reroll" and draws < SOME):
+        key, _, value_text = row.partition(": ")
+        if draws and key == "seed":  # without draws, every other seed gives the same game
+            yield FactLocation(line, ())
+        if key not in FACT_KEYS or (key == "reroll" and draws < MIN_DRAWS_LINES):
             continue
-        for path in _paths(json.loads(told)):
-            free = key == "actions" and path and seats[path[0]] in ONLY_TOLD
-            if not free and (key != "end" or path not in ((), ("sha256",))):
-                yield Place(line, path)
+        for path in _iter_paths(json.loads(value_text)):
+            is_unverifiable = key == "actions" and path and seats[path[0]] in UNVERIFIABLE_AGENTS
+            if not is_unverifiable and (key != "end" or path not in ((), ("sha256",))):
+                yield FactLocation(line, path)
 
 
-def _paths(value: object) -> Iterator[Path]:
-    """The way to a value and to all that are inside of it."""
+def _iter_paths(value: object) -> Iterator[ValuePath]:
+    """Yield the path to a value, and to all values inside it."""
     yield ()
     inside: Mapping[str | int, object] = {}
     if isinstance(value, dict | list):
         inside = value if isinstance(value, dict) else dict(enumerate(value))
-    for key, one in inside.items():
-        yield from ((key, *path) for path in _paths(one))
+    for key, item in inside.items():
+        yield from ((key, *path) for path in _iter_paths(item))
 
 
-def _at(value: object, path: Path) -> object:
+def _value_at(value: object, path: ValuePath) -> object:
     for key in path:
-        value = value[key]  # type: ignore[index] # a way that was found in it
+        value = value[key]  # type: ignore[index] # a path that exists in the value
     return value
 
 
-def _put(value: object, path: Path, new: object) -> object:
-    """The value with another inside of it."""
+def _replace_value_at(value: object, path: ValuePath, new: object) -> object:
+    """Return a copy of the value in which the value at this path is replaced."""
     if not path:
         return new
     copied = deepcopy(value)
-    _at(copied, path[:-1])[path[-1]] = new  # type: ignore[index]
+    _value_at(copied, path[:-1])[path[-1]] = new  # type: ignore[index]
     return copied
 
 
-def _other(random: Random, value: object) -> object:
-    """Another value of the same kind, or of another."""
+def _draw_other_value(random: Random, value: object) -> object:
+    """Draw another value, usually of the same type."""
     if random.random() < 0.1:
         return random.choice((None, 0, "", [], {}, True, -1, 1e300))
     if isinstance(value, bool | int | float):
         scale = max(1.0, abs(value))
         return value + random.choice((-1, 1, 2, 1e-4 * scale, -1e-5 * scale, 3e-6 * scale))
     if isinstance(value, str):
-        return _reworded(random, value)
+        return _change_text(random, value)
     if isinstance(value, list):
         return random.choice(([*value, 0], value[1:], value[::-1], [*value[1:], *value[:1]]))
     assert isinstance(value, dict)
     names = [*value]
-    moved = dict(zip([*names[1:], *names[:1]], value.values(), strict=True))
-    return random.choice(({key: value[key] for key in names[1:]}, moved, {**value, "x": 0}))
+    rotated = dict(zip([*names[1:], *names[:1]], value.values(), strict=True))
+    return random.choice(({key: value[key] for key in names[1:]}, rotated, {**value, "x": 0}))
 
 
-def _reworded(random: Random, text: str) -> str:
-    if text in FREE:
+def _change_text(random: Random, text: str) -> str:
+    if text in UNVERIFIABLE_REASONS:
         return "terminal"
     digits = [at for at, c in enumerate(text) if c.isdigit()]
     if digits and random.random() < 0.7:

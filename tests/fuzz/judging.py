@@ -1,69 +1,81 @@
-"""What must never come of a case: who judges, and what is said of it."""
+"""The judges of a case: each looks for an outcome that must never happen."""
 
 import re
 from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
-from tests.fuzz.case import Case, Told
+from tests.fuzz.case import Case, CaseOutcome
 
-FRAME = re.compile(r'File "[^"]*/(dmplay/[^"]+", line \d+), ')
-UNEXPECTED = re.compile(r"^error: unexpected \w+; \S+\.log tells where", re.MULTILINE)
-ENDINGS = {"exit 0", "exit 1", "exit 2", "exit 3", "exit 130", "read", "refused", "left", "played"}
+FRAME_PATTERN = re.compile(r'File "[^"]*/(dmplay/[^"]+", line \d+), ')
+UNEXPECTED_ERROR_PATTERN = re.compile(r"^error: unexpected \w+; \S+\.log tells where", re.MULTILINE)
+ALLOWED_ENDINGS = {
+    "exit 0",
+    "exit 1",
+    "exit 2",
+    "exit 3",
+    "exit 130",
+    "read",
+    "refused",
+    "left",
+    "played",
+}
 
 
 class Fault(NamedTuple):
-    """What is wrong: of which class, where or what, and all that is known of it."""
+    """A fault of a case: its class, its place or message, and all details."""
 
     kind: str
     what: str
     rest: str = ""
 
 
-def traceback(case: Case, told: Told) -> str:
-    """An exception that nobody turned into a line."""
-    unexpected = UNEXPECTED.search(told.shown)
+def traceback(case: Case, outcome: CaseOutcome) -> str:
+    """Return the exception that was not reported in one line, or an empty string."""
+    unexpected = UNEXPECTED_ERROR_PATTERN.search(outcome.shown)
     if unexpected:
         return unexpected[0]
-    if not told.trace:
-        return "" if told.ending in ENDINGS else told.ending
-    return f"{told.ending} in {place(told.trace)}"
+    if not outcome.trace:
+        return "" if outcome.ending in ALLOWED_ENDINGS else outcome.ending
+    return f"{outcome.ending} in {package_line(outcome.trace)}"
 
 
-def place(trace: str) -> str:
-    """The line of dmplay that an exception comes from."""
-    inside = [found[1] for found in FRAME.finditer(trace)]
+def package_line(trace: str) -> str:
+    """Return the last line of dmplay in a traceback."""
+    inside = [match[1] for match in FRAME_PATTERN.finditer(trace)]
     return inside[-1] if inside else "another library"
 
 
-def escape(case: Case, told: Told) -> str:
-    """A character that steers a terminal, or hides what stands there."""
-    shown = "\n".join([told.shown, *_new_lines(case, told)])
-    if shown.replace("\n", "").isprintable():
+def escape(case: Case, outcome: CaseOutcome) -> str:
+    """Return the first control or hidden character in the output, or an empty string."""
+    output = "\n".join([outcome.shown, *_new_lines(case, outcome)])
+    if output.replace("\n", "").isprintable():
         return ""
-    at, odd = next((at, c) for at, c in enumerate(shown) if not (c.isprintable() or c == "\n"))
-    return f"{odd!r} after {shown[max(at - 40, 0) : at]!r}"
+    position, character = next(
+        (position, c) for position, c in enumerate(output) if not (c.isprintable() or c == "\n")
+    )
+    return f"{character!r} after {output[max(position - 40, 0) : position]!r}"
 
 
-def _new_lines(case: Case, told: Told) -> Iterator[str]:
-    """What was written into files and stood in none before."""
+def _new_lines(case: Case, outcome: CaseOutcome) -> Iterator[str]:
+    """Yield the lines of written files that were in no file before."""
     old = {line for raw in case.files.values() for line in raw.split(b"\n")}
-    for raw in told.files.values():
+    for raw in outcome.files.values():
         yield from (
             line.decode(errors="surrogateescape") for line in raw.split(b"\n") if line not in old
         )
 
 
-def verified(case: Case, told: Told) -> str:
-    """A changed fact that verifies."""
-    return case.changed if case.changed and told.ending == "exit 0" else ""
+def verified(case: Case, outcome: CaseOutcome) -> str:
+    """Return the changed fact if the transcript verifies, or an empty string."""
+    return case.changed if case.changed and outcome.ending == "exit 0" else ""
 
 
-JUDGES: tuple[Callable[[Case, Told], str], ...] = (traceback, escape, verified)
+JUDGES: tuple[Callable[[Case, CaseOutcome], str], ...] = (traceback, escape, verified)
 
 
-def faults(case: Case, told: Told) -> Iterator[Fault]:
-    """Everything that is wrong."""
+def find_faults(case: Case, outcome: CaseOutcome) -> Iterator[Fault]:
+    """Yield every fault of a case."""
     for judge in JUDGES:
-        what = judge(case, told)
-        if what:
-            yield Fault(judge.__name__, what, told.trace)
+        message = judge(case, outcome)
+        if message:
+            yield Fault(judge.__name__, message, outcome.trace)

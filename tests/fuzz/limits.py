@@ -1,4 +1,4 @@
-"""What one case may cost: seconds of the processor, and memory."""
+"""The limits of one case: seconds of processor time, and memory."""
 
 import contextlib
 import mmap
@@ -8,33 +8,35 @@ from collections.abc import Iterator
 from pathlib import Path
 from types import FrameType
 
-SECONDS, AGAIN = 2.0, 0.5  # of the processor; and until it is said once more
-BYTES = 300 * 2**20
-SIZE = Path("/proc/self/statm")  # in pages; the first number is all that is reserved
+MAX_SECONDS, REPEAT_SECONDS = 2.0, 0.5  # of processor time; and until the signal is repeated
+MAX_ADDED_BYTES = 300 * 2**20
+STATM_PATH = Path("/proc/self/statm")  # in pages; the first number is all reserved memory
 
 
 class TooSlow(BaseException):
-    """A case takes longer than it may; nothing that catches errors catches this."""
+    """A case exceeded its time limit; handlers of ordinary errors do not catch this."""
 
 
 @contextlib.contextmanager
-def limited(seconds: float = SECONDS, size: int = BYTES) -> Iterator[None]:
-    """Ends what takes longer by TooSlow, and what takes more memory by MemoryError."""
-    _, most = resource.getrlimit(resource.RLIMIT_AS)
-    before = signal.signal(signal.SIGPROF, _end)
-    resource.setrlimit(resource.RLIMIT_AS, (_reserved() + size, most))
-    signal.setitimer(signal.ITIMER_PROF, seconds, AGAIN)
+def limit_resources(
+    seconds: float = MAX_SECONDS, added_bytes: int = MAX_ADDED_BYTES
+) -> Iterator[None]:
+    """Raise TooSlow after this time, and MemoryError beyond this much more memory."""
+    _, hard_limit = resource.getrlimit(resource.RLIMIT_AS)
+    old_handler = signal.signal(signal.SIGPROF, _raise_too_slow)
+    resource.setrlimit(resource.RLIMIT_AS, (_count_reserved_bytes() + added_bytes, hard_limit))
+    signal.setitimer(signal.ITIMER_PROF, seconds, REPEAT_SECONDS)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
-        resource.setrlimit(resource.RLIMIT_AS, (most, most))
-        signal.signal(signal.SIGPROF, before)
+        resource.setrlimit(resource.RLIMIT_AS, (hard_limit, hard_limit))
+        signal.signal(signal.SIGPROF, old_handler)
 
 
-def _reserved() -> int:
-    return int(SIZE.read_text().split()[0]) * mmap.PAGESIZE
+def _count_reserved_bytes() -> int:
+    return int(STATM_PATH.read_text().split()[0]) * mmap.PAGESIZE
 
 
-def _end(number: int, where: FrameType | None) -> None:
+def _raise_too_slow(number: int, frame: FrameType | None) -> None:
     raise TooSlow

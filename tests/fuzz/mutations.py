@@ -1,4 +1,4 @@
-"""Ways in which a transcript may be spoilt: its bytes, lines, values, header and structure."""
+"""Mutations of a transcript: of its bytes, lines, values, header and structure."""
 
 import json
 import re
@@ -9,13 +9,13 @@ from dmplay.finding import problems
 from dmplay.transcript.format import TURN_KEYS, compute_checksum
 from dmplay.transcript.header import HEADER_LINES
 from tests.fuzz import absurd
-from tests.fuzz.corpus import transcripts
-from tests.support.cases import CASES
+from tests.fuzz.corpus import list_transcripts
+from tests.support.cases import CASE_NAMES
 
 Mutation = Callable[[Random, bytes], bytes]
-LARGE = 10**300  # a whole number about as large as a real one can be
-DIGEST = re.compile(r'"sha256": "[0-9a-f]{16}"')
-KEYS = (
+LARGE_INTEGER = 10**300  # near the largest integer that a float can represent
+DIGEST_PATTERN = re.compile(r'"sha256": "[0-9a-f]{16}"')
+LINE_KEYS = (
     "dmplay",
     *(line.key for line in HEADER_LINES),
     *TURN_KEYS,
@@ -24,95 +24,99 @@ KEYS = (
     "end",
     "other",
 )
-AGENTS = (
+AGENT_TEXTS = (
     "human", "script", "replay", "random", "Random", "random ", "randοm", "", "nobody", "os:path",
     "./evil.py:X", "random:x=1", "search:simulations=1", "python3 -c pass", "../1.:", "a:b", ".a:b",
 )  # fmt: skip
 
 
-def spoilt(random: Random, raw: bytes, many: Sequence[int] = (1, 1, 1, 2, 4)) -> bytes:
-    """A transcript after so many mutations; often with the right checksum."""
-    for _ in range(random.choice(many)):
+def mutate_transcript(random: Random, raw: bytes, counts: Sequence[int] = (1, 1, 1, 2, 4)) -> bytes:
+    """Apply a random number of mutations, and usually make the checksum right again."""
+    for _ in range(random.choice(counts)):
         raw = random.choice(MUTATIONS)(random, raw)
-    return summed(raw) if random.random() < 0.6 else raw
+    return update_checksum(raw) if random.random() < 0.6 else raw
 
 
-def summed(raw: bytes) -> bytes:
-    """The same with the checksum that belongs to it, where it has an end and can have one."""
+def update_checksum(raw: bytes) -> bytes:
+    """Return the transcript with its correct checksum, if it has an end line and can have one."""
     try:
         text = raw.decode()
     except UnicodeDecodeError:
         return raw
     above, end, last = text.rpartition("\nend: ")
     digest = compute_checksum(above + "\n")
-    last = DIGEST.sub(f'"sha256": "{digest}"', last, count=1)
+    last = DIGEST_PATTERN.sub(f'"sha256": "{digest}"', last, count=1)
     return f"{above}{end}{last}".encode() if end else raw
 
 
-def bytes_changed(random: Random, raw: bytes) -> bytes:
-    """A few bytes are others, or are gone."""
+def change_bytes(random: Random, raw: bytes) -> bytes:
+    """Replace, insert or remove a few bytes."""
     first = random.randrange(len(raw) + 1)
     last = first + random.choice((0, 1, 1, 2, 8, 100))
-    put = random.choice((absurd.raw(random), random.randbytes(random.choice((1, 4)))))
-    return raw[:first] + put + raw[last:]
+    replacement = random.choice(
+        (absurd.draw_bytes(random), random.randbytes(random.choice((1, 4))))
+    )
+    return raw[:first] + replacement + raw[last:]
 
 
-def cut(random: Random, raw: bytes) -> bytes:
-    """The end is not there, or the beginning."""
-    at = random.randrange(len(raw) + 1)
-    return raw[:at] if random.random() < 0.8 else raw[at:]
+def cut_transcript(random: Random, raw: bytes) -> bytes:
+    """Cut off the end of the transcript, or its beginning."""
+    position = random.randrange(len(raw) + 1)
+    return raw[:position] if random.random() < 0.8 else raw[position:]
 
 
-def line_changed(random: Random, raw: bytes) -> bytes:
-    """A line is doubled, gone, moved, or one of another transcript or of none."""
+def change_line(random: Random, raw: bytes) -> bytes:
+    """Repeat, remove, move or replace a line, possibly by one of another transcript."""
     rows = raw.split(b"\n")
-    at = random.randrange(len(rows))
-    row = rows.pop(at)
-    other = random.choice(random.choice(transcripts()).split(b"\n"))
-    odd = f"{random.choice(KEYS)}: {absurd.value(random)}".encode()
-    to = random.randrange(len(rows) + 1)
-    rows[to:to] = random.choice(([], [row], [other], [odd], [b""], [b"| " + absurd.raw(random)]))
+    index = random.randrange(len(rows))
+    row = rows.pop(index)
+    other = random.choice(random.choice(list_transcripts()).split(b"\n"))
+    nonsense = f"{random.choice(LINE_KEYS)}: {absurd.draw_value(random)}".encode()
+    target = random.randrange(len(rows) + 1)
+    rows[target:target] = random.choice(
+        ([], [row], [other], [nonsense], [b""], [b"| " + absurd.draw_bytes(random)])
+    )
     if random.random() < 0.5:
-        rows.insert(at, row)
+        rows.insert(index, row)
     return b"\n".join(rows)
 
 
-def value_changed(random: Random, raw: bytes) -> bytes:
-    """A value of a line, or one inside of it, is another."""
+def change_value(random: Random, raw: bytes) -> bytes:
+    """Replace the value of a line, or a value inside it."""
     rows = raw.split(b"\n")
-    at = random.randrange(len(rows))
-    key, colon, told = rows[at].partition(b": ")
+    index = random.randrange(len(rows))
+    key, colon, value_text = rows[index].partition(b": ")
     try:
-        value = json.loads(told)
+        value = json.loads(value_text)
     except (ValueError, RecursionError):
         return raw
     holder: dict[str, object] = {"": value}
-    put = _replaced(random, holder, "")
-    text = json.dumps(holder[""], ensure_ascii=False).replace(json.dumps(MARK), put)
-    rows[at] = key + colon + text.encode(errors="surrogatepass")
+    replacement = _mark_value(random, holder, "")
+    text = json.dumps(holder[""], ensure_ascii=False).replace(json.dumps(VALUE_MARK), replacement)
+    rows[index] = key + colon + text.encode(errors="surrogatepass")
     return b"\n".join(rows)
 
 
-MARK = "\ue000 this value"
+VALUE_MARK = "\ue000 this value"
 
 
-def _replaced(random: Random, holder: dict[str, object] | list[object], key: str | int) -> str:
-    """Puts a mark in the place of a value, or of one inside of it; what is to stand there."""
+def _mark_value(random: Random, holder: dict[str, object] | list[object], key: str | int) -> str:
+    """Put a mark in the place of a value, or of a value inside it, and return the replacement."""
     value = holder[key]  # type: ignore[index] # of a list or a dictionary
     if isinstance(value, dict | list) and value and random.random() < 0.8:
         inside = random.choice(list(value) if isinstance(value, dict) else range(len(value)))
-        return _replaced(random, value, inside)
-    holder[key] = MARK  # type: ignore[index]
-    return random.choice((absurd.value(random), near(random, value)))
+        return _mark_value(random, value, inside)
+    holder[key] = VALUE_MARK  # type: ignore[index]
+    return random.choice((absurd.draw_value(random), draw_similar_value(random, value)))
 
 
-def near(random: Random, value: object) -> str:
-    """JSON of a value that is almost the same."""
+def draw_similar_value(random: Random, value: object) -> str:
+    """Draw the JSON of a value that is almost the same."""
     if isinstance(value, bool) or value is None:
         return json.dumps(not value)
     if isinstance(value, int | float):
-        whole = isinstance(value, int) and abs(value) > LARGE
-        step = random.choice((1, -1) if whole else (1, -1, 0.1, 1e-3, 1e-9, 1e6))
+        is_large = isinstance(value, int) and abs(value) > LARGE_INTEGER
+        step = random.choice((1, -1) if is_large else (1, -1, 0.1, 1e-3, 1e-9, 1e6))
         return json.dumps(value + step)
     if isinstance(value, str):
         words = (f"{value}x", value[1:], value.upper(), f"{value} ", "(0,0)")
@@ -123,66 +127,87 @@ def near(random: Random, value: object) -> str:
     return json.dumps({**json.loads(json.dumps(value)), "other": 1})
 
 
-def header_changed(random: Random, raw: bytes) -> bytes:
-    """A line of the header is another: of a game that might be."""
-    line = random.choice((_problem, _set, _seats, _numbers))(random, raw)
+def change_header(random: Random, raw: bytes) -> bytes:
+    """Replace a line of the header by that of a game that is possible or almost so."""
+    line = random.choice(
+        (_draw_problem_line, _draw_parameter_line, _draw_seats_line, _draw_number_line)
+    )(random, raw)
     key = line.partition(b":")[0]
-    above, empty, rest = raw.partition(b"\n\n")
+    above, separator, body = raw.partition(b"\n\n")
     rows = [row for row in above.split(b"\n") if not row.startswith(key + b":")]
-    order = [name.encode() for name in KEYS]
+    order = [name.encode() for name in LINE_KEYS]
     rows.append(line)
     rows.sort(key=lambda row: next((n for n, key in enumerate(order) if row.startswith(key)), 0))
-    return b"\n".join(rows) + empty + rest
+    return b"\n".join(rows) + separator + body
 
 
-def _problem(random: Random, raw: bytes) -> bytes:
-    names = (*CASES, "./evil.py:X", "os:path", "hexworld:nowhere", "", "nobody", "os.path:join")
+def _draw_problem_line(random: Random, raw: bytes) -> bytes:
+    names = (
+        *CASE_NAMES,
+        "./evil.py:X",
+        "os:path",
+        "hexworld:nowhere",
+        "",
+        "nobody",
+        "os.path:join",
+    )
     return f"problem: {json.dumps(random.choice(names))}".encode()
 
 
-def named(raw: bytes) -> str:
-    """The problem of a transcript, where it names one that there is."""
-    found = re.search(rb'^problem: "([a-z0-9:-]+)"$', raw, re.MULTILINE)
-    name = found[1].decode() if found else ""
-    return name if name in CASES else CASES[0]
+def parse_problem_name(raw: bytes) -> str:
+    """Return the problem that a transcript names, or the first problem if there is no such name."""
+    match = re.search(rb'^problem: "([a-z0-9:-]+)"$', raw, re.MULTILINE)
+    name = match[1].decode() if match else ""
+    return name if name in CASE_NAMES else CASE_NAMES[0]
 
 
-def _set(random: Random, raw: bytes) -> bytes:
-    known = problems.parameter_values(problems.load_problem(named(raw)))
-    key = random.choice((*known, *known, "other"))
-    value = random.choice((absurd.value(random), near(random, known.get(key, 1))))
+def _draw_parameter_line(random: Random, raw: bytes) -> bytes:
+    parameters = problems.parameter_values(problems.load_problem(parse_problem_name(raw)))
+    key = random.choice((*parameters, *parameters, "other"))
+    value = random.choice(
+        (absurd.draw_value(random), draw_similar_value(random, parameters.get(key, 1)))
+    )
     return f"set: {{{json.dumps(key)}: {value}}}".encode(errors="surrogatepass")
 
 
-def _seats(random: Random, raw: bytes) -> bytes:
-    agents = problems.load_problem(named(raw)).agents
-    who = (*AGENTS, absurd.word(random))
-    seats = {name: random.choice(who) for name in agents}
+def _draw_seats_line(random: Random, raw: bytes) -> bytes:
+    agents = problems.load_problem(parse_problem_name(raw)).agents
+    agent_texts = (*AGENT_TEXTS, absurd.draw_word(random))
+    seats = {name: random.choice(agent_texts) for name in agents}
     if random.random() < 0.2:
-        seats[absurd.word(random)] = random.choice(who)
+        seats[absurd.draw_word(random)] = random.choice(agent_texts)
     return f"seats: {json.dumps(seats)}".encode()
 
 
-def _numbers(random: Random, raw: bytes) -> bytes:
+def _draw_number_line(random: Random, raw: bytes) -> bytes:
     key = random.choice(("seed", "episode", "turns", "strict", "reveal", "dmplay"))
-    return f"{key}: {random.choice((absurd.value(random), 'true'))}".encode(errors="surrogatepass")
-
-
-def blocks_changed(random: Random, raw: bytes) -> bytes:
-    """Blocks are in another order, many times there, gone, or of another game."""
-    blocks = raw.split(b"\n\n")
-    at = random.randrange(len(blocks))
-    block = blocks.pop(at)
-    other = random.choice(random.choice(transcripts()).split(b"\n\n"))
-    event = (
-        f"{random.choice(('undo', 'reroll'))}: {random.choice(('1', '2', absurd.value(random)))}"
+    return f"{key}: {random.choice((absurd.draw_value(random), 'true'))}".encode(
+        errors="surrogatepass"
     )
-    put = random.choice(([], [block] * 2, [block] * 50, [other], [block, event.encode()]))
-    to = random.choice((at, random.randrange(len(blocks) + 1)))
-    blocks[to:to] = put
+
+
+def change_blocks(random: Random, raw: bytes) -> bytes:
+    """Move, repeat or remove a block of lines, or replace it by one of another game."""
+    blocks = raw.split(b"\n\n")
+    index = random.randrange(len(blocks))
+    block = blocks.pop(index)
+    other = random.choice(random.choice(list_transcripts()).split(b"\n\n"))
+    event = (
+        f"{random.choice(('undo', 'reroll'))}: "
+        f"{random.choice(('1', '2', absurd.draw_value(random)))}"
+    )
+    replacement = random.choice(([], [block] * 2, [block] * 50, [other], [block, event.encode()]))
+    target = random.choice((index, random.randrange(len(blocks) + 1)))
+    blocks[target:target] = replacement
     return b"\n\n".join(blocks)
 
 
 MUTATIONS: tuple[Mutation, ...] = (
-    bytes_changed, cut, line_changed, value_changed, value_changed, header_changed, blocks_changed,
-)  # fmt: skip
+    change_bytes,
+    cut_transcript,
+    change_line,
+    change_value,
+    change_value,
+    change_header,
+    change_blocks,
+)

@@ -1,4 +1,4 @@
-"""The program in this process: its words in a folder of a case, between streams of text."""
+"""The program in this process: its command line in the folder of a case, with captured streams."""
 
 import contextlib
 import gc
@@ -19,15 +19,15 @@ from dmplay.policies import collaborative_predator_prey as hunters
 from dmplay.problems.game_2048 import Game2048
 from dmplay.transcript import format as transcripts
 from dmplay.transcript.reading import parse_transcript
-from tests.fuzz.case import GAME, Case, Told
+from tests.fuzz.case import GAME_FILE, Case, CaseOutcome
 from tests.support.terminals import clean_environment
 
-TURNS = 500  # of a game that nothing else ends, as each turn takes its honest time
-PLANNED = 1e6  # work for the plan of a hunt, beside which searchers act, which takes longer too
+MAX_AGENT_TURNS = 500  # in a game of agents that nothing else ends, because each turn takes time
+HUNT_PLAN_WORK = 1e6  # for the plan of a hunt; the searches of other agents take longer too
 
 
-class Keyboard(io.TextIOWrapper):
-    """What is typed, at a terminal or into a pipe."""
+class TypedInput(io.TextIOWrapper):
+    """Standard input with typed text, as a terminal or a pipe."""
 
     def __init__(self, typed: str, *, terminal: bool) -> None:
         file = tempfile.TemporaryFile()  # noqa: SIM115 - closed with what reads it
@@ -40,45 +40,45 @@ class Keyboard(io.TextIOWrapper):
         return self._terminal
 
 
-class Paper(io.TextIOWrapper):
-    """A stream that takes all characters and can be read again."""
+class CapturedStream(io.TextIOWrapper):
+    """A text stream that accepts all characters and can be read again."""
 
     def __init__(self) -> None:
         super().__init__(io.BytesIO(), "utf-8", errors="backslashreplace", newline="\n")
 
     @property
     def text(self) -> str:
-        """All that was written."""
+        """Everything that was written."""
         self.flush()
         assert isinstance(self.buffer, io.BytesIO)
         return self.buffer.getvalue().decode()
 
 
-def reads(case: Case) -> Told:
-    """The transcript of a case, read strictly."""
+def parse_case_transcript(case: Case) -> CaseOutcome:
+    """Parse the transcript of a case strictly."""
     try:
-        parse_transcript(case.files[GAME], GAME)
+        parse_transcript(case.files[GAME_FILE], GAME_FILE)
     except BadTranscript as error:
-        return Told("refused", str(error))
+        return CaseOutcome("refused", str(error))
     except Exception as error:
-        return Told(type(error).__name__, trace=traceback.format_exc())
-    return Told("read", "")
+        return CaseOutcome(type(error).__name__, trace=traceback.format_exc())
+    return CaseOutcome("read", "")
 
 
-def dmplay(case: Case) -> Told:
-    """The words of a case, said in its folder."""
-    paper, errors, trace = Paper(), Paper(), ""
-    streams = contextlib.redirect_stdout(paper), contextlib.redirect_stderr(errors)
-    with laid_out(case), _spoken(case), streams[0], streams[1]:
+def run_dmplay(case: Case) -> CaseOutcome:
+    """Run the command line of a case in its folder."""
+    output, errors, trace = CapturedStream(), CapturedStream(), ""
+    streams = contextlib.redirect_stdout(output), contextlib.redirect_stderr(errors)
+    with enter_case_folder(case), _patch_process(case), streams[0], streams[1]:
         try:
-            ending = _code()
+            ending = _run_main()
         except Exception as error:
             ending, trace = type(error).__name__, traceback.format_exc()
-        written = _written(case)
-    return Told(ending, paper.text + errors.text, written, trace)
+        written_files = _read_written_files(case)
+    return CaseOutcome(ending, output.text + errors.text, written_files, trace)
 
 
-def _code() -> str:
+def _run_main() -> str:
     try:
         main()
     except SystemExit as end:
@@ -87,57 +87,58 @@ def _code() -> str:
 
 
 @contextlib.contextmanager
-def laid_out(case: Case) -> Iterator[None]:
-    """The files of a case in a folder of its own, which is the current one and home to all.
+def enter_case_folder(case: Case) -> Iterator[None]:
+    """Write the files of a case to a new folder, and make it the current and home folder.
 
-    It is alone in another, so that `..` is no folder of the machine's.
+    Its parent folder is new too, so that `..` is not a folder of the machine.
     """
     with tempfile.TemporaryDirectory(prefix="fuzz-") as parent:
         folder = Path(parent, "case")
         folder.mkdir()
-        here = clean_environment(folder, XDG_CONFIG_HOME=f"{folder}/config", COLUMNS="80")
-        before = dict(os.environ)
+        environment = clean_environment(folder, XDG_CONFIG_HOME=f"{folder}/config", COLUMNS="80")
+        old_environment = dict(os.environ)
         with contextlib.chdir(folder):
             for name, content in case.files.items():
                 Path(name).parent.mkdir(parents=True, exist_ok=True)
                 Path(name).write_bytes(content)
             try:
-                _surrounded({**here, **case.variables})
+                _replace_environment({**environment, **case.variables})
                 yield
             finally:
-                _surrounded(before)
+                _replace_environment(old_environment)
 
 
-def _surrounded(variables: Mapping[str, str]) -> None:
-    """Puts these variables in the place of all, and forgets what files of settings said."""
+def _replace_environment(variables: Mapping[str, str]) -> None:
+    """Replace all environment variables, and clear the cache of settings files."""
     os.environ.clear()
     os.environ.update(variables)
     config.load_config_files.cache_clear()
 
 
 @contextlib.contextmanager
-def _spoken(case: Case) -> Iterator[None]:
-    """Its words, what is typed, less work where much is done rightly, and the same luck each time
-    for a game without a seed.
+def _patch_process(case: Case) -> Iterator[None]:
+    """Set the arguments and the typed input of a case, and limit the work of long computations.
+
+    A game without a seed gets the same random bytes each time.
     """
-    luck = Random(str(case.words)).randbytes
+    random_bytes = Random(str(case.words)).randbytes
     with contextlib.ExitStack() as stack:
         stack.callback(gc.set_threshold, *gc.get_threshold())
-        for place, name, value in (
+        for owner, name, value in (
             (sys, "argv", ["dmplay", *case.words]),
-            (sys, "stdin", stack.enter_context(Keyboard(case.typed, terminal=case.terminal))),
+            (sys, "stdin", stack.enter_context(TypedInput(case.typed, terminal=case.terminal))),
             (sys, "excepthook", sys.excepthook),
-            (os, "urandom", luck),
-            (transcripts, "DEFAULT_TURN_LIMIT", TURNS),
+            (os, "urandom", random_bytes),
+            (transcripts, "DEFAULT_TURN_LIMIT", MAX_AGENT_TURNS),
             (Game2048, "can_run_forever", True),
-            (hunters, "PLAN_WORK_PER_JOINT_NODE", PLANNED),
+            (hunters, "PLAN_WORK_PER_JOINT_NODE", HUNT_PLAN_WORK),
         ):
-            stack.callback(setattr, place, name, getattr(place, name))
-            setattr(place, name, value)
+            stack.callback(setattr, owner, name, getattr(owner, name))
+            setattr(owner, name, value)
         yield
 
 
-def _written(case: Case) -> dict[str, bytes]:
-    """The files there are now, but for those that are as they were."""
-    found = {str(path): path.read_bytes() for path in Path().rglob("*") if path.is_file()}
-    return {name: raw for name, raw in found.items() if raw != case.files.get(name)}
+def _read_written_files(case: Case) -> dict[str, bytes]:
+    """Return the files that are new or changed."""
+    contents = {str(path): path.read_bytes() for path in Path().rglob("*") if path.is_file()}
+    return {name: raw for name, raw in contents.items() if raw != case.files.get(name)}

@@ -19,15 +19,16 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
 from dmplay.words.commands import PlayerQuit
 from dmplay.words.completion.candidates import CommandCompleter
-from tests.fuzz.case import Case, Told
-from tests.fuzz.program import laid_out
+from tests.fuzz.case import Case, CaseOutcome
+from tests.fuzz.program import enter_case_folder
 
-STEERS = re.compile(r"\x1b(\[[0-9;?]*[A-Za-z]|[DM])|[\r\x08]")  # what a painter writes of its own
-COMMAND = ":"
+# the control sequences that a painter writes itself
+CURSOR_PATTERN = re.compile(r"\x1b(\[[0-9;?]*[A-Za-z]|[DM])|[\r\x08]")
+COMMAND_KEY = ":"
 
 
-class Canvas(Painter):
-    """A painter of a size, into a string."""
+class StringPainter(Painter):
+    """A painter of a fixed size that writes into a string."""
 
     def __init__(self, size: tuple[int, int]) -> None:
         self.paper = io.StringIO()
@@ -39,35 +40,35 @@ class Canvas(Painter):
 
     @property
     def text(self) -> str:
-        """All that was written, but for what steers the cursor."""
-        return STEERS.sub("", self.paper.getvalue())
+        """Everything that was written, without the sequences that move the cursor."""
+        return CURSOR_PATTERN.sub("", self.paper.getvalue())
 
 
-def screen(case: Case) -> Told:
-    """The game of a case on the screen, its keys pressed one after the other."""
-    canvas, trace = Canvas(case.size), ""
-    with laid_out(case):
+def run_screen(case: Case) -> CaseOutcome:
+    """Play the game of a case on the full screen, pressing its keys in order."""
+    canvas, trace = StringPainter(case.size), ""
+    with enter_case_folder(case):
         try:
-            ending = _played(case, canvas)
+            ending = _play_keys(case, canvas)
         except Exception as error:
             ending, trace = type(error).__name__, traceback.format_exc()
-    return Told(ending, canvas.text, trace=trace)
+    return CaseOutcome(ending, canvas.text, trace=trace)
 
 
-def _played(case: Case, canvas: Canvas) -> str:
+def _play_keys(case: Case, canvas: StringPainter) -> str:
     table = GameController(cli_interpreter=interpret_command)
     try:
-        sitting = interpret_command(case.words)
-        assert isinstance(sitting, PlayCommand)
-        table.set_game(start_game(sitting.request))
+        play_command = interpret_command(case.words)
+        assert isinstance(play_command, PlayCommand)
+        table.set_game(start_game(play_command.request))
     except DmplayError:
         return "refused"
-    shown = PlayScreen(table, Terminal(True, "", True, True, False))
+    play_screen = PlayScreen(table, Terminal(True, "", True, True, False))
     try:
         for key in case.keys:
-            shown.paint(canvas)
-            _pressed(shown, key, canvas)
-        shown.paint(canvas)
+            play_screen.paint(canvas)
+            _press_key(play_screen, key, canvas)
+        play_screen.paint(canvas)
     except PlayerQuit:
         return "left"
     finally:
@@ -75,11 +76,13 @@ def _played(case: Case, canvas: Canvas) -> str:
     return "played"
 
 
-def _pressed(shown: PlayScreen, key: str, canvas: Canvas) -> None:
-    if not key.startswith(COMMAND):
-        handle_key(shown, key)
+def _press_key(play_screen: PlayScreen, key: str, canvas: StringPainter) -> None:
+    if not key.startswith(COMMAND_KEY):
+        handle_key(play_screen, key)
         return
-    line = key.removeprefix(COMMAND)
-    found = CommandCompleter(shown.controller).get_completions(Document(line), CompleteEvent())
-    canvas.paper.write("\n".join(one.display_text for one in found))
-    run_typed_line(shown, line)
+    line = key.removeprefix(COMMAND_KEY)
+    completions = CommandCompleter(play_screen.controller).get_completions(
+        Document(line), CompleteEvent()
+    )
+    canvas.paper.write("\n".join(completion.display_text for completion in completions))
+    run_typed_line(play_screen, line)

@@ -1,15 +1,15 @@
-"""One case tried: within its limits, and judged."""
+"""The trial of one case: run within its limits, then judged."""
 
 import traceback
 from typing import NamedTuple
 
-from tests.fuzz.judging import Fault, faults, place
-from tests.fuzz.kinds import Kind, case
-from tests.fuzz.limits import SECONDS, TooSlow, limited
+from tests.fuzz.judging import Fault, find_faults, package_line
+from tests.fuzz.kinds import Kind, draw_case
+from tests.fuzz.limits import MAX_SECONDS, TooSlow, limit_resources
 
 
 class Result(NamedTuple):
-    """What became of a case."""
+    """The result of a case."""
 
     kind: str
     number: int
@@ -17,19 +17,19 @@ class Result(NamedTuple):
     faults: tuple[Fault, ...] = ()
 
 
-def tried(kind: Kind, seed: int, number: int, seconds: float = SECONDS) -> Result:
-    """Draws a case, runs it and judges."""
-    drawn = case(kind, seed, number)
+def run_case(kind: Kind, seed: int, number: int, seconds: float = MAX_SECONDS) -> Result:
+    """Draw a case, run it within its limits, and judge the outcome."""
+    fuzz_case = draw_case(kind, seed, number)
     try:
-        with limited(seconds):
-            told = kind.program(drawn)
+        with limit_resources(seconds):
+            outcome = kind.program(fuzz_case)
     except TooSlow as error:
-        return Result(kind.name, number, "too slow", (_slow(error),))
-    found = tuple(faults(drawn, told))
-    return Result(kind.name, number, told.ending, found)
+        return Result(kind.name, number, "too slow", (_make_slow_fault(error),))
+    case_faults = tuple(find_faults(fuzz_case, outcome))
+    return Result(kind.name, number, outcome.ending, case_faults)
 
 
-def _slow(error: TooSlow) -> Fault:
-    """Where the case was when its time was up."""
+def _make_slow_fault(error: TooSlow) -> Fault:
+    """Return the fault of a case that exceeded its time, with the line it had reached."""
     trace = "".join(traceback.format_exception(error))
-    return Fault("slow", place(trace), trace)
+    return Fault("slow", package_line(trace), trace)

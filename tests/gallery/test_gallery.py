@@ -1,4 +1,4 @@
-"""The gallery: what it lists and tells in each room, what its keys do, and what follows."""
+"""Tests of the gallery: its rows in viewports of every size, its keys and its commands."""
 
 import sys
 from collections.abc import Iterable
@@ -29,175 +29,207 @@ from dmplay.screen.shown import Viewport
 from dmplay.terminal import Terminal as Way
 from dmplay.views.style import DrawOptions
 from dmplay.words.commands import PlayerQuit, run_line
-from tests.support.brought import installed
-from tests.support.screens import SEQUENCES, Easel, Paper
-from tests.support.terminals import CTRL_C, CTRL_D, CTRL_Z, DOWN, ENTER, ESCAPE, Terminal, colours
+from tests.support.brought import write_package_metadata
+from tests.support.screens import KEY_SEQUENCES, EmulatedPainter, EmulatedScreen
+from tests.support.terminals import (
+    CTRL_C,
+    CTRL_D,
+    CTRL_Z,
+    DOWN,
+    ENTER,
+    ESCAPE,
+    Terminal,
+    list_colour_codes,
+)
 
-DAY = "20261122"
-SIZES = [(50, 14), (80, 24), (120, 40), (200, 60), (1, 1), (20, 2), (30, 3), (9, 5), (71, 16)]
+DAILY_SEED = "20261122"
+VIEWPORT_SIZES = [
+    (50, 14),
+    (80, 24),
+    (120, 40),
+    (200, 60),
+    (1, 1),
+    (20, 2),
+    (30, 3),
+    (9, 5),
+    (71, 16),
+]
 
 
 @pytest.fixture(autouse=True)
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Where games are kept."""
+def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The working folder, which also contains the saved games."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
     records._warn_once.cache_clear()
     return tmp_path
 
 
-def hung(*, ascii_: bool = False, chosen: str = "", listed: Iterable[ProblemEntry] = ()) -> Gallery:
-    """A gallery, the preview of the chosen one made."""
-    shown = Gallery([*listed] or list_problem_entries(), Way(True, "", True, True, ascii_), DAY)
-    names = [one.name for one in shown.visible_entries]
-    shown.move_cursor(names.index(chosen) if chosen else 0)
-    shown.handle_key("")
-    return shown
+def make_gallery(
+    *, ascii_: bool = False, chosen: str = "", entries: Iterable[ProblemEntry] = ()
+) -> Gallery:
+    """Make a gallery in which the preview of the chosen problem is loaded."""
+    gallery = Gallery(
+        [*entries] or list_problem_entries(), Way(True, "", True, True, ascii_), DAILY_SEED
+    )
+    names = [entry.name for entry in gallery.visible_entries]
+    gallery.move_cursor(names.index(chosen) if chosen else 0)
+    gallery.handle_key("")
+    return gallery
 
 
-def drawn(shown: Gallery, width: int = 80, height: int = 24) -> list[str]:
-    """The rows in a room."""
-    room = Viewport(width, height, shown.terminal.ascii)
-    return [row.plain for row in shown.compose_rows(room)]
+def render_gallery_rows(gallery: Gallery, width: int = 80, height: int = 24) -> list[str]:
+    """Return the rows of a gallery in a viewport of this size."""
+    viewport = Viewport(width, height, gallery.terminal.ascii)
+    return [row.plain for row in gallery.compose_rows(viewport)]
 
 
-def played(name: str, *lines: str, turns: int | None = None) -> GameController:
-    """A game that was played and left."""
-    table = GameController(on_game_end=records.record_finished_game)
-    table.set_game(start_game(GameRequest(name, seed=7, turns=turns)))
+def play_game(name: str, *lines: str, turns: int | None = None) -> GameController:
+    """Play these lines of a game and end it."""
+    controller = GameController(on_game_end=records.record_finished_game)
+    controller.set_game(start_game(GameRequest(name, seed=7, turns=turns)))
     for line in lines:
-        run_line(table, line)
-    table.end_game()
-    return table
+        run_line(controller, line)
+    controller.end_game()
+    return controller
 
 
-class Looked(Gallery):
-    """A gallery that is looked at after each frame, and then given its next key."""
+class KeyFeedingGallery(Gallery):
+    """A gallery that records each frame and then sends its next key."""
 
-    def follow(self, keys: Iterable[str], pipe: PipeInput, paper: Paper) -> "Looked":
-        """What keys to press, into what, and where to look."""
+    def follow(
+        self, keys: Iterable[str], pipe: PipeInput, paper: EmulatedScreen
+    ) -> "KeyFeedingGallery":
+        """Set the keys, the pipe that they are sent to and the paper that frames are read from."""
         self.keys, self.pipe, self.paper = iter(keys), pipe, paper
         self.frames: list[str] = []
         self.thinking_delay_seconds = 60.0
         return self
 
     def paint(self, painter: Painter) -> None:
-        """Paints, and looks."""
+        """Paint a frame, record it and send the next key."""
         super().paint(painter)
         self.frames.append(self.paper.text)
-        if len(self.frames) > 1:  # the first is that before anything is told
+        if len(self.frames) > 1:  # the first frame is drawn before the preview
             key = next(self.keys, "c-d")
-            self.pipe.send_text(SEQUENCES.get(key, key))
+            self.pipe.send_text(KEY_SEQUENCES.get(key, key))
 
 
-def pressed(*keys: str, size: tuple[int, int] = (80, 24)) -> Looked:
-    """What came of keys, each pressed after the frame of the one before."""
-    paper = Paper()
+def press_keys(*keys: str, size: tuple[int, int] = (80, 24)) -> KeyFeedingGallery:
+    """Press each key after the frame of the previous one; return the gallery."""
+    paper = EmulatedScreen()
     with create_pipe_input() as pipe:
-        shown = Looked(list_problem_entries(), Way(True, "", True, True, False), DAY).follow(
-            keys, pipe, paper
-        )
-        toolkit.run_event_loop(shown, Easel(paper, *size), pipe)
-    return shown
+        gallery = KeyFeedingGallery(
+            list_problem_entries(), Way(True, "", True, True, False), DAILY_SEED
+        ).follow(keys, pipe, paper)
+        toolkit.run_event_loop(gallery, EmulatedPainter(paper, *size), pipe)
+    return gallery
 
 
-def test_every_problem_stands_under_its_kind_and_every_kind_has_words() -> None:
-    listed = list_problem_entries()
-    assert sorted(one.name for one in listed) == [*problem_names()]
-    for name, heading in listed:
+def test_every_problem_is_listed_under_the_heading_of_its_kind() -> None:
+    entries = list_problem_entries()
+    assert sorted(entry.name for entry in entries) == [*problem_names()]
+    for name, heading in entries:
         assert heading == KIND_HEADINGS[problems.load_problem(name).kind]
 
 
-@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("size", VIEWPORT_SIZES)
 @pytest.mark.parametrize("ascii_", [False, True])
-def test_every_room_is_filled_to_the_row_and_never_overflows(
+def test_every_viewport_is_filled_and_does_not_overflow(
     size: tuple[int, int], ascii_: bool
 ) -> None:
     for name in ("2048", "catch", "predator-prey"):
-        rows = drawn(hung(ascii_=ascii_, chosen=name), *size)
+        rows = render_gallery_rows(make_gallery(ascii_=ascii_, chosen=name), *size)
         assert len(rows) == size[1]
         assert max(map(len, rows)) <= size[0]
         assert not ascii_ or "".join(rows).isascii()
 
 
 @pytest.mark.parametrize("name", problem_names())
-def test_beside_the_list_stand_the_first_frame_the_goal_and_the_agents(name: str) -> None:
-    shown = hung(chosen=name)
-    made = shown._previews[name]
-    assert not isinstance(made, str)
-    rows = drawn(shown)
+def test_the_preview_shows_the_first_frame_the_goal_and_the_agents(name: str) -> None:
+    gallery = make_gallery(chosen=name)
+    preview = gallery._previews[name]
+    assert not isinstance(preview, str)
+    rows = render_gallery_rows(gallery)
     text = " ".join(" ".join(row[module.LIST_COLUMNS :].split()) for row in rows)
     assert f"> {name}" in "\n".join(rows)
-    assert f"goal: {made.goal}" in text
+    assert f"goal: {preview.goal}" in text
     assert "agents: " in text
-    board = made.view_module.iter_boards(made.view, DrawOptions(48, 12, allow_large=True))
-    assert any(row in "\n".join(rows) for one in board for row in one.plain.split("\n") if row)
+    boards = preview.view_module.iter_boards(preview.view, DrawOptions(48, 12, allow_large=True))
+    assert any(row in "\n".join(rows) for board in boards for row in board.plain.split("\n") if row)
 
 
-def test_a_small_terminal_has_the_list_alone_and_the_goal_below() -> None:
-    rows = drawn(hung(chosen="collaborative-predator-prey"), 50, 14)
+def test_a_small_terminal_shows_only_the_list_and_the_goal() -> None:
+    rows = render_gallery_rows(make_gallery(chosen="collaborative-predator-prey"), 50, 14)
     assert any(row.startswith("> collaborative-predator-prey") for row in rows)
     assert rows[-2].startswith(" goal: ")
     assert not any("agents" in row for row in rows)
 
 
-def test_a_small_terminal_has_the_whole_seed_of_the_day_and_a_whole_goal() -> None:
-    shown = drawn(hung(), 50, 14)
-    assert shown[0].strip() == f"dmplay  15 problems   today's seed {hung().daily_seed}"
-    assert not any("…" in row for row in shown)
+def test_a_small_terminal_shows_the_full_daily_seed_and_goal() -> None:
+    rows = render_gallery_rows(make_gallery(), 50, 14)
+    assert rows[0].strip() == f"dmplay  15 problems   today's seed {make_gallery().daily_seed}"
+    assert not any("…" in row for row in rows)
 
 
-def test_a_row_of_keys_that_has_no_room_keeps_the_most_important() -> None:
-    assert "Enter play" in drawn(hung(), 80)[-1]
-    assert "c go on" in drawn(hung(), 80)[-1]
-    assert drawn(hung(), 30)[-1].split() == ["Enter", "play", "?", "help", "q", "quit"]
+def test_a_narrow_key_row_shows_the_most_important_keys() -> None:
+    assert "Enter play" in render_gallery_rows(make_gallery(), 80)[-1]
+    assert "c go on" in render_gallery_rows(make_gallery(), 80)[-1]
+    assert render_gallery_rows(make_gallery(), 30)[-1].split() == [
+        "Enter",
+        "play",
+        "?",
+        "help",
+        "q",
+        "quit",
+    ]
 
 
-def test_the_fewest_rows_hold_the_chosen_one_then_the_keys_below_it_then_the_title_above() -> None:
-    few = [drawn(hung(chosen="catch"), 20, rows) for rows in (1, 2, 3)]
-    assert [[row[:7] for row in rows] for rows in few] == [
+def test_tiny_viewports_show_the_cursor_row_then_the_keys_then_the_title() -> None:
+    row_lists = [render_gallery_rows(make_gallery(chosen="catch"), 20, rows) for rows in (1, 2, 3)]
+    assert [[row[:7] for row in rows] for rows in row_lists] == [
         ["> catch"],
         ["> catch", " Enter "],
         [" dmplay", "> catch", " Enter "],
     ]
 
 
-def test_keys_choose_and_stop_at_either_end() -> None:
-    names = [one.name for one in list_problem_entries()]
-    for keys, at in (
+def test_keys_move_the_cursor_and_stop_at_either_end() -> None:
+    names = [entry.name for entry in list_problem_entries()]
+    for keys, index in (
         (["up"], 0), (["down"], 1), (["j", "j", "k"], 1), (["end"], -1), (["end", "down"], -1),
         (["end", "home"], 0), (["pagedown"], -1), (["pagedown", "pageup"], 0),
     ):  # fmt: skip
-        assert pressed(*keys).selected_problem == names[at], keys
+        assert press_keys(*keys).selected_problem == names[index], keys
 
 
-def test_the_list_is_drawn_before_what_stands_beside_it() -> None:
-    first, second, *_ = pressed().frames
+def test_the_list_is_drawn_before_the_preview() -> None:
+    first, second, *_ = press_keys().frames
     assert "> 2048" in first
     assert "goal" not in first
     assert "goal: merge equal tiles" in second
 
 
-def test_a_filter_narrows_the_list_by_name_or_kind_and_escape_widens_it() -> None:
-    shown = pressed("/", *"HEX", "enter")
-    assert [one.name for one in shown.visible_entries] == ["hexworld"]
-    assert "only 'HEX'; Esc shows all" in shown.frames[-1]
-    shown = pressed("/", *"pomdp")
-    assert len(shown.visible_entries) == 4
-    shown = pressed("/", *"hexx", "backspace", "escape")
-    assert len(shown.visible_entries) == len(list_problem_entries())
-    assert shown.selected_problem == "hexworld"
-    shown = pressed("/", *"nothing", "enter", "enter")
-    assert "nothing of this name or kind" in shown.frames[-1]
-    assert shown.pending_command == ()
+def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
+    gallery = press_keys("/", *"HEX", "enter")
+    assert [entry.name for entry in gallery.visible_entries] == ["hexworld"]
+    assert "only 'HEX'; Esc shows all" in gallery.frames[-1]
+    gallery = press_keys("/", *"pomdp")
+    assert len(gallery.visible_entries) == 4
+    gallery = press_keys("/", *"hexx", "backspace", "escape")
+    assert len(gallery.visible_entries) == len(list_problem_entries())
+    assert gallery.selected_problem == "hexworld"
+    gallery = press_keys("/", *"nothing", "enter", "enter")
+    assert "nothing of this name or kind" in gallery.frames[-1]
+    assert gallery.pending_command == ()
 
 
 @pytest.mark.parametrize(
-    ("keys", "wants"),
+    ("keys", "command"),
     [
         (["enter"], ("play", "2048")),
         (["down", "enter"], ("play", "cart-pole")),
-        (["d"], ("play", "2048", "--seed", DAY)),
+        (["d"], ("play", "2048", "--seed", DAILY_SEED)),
         (["a"], ("play", "2048", "--agent", "expectimax")),
         (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "frequency")),
         ([":"], ("shell",)),
@@ -205,91 +237,97 @@ def test_a_filter_narrows_the_list_by_name_or_kind_and_escape_widens_it() -> Non
         (["/", ":", "q", "escape", "q"], ()),
     ],
 )
-def test_keys_play_watch_type_and_leave(keys: list[str], wants: tuple[str, ...]) -> None:
-    assert pressed(*keys).pending_command == wants
+def test_keys_play_watch_open_the_shell_and_quit(keys: list[str], command: tuple[str, ...]) -> None:
+    assert press_keys(*keys).pending_command == command
 
 
-def test_c_goes_on_with_the_game_that_was_left_the_chosen_problems_own_first() -> None:
-    assert pressed("c").pending_command == ()
-    assert "no game is unfinished" in pressed("c").frames[-1]
-    hexworld, car = played("hexworld", "e"), played("mountain-car", "left", "left")
+def test_c_resumes_an_unfinished_game_of_the_selected_problem_first() -> None:
+    assert press_keys("c").pending_command == ()
+    assert "no game is unfinished" in press_keys("c").frames[-1]
+    hexworld, car = play_game("hexworld", "e"), play_game("mountain-car", "left", "left")
     assert hexworld.game.transcript_path
     assert car.game.transcript_path
-    shown = pressed("c")
-    assert shown.pending_command[0] == "resume"
-    assert Path(shown.pending_command[1]) in (
+    gallery = press_keys("c")
+    assert gallery.pending_command[0] == "resume"
+    assert Path(gallery.pending_command[1]) in (
         hexworld.game.transcript_path,
         car.game.transcript_path,
     )
-    shown = pressed("down", "down", "down", "down", "c")
-    assert "left after 2 turns; c goes on" in shown.frames[-1]
-    assert shown.pending_command == ("resume", str(car.game.transcript_path))
+    gallery = press_keys("down", "down", "down", "down", "c")
+    assert "left after 2 turns; c goes on" in gallery.frames[-1]
+    assert gallery.pending_command == ("resume", str(car.game.transcript_path))
 
 
-def test_your_best_and_your_last_result_stand_beside_the_problem() -> None:
-    assert "best -" not in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
-    played("prisoners-dilemma", *["c"] * 10)
-    text = "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+def test_the_preview_shows_your_best_and_last_results() -> None:
+    assert "best -" not in "\n".join(render_gallery_rows(make_gallery(chosen="prisoners-dilemma")))
+    play_game("prisoners-dilemma", *["c"] * 10)
+    text = "\n".join(render_gallery_rows(make_gallery(chosen="prisoners-dilemma")))
     assert "best -10 in 10 turns, seed 7" in text
     assert "last" not in text
-    played("prisoners-dilemma", *["d"] * 10)
-    assert "last -27 in 10 turns, seed 7" in "\n".join(drawn(hung(chosen="prisoners-dilemma")))
+    play_game("prisoners-dilemma", *["d"] * 10)
+    assert "last -27 in 10 turns, seed 7" in "\n".join(
+        render_gallery_rows(make_gallery(chosen="prisoners-dilemma"))
+    )
 
 
-def test_the_side_panel_of_a_game_has_the_best_before_it() -> None:
+def test_the_side_panel_of_a_game_shows_the_best_earlier_result() -> None:
     for turns in (1, 2):
-        played("2048", *["left", "down", "right"][:turns], turns=2)
-    table = GameController()
-    table.set_game(start_game(GameRequest("2048", seed=8, turns=2)))
-    screen = PlayScreen(table, Way(True, "", True, True, False))
-    best = records.record_for_game(table.game)
-    assert best
-    assert best.best
-    rows = compose_frame(table.game, Viewport(80, 24), screen.frame_state, []).plain.split("\n")
-    assert any(row.split()[-2:] == ["best", f"{best.best.discounted_return:g}"] for row in rows)
-    table.set_game(start_game(GameRequest("2048", seed=8)))
+        play_game("2048", *["left", "down", "right"][:turns], turns=2)
+    controller = GameController()
+    controller.set_game(start_game(GameRequest("2048", seed=8, turns=2)))
+    screen = PlayScreen(controller, Way(True, "", True, True, False))
+    record = records.record_for_game(controller.game)
+    assert record
+    assert record.best
+    rows = compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain.split(
+        "\n"
+    )
+    assert any(row.split()[-2:] == ["best", f"{record.best.discounted_return:g}"] for row in rows)
+    controller.set_game(start_game(GameRequest("2048", seed=8)))
     screen.log_new_turns()
-    assert "best" not in compose_frame(table.game, Viewport(80, 24), screen.frame_state, []).plain
+    assert (
+        "best" not in compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain
+    )
 
 
-def test_the_help_names_every_key_and_any_key_closes_it() -> None:
-    shown = pressed("?")
+def test_the_help_lists_every_key_and_any_key_closes_it() -> None:
+    gallery = press_keys("?")
     for key in module.GALLERY_KEYS:
-        assert key.help in shown.frames[-1]
-    assert "> 2048" in pressed("?", "x").frames[-1]
-    assert len(drawn(pressed("?"), 40, 8)) == 8
+        assert key.help in gallery.frames[-1]
+    assert "> 2048" in press_keys("?", "x").frames[-1]
+    assert len(render_gallery_rows(press_keys("?"), 40, 8)) == 8
 
 
-def test_the_help_of_a_small_screen_goes_on_in_pages_and_nothing_of_it_is_cut() -> None:
-    shown = pressed("?", *["space"] * 3, size=(50, 14))
-    helps = [frame.split("\n") for frame in shown.frames if " of 3. " in frame]
-    assert [rows[-3].split(". ")[0] for rows in helps] == [f" part {n} of 3" for n in (1, 2, 3)]
-    assert {rows[-2] for rows in helps} == {""}
-    told = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in helps)
+def test_the_help_of_a_small_screen_is_split_into_pages_without_loss() -> None:
+    gallery = press_keys("?", *["space"] * 3, size=(50, 14))
+    pages = [frame.split("\n") for frame in gallery.frames if " of 3. " in frame]
+    assert [rows[-3].split(". ")[0] for rows in pages] == [f" part {n} of 3" for n in (1, 2, 3)]
+    assert {rows[-2] for rows in pages} == {""}
+    text = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in pages)
     for key in module.GALLERY_KEYS:
-        assert key.help in told
-    assert "> 2048" in shown.frames[-1]
+        assert key.help in text
+    assert "> 2048" in gallery.frames[-1]
 
 
-def test_an_installed_problem_is_listed_last_and_one_that_is_broken_says_so(
-    place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_broken_installed_problem_is_listed_last_and_shows_its_error(
+    working_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    installed(place, "maze", "maze = broken_maze\n")
-    (place / "broken_maze.py").write_text("")
-    monkeypatch.syspath_prepend(place)
-    listed = list_problem_entries()
-    assert listed[-1] == ProblemEntry("maze", INSTALLED_HEADING)
-    shown = hung(listed=listed, chosen="maze")
-    assert "maze offers no Problem" in "\n".join(drawn(shown))
+    write_package_metadata(working_folder, "maze", "maze = broken_maze\n")
+    (working_folder / "broken_maze.py").write_text("")
+    monkeypatch.syspath_prepend(working_folder)
+    entries = list_problem_entries()
+    assert entries[-1] == ProblemEntry("maze", INSTALLED_HEADING)
+    gallery = make_gallery(entries=entries, chosen="maze")
+    assert "maze offers no Problem" in "\n".join(render_gallery_rows(gallery))
     with pytest.raises(PlayerQuit):
-        shown.handle_key("enter")
-    assert shown.pending_command == ("play", "maze")
-    shown.handle_key("a")
+        gallery.handle_key("enter")
+    assert gallery.pending_command == ("play", "maze")
+    gallery.handle_key("a")
 
 
 @pytest.mark.slow
-def test_a_game_is_played_from_the_gallery_which_comes_back_with_its_result(place: Path) -> None:
-    with Terminal(folder=place) as terminal:
+def test_the_gallery_returns_after_a_game_and_shows_its_result(working_folder: Path) -> None:
+    with Terminal(folder=working_folder) as terminal:
         terminal.until("goal: merge").ready().press("/dilemma" + ENTER, "> prisoners-dilemma")
         terminal.press("k", "goal: ").press(ENTER, "turn 0/10").calm()
         for turn in range(1, 11):
@@ -303,8 +341,8 @@ def test_a_game_is_played_from_the_gallery_which_comes_back_with_its_result(plac
 
 
 @pytest.mark.slow
-def test_the_typed_shell_opens_and_gives_way_to_the_gallery_again(place: Path) -> None:
-    with Terminal(folder=place) as terminal:
+def test_the_shell_opens_from_the_gallery_and_returns_to_it(working_folder: Path) -> None:
+    with Terminal(folder=working_folder) as terminal:
         terminal.until("goal: merge").ready().press(":", "dmplay>").calm()
         terminal.press("hexworld --seed 7\r", "t0]>").press("e\r", "t1]>").calm()
         terminal.press("quit\r", "> 2048").until("hexworld: quit after 1 turn").calm()
@@ -314,27 +352,29 @@ def test_the_typed_shell_opens_and_gives_way_to_the_gallery_again(place: Path) -
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("leave", "code"), [("q", 0), (CTRL_D, 0), (CTRL_C, 130), ("TERM", 143), ("HUP", 129)]
+    ("quit_input", "exit_code"), [("q", 0), (CTRL_D, 0), (CTRL_C, 130), ("TERM", 143), ("HUP", 129)]
 )
-def test_however_it_is_left_the_terminal_is_as_it_was(place: Path, leave: str, code: int) -> None:
-    with Terminal(folder=place) as terminal:
+def test_the_terminal_is_restored_however_the_gallery_ends(
+    working_folder: Path, quit_input: str, exit_code: int
+) -> None:
+    with Terminal(folder=working_folder) as terminal:
         terminal.until("goal: merge").ready().calm()
         for size in ((50, 14), (200, 60), (20, 3), (80, 24)):
             terminal.resize(*size).calm()
         assert "> 2048" in terminal.text
-        if len(leave) == 1:
-            terminal.press(leave)
+        if len(quit_input) == 1:
+            terminal.press(quit_input)
         else:
-            terminal.signal({"TERM": 15, "HUP": 1}[leave])
-        assert terminal.ended() == code
+            terminal.signal({"TERM": 15, "HUP": 1}[quit_input])
+        assert terminal.ended() == exit_code
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
 
 
 @pytest.mark.slow
-def test_it_stops_and_goes_on_as_other_programs_do(place: Path) -> None:
+def test_ctrl_z_suspends_the_gallery_and_fg_resumes_it(working_folder: Path) -> None:
     bash = ("bash", "--norc", "--noprofile", "-i")
-    with Terminal(command=bash, folder=place, env={"PS1": "ready> "}) as terminal:
+    with Terminal(command=bash, folder=working_folder, env={"PS1": "ready> "}) as terminal:
         start = f"{sys.executable} -m dmplay\r"
         terminal.until("ready>").press(start, "goal: merge").ready().calm()
         terminal.press(CTRL_Z, "Stopped").calm().press("fg\r", "> 2048").calm(0.5)
@@ -345,16 +385,18 @@ def test_it_stops_and_goes_on_as_other_programs_do(place: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("env", [{"TERM": "dumb"}, {"ACCESSIBLE": "1"}, {"DMPLAY_PLAIN": "1"}])
-def test_where_nothing_can_be_drawn_it_is_the_typed_shell(place: Path, env: dict[str, str]) -> None:
-    with Terminal(folder=place, env=env) as terminal:
+def test_the_shell_starts_on_terminals_without_full_screen_support(
+    working_folder: Path, env: dict[str, str]
+) -> None:
+    with Terminal(folder=working_folder, env=env) as terminal:
         terminal.until("dmplay>").press("list games\r", "no game is kept").press(CTRL_D)
         assert terminal.ended() == 0
         assert "\x1b[?1049h" not in terminal.printed
 
 
 @pytest.mark.slow
-def test_without_colour_no_code_of_a_colour_is_written(place: Path) -> None:
-    with Terminal(folder=place, env={"NO_COLOR": "1"}) as terminal:
+def test_no_color_suppresses_all_colour_codes(working_folder: Path) -> None:
+    with Terminal(folder=working_folder, env={"NO_COLOR": "1"}) as terminal:
         terminal.until("goal: merge").ready().press(DOWN, "> cart-pole").press(ESCAPE).calm()
         terminal.press("q").ended()
-        assert not colours(terminal.printed)
+        assert not list_colour_codes(terminal.printed)

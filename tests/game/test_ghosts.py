@@ -1,4 +1,4 @@
-"""A ghost beside a person: seen after each turn, or after the end where states are hidden."""
+"""Tests of ghosts, shown after each turn, or after the end if something is hidden."""
 
 from pathlib import Path
 
@@ -13,55 +13,57 @@ from dmplay.game.table import GameController
 from dmplay.screen.press import handle_key
 from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
-from tests.support.screens import Easel, Paper
+from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 
-def haunted(place: Path, name: str, ghost: str = "optimal", **wishes: object) -> Game:
-    """A game of a person with a ghost beside, and a transcript."""
-    asked = GameRequest(name, seed=7, record_path=place / "game.dmt", ghost_agent=ghost)
-    return start_new_game(GameRequest(**{**vars(asked), **wishes}))
+def start_ghost_game(folder: Path, name: str, ghost: str = "optimal", **options: object) -> Game:
+    """Start a recorded game of a person with a ghost."""
+    default_request = GameRequest(name, seed=7, record_path=folder / "game.dmt", ghost_agent=ghost)
+    return start_new_game(GameRequest(**{**vars(default_request), **options}))
 
 
-def shown(game: Game, *keys: str, size: tuple[int, int] = (80, 24), ascii_: bool = False) -> str:
-    """The screen after these keys."""
+def render_screen(
+    game: Game, *keys: str, size: tuple[int, int] = (80, 24), ascii_: bool = False
+) -> str:
+    """Return the text of the screen after these keys."""
     screen = PlayScreen(GameController(game), Terminal(True, "", True, True, ascii_))
     for key in keys:
         handle_key(screen, key)
-    easel = Easel(Paper(), *size)
+    easel = EmulatedPainter(EmulatedScreen(), *size)
     screen.paint(easel)
     return easel.paper.text
 
 
-def test_where_the_state_is_seen_the_ghost_stands_on_the_board_after_each_turn(
+def test_the_ghost_of_a_fully_observable_problem_is_on_the_board_after_each_turn(
     tmp_path: Path,
 ) -> None:
-    game = haunted(tmp_path, "hexworld")
-    assert "│  &  │" not in shown(game)
-    told = shown(game, "h")
-    assert told.count("│  &  │") == 1
-    assert "@ you, & ghost, " in told
-    assert "ghost    0\n" in told
-    assert "lead     +0\n" in told
-    assert "turn 1. at (6,2). chose W, moved W. reward 0. score 0. ghost 0, lead +0." in told
-    assert "ghost    8.1\n" in shown(game, "h", "h")
-    assert "lead     -8.1\n" in shown(game)
+    game = start_ghost_game(tmp_path, "hexworld")
+    assert "│  &  │" not in render_screen(game)
+    text = render_screen(game, "h")
+    assert text.count("│  &  │") == 1
+    assert "@ you, & ghost, " in text
+    assert "ghost    0\n" in text
+    assert "lead     +0\n" in text
+    assert "turn 1. at (6,2). chose W, moved W. reward 0. score 0. ghost 0, lead +0." in text
+    assert "ghost    8.1\n" in render_screen(game, "h", "h")
+    assert "lead     -8.1\n" in render_screen(game)
 
 
-def test_the_ghost_goes_back_with_the_person(tmp_path: Path) -> None:
-    game = haunted(tmp_path, "hexworld")
-    told = shown(game, "h")
-    shown(game, "h", "backspace")
-    assert shown(game).split("\n")[2:12] == told.split("\n")[2:12]
-    assert "│  &  │" not in shown(game, "backspace")
+def test_undo_moves_the_ghost_back_too(tmp_path: Path) -> None:
+    game = start_ghost_game(tmp_path, "hexworld")
+    text = render_screen(game, "h")
+    render_screen(game, "h", "backspace")
+    assert render_screen(game).split("\n")[2:12] == text.split("\n")[2:12]
+    assert "│  &  │" not in render_screen(game, "backspace")
 
 
 @pytest.mark.parametrize("name", ["crying-baby", "predator-prey", "prisoners-dilemma"])
-def test_where_something_is_secret_the_ghost_is_silent_up_to_the_end(
+def test_the_ghost_is_not_shown_before_the_end_if_something_is_hidden(
     name: str, tmp_path: Path
 ) -> None:
-    game = haunted(tmp_path, name, "random", turns=2)
+    game = start_ghost_game(tmp_path, name, "random", turns=2)
     game.choose(0)
-    assert "ghost" not in shown(game)
+    assert "ghost" not in render_screen(game)
     assert "ghost" not in game.narrator.describe_turn(game.snapshot())
     assert game.ghost
     assert game.ghost.session.turns == []
@@ -69,23 +71,23 @@ def test_where_something_is_secret_the_ghost_is_silent_up_to_the_end(
     assert "random on the same dice: " in "\n".join(game.narrator.closing_lines())
 
 
-def test_a_ghost_says_nothing_of_a_game_that_can_be_played_on(tmp_path: Path) -> None:
-    game = haunted(tmp_path, "crying-baby")
+def test_there_is_no_ghost_result_for_a_resumable_game(tmp_path: Path) -> None:
+    game = start_ghost_game(tmp_path, "crying-baby")
     game.choose(0)
     game.finish("interrupted")
     assert "same dice" not in "\n".join(game.narrator.closing_lines())
 
 
-def test_the_end_compares_with_the_ghost_and_not_with_another(tmp_path: Path) -> None:
-    told = shown(haunted(tmp_path, "hexworld", "random", turns=2), "h", "h")
-    assert "random on the same dice: " in told
-    assert "optimal" not in told
+def test_the_end_compares_with_the_ghost_and_not_with_another_agent(tmp_path: Path) -> None:
+    text = render_screen(start_ghost_game(tmp_path, "hexworld", "random", turns=2), "h", "h")
+    assert "random on the same dice: " in text
+    assert "optimal" not in text
 
 
-def test_but_for_a_note_the_transcript_is_as_without_a_ghost(tmp_path: Path) -> None:
+def test_the_transcript_with_a_ghost_differs_only_by_a_note(tmp_path: Path) -> None:
     texts = []
     for ghost in ("optimal", ""):
-        game = haunted(tmp_path, "hexworld", ghost, force=True)
+        game = start_ghost_game(tmp_path, "hexworld", ghost, force=True)
         for action in (3, 0, 3):
             game.choose(action)
         game.finish()
@@ -94,49 +96,49 @@ def test_but_for_a_note_the_transcript_is_as_without_a_ghost(tmp_path: Path) -> 
     assert texts[0] == texts[1].replace("turn: 1\n", "# ghost: optimal\nturn: 1\n")
 
 
-def test_a_ghost_comes_along_when_the_game_begins_again(tmp_path: Path) -> None:
-    table = GameController(haunted(tmp_path, "hexworld"))
-    table.restart()
-    assert table.game.ghost
-    assert table.game.ghost.name == "optimal"
-    fresh = start_new_game(
+def test_a_restarted_game_has_the_same_ghost(tmp_path: Path) -> None:
+    controller = GameController(start_ghost_game(tmp_path, "hexworld"))
+    controller.restart()
+    assert controller.game.ghost
+    assert controller.game.ghost.name == "optimal"
+    new_game = start_new_game(
         GameRequest("hexworld", ghost_agent="optimal", record_path=tmp_path / "fresh.dmt")
     )
-    assert "--ghost optimal" in fresh.play_again_command
+    assert "--ghost optimal" in new_game.play_again_command
 
 
-@pytest.mark.parametrize(("wanted", "found"), [("", "optimal"), ("random", "random")])
-def test_a_resumed_game_has_its_ghost_or_another_where_it_was(
-    wanted: str, found: str, tmp_path: Path
+@pytest.mark.parametrize(("requested", "expected"), [("", "optimal"), ("random", "random")])
+def test_a_resumed_game_has_its_ghost_or_another_at_the_same_turn(
+    requested: str, expected: str, tmp_path: Path
 ) -> None:
-    game = haunted(tmp_path, "hexworld")
+    game = start_ghost_game(tmp_path, "hexworld")
     game.choose(3)
     game.finish("interrupted")
     path = tmp_path / "game.dmt"
-    resumed = start_game(ResumeRequest(path, ghost_agent=wanted))
+    resumed = start_game(ResumeRequest(path, ghost_agent=requested))
     assert resumed.ghost
-    assert resumed.ghost.name == found
+    assert resumed.ghost.name == expected
     assert len(resumed.ghost.session.turns) == 1
-    assert "│  &  │" in shown(resumed)
+    assert "│  &  │" in render_screen(resumed)
     resumed.finish()
     notes = [row for row in path.read_text().splitlines() if row.startswith("# ")]
-    assert notes == [f"# ghost: {name}" for name in dict.fromkeys(("optimal", found))]
+    assert notes == [f"# ghost: {name}" for name in dict.fromkeys(("optimal", expected))]
 
 
-def test_a_note_brings_nobody_else_s_code_as_a_ghost(tmp_path: Path) -> None:
-    haunted(tmp_path, "hexworld").finish("interrupted")
+def test_a_note_in_a_transcript_cannot_load_user_code_as_a_ghost(tmp_path: Path) -> None:
+    start_ghost_game(tmp_path, "hexworld").finish("interrupted")
     path = tmp_path / "game.dmt"
     path.write_text(path.read_text().replace("ghost: optimal", "ghost: ./evil.py:X"))
     assert start_game(ResumeRequest(path)).ghost is None
 
 
-def test_a_ghost_is_no_help_and_so_not_forbidden(tmp_path: Path) -> None:
-    game = haunted(tmp_path, "hexworld", strict="hints")
+def test_a_ghost_does_not_count_as_a_hint(tmp_path: Path) -> None:
+    game = start_ghost_game(tmp_path, "hexworld", strict="hints")
     game.choose(3)
     assert "help" not in (tmp_path / "game.dmt").read_text()
 
 
-def test_a_game_that_is_refused_leaves_no_file(tmp_path: Path) -> None:
+def test_a_rejected_game_leaves_no_file(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match="here agents play alone"):
-        haunted(tmp_path, "hexworld", agent="optimal")
+        start_ghost_game(tmp_path, "hexworld", agent="optimal")
     assert not (tmp_path / "game.dmt").exists()

@@ -1,4 +1,6 @@
-"""A state that is all that happened: it is led to again, and nothing leads from a view to it."""
+"""Tests of states that are whole histories: they are replayed to reach the environment's state,
+which policies cannot access.
+"""
 
 import math
 import pickle
@@ -21,11 +23,13 @@ from dmplay.guests.history import (
     parse_history,
 )
 from dmplay.session import Session
-from tests.support.games import Scripted
+from tests.support.games import ScriptedUniforms
 
 
-class Counting(ExternalEnvironment):
-    """A number that grows by what is chosen and drawn; worlds count what they do."""
+class CountingEnvironment(ExternalEnvironment):
+    """A number that grows by the action and the uniform; the class records the uniforms of all
+    steps.
+    """
 
     acted: ClassVar[list[float]] = []
 
@@ -42,96 +46,97 @@ class Counting(ExternalEnvironment):
         return self._known(actions[0])
 
     def clone(self) -> None:
-        """There is none."""
+        """Return None: the environment cannot be copied."""
 
     def _known(self, reward: float) -> TimeStep:
         over = self.total > 5000
-        able = None if over else ((0, 1),)
+        legal_actions = None if over else ((0, 1),)
         return TimeStep(
-            (reward,), over, able, (f"about {math.floor(self.total)}",), f"{self.total}"
+            (reward,), over, legal_actions, (f"about {math.floor(self.total)}",), f"{self.total}"
         )
 
 
 @dataclass(frozen=True)
-class Counter(ExternalProblem):
-    """Of the number its whole part is seen."""
+class CountingProblem(ExternalProblem):
+    """A problem that shows only the integer part of the number."""
 
     actions = (Labels(("stay", "add", "leap")),)
     observations = (TextLine(),)
     is_stochastic = True
 
     def make_environment(self) -> ExternalEnvironment:
-        return Counting()
+        return CountingEnvironment()
 
 
-PROBLEM = Counter(name="counter")
+COUNTING_PROBLEM = CountingProblem(name="counter")
 
 
-def game(turns: int) -> Session:
-    """A game in which every second turn adds."""
-    Counting.acted.clear()
-    played = Session(PROBLEM, dmplay.SeededUniforms(5))
+def play_alternating_game(turns: int) -> Session:
+    """Play a game in which every second action is `add`."""
+    CountingEnvironment.acted.clear()
+    session = Session(COUNTING_PROBLEM, dmplay.SeededUniforms(5))
     for turn in range(turns):
-        played.advance([turn % 2])
-    return played
+        session.advance([turn % 2])
+    return session
 
 
-def test_a_turn_is_played_once_and_one_taken_back_is_led_to_again() -> None:
-    played = game(40)
-    assert len(Counting.acted) == 40
-    seen = [turn.observations.tolist() for turn in played.turns]
-    played.undo(3)
-    assert len(Counting.acted) == 40
+def test_a_turn_is_computed_once_and_replayed_after_an_undo() -> None:
+    session = play_alternating_game(40)
+    assert len(CountingEnvironment.acted) == 40
+    observations = [turn.observations.tolist() for turn in session.turns]
+    session.undo(3)
+    assert len(CountingEnvironment.acted) == 40
     for turn in range(37, 40):
-        played.advance([turn % 2])
-    assert len(Counting.acted) == 40 + 40  # the world stood further on, and cannot be copied
-    assert [turn.observations.tolist() for turn in played.turns] == seen
+        session.advance([turn % 2])
+    # the environment was ahead of this turn and cannot be copied
+    assert len(CountingEnvironment.acted) == 40 + 40
+    assert [turn.observations.tolist() for turn in session.turns] == observations
 
 
-def test_there_is_one_history_for_all_that_happened_alike_however_long() -> None:
-    one, other = game(600).state, game(600).state
-    assert one[0] is other[0]
-    assert one[0] != game(599).state[0]
-    assert pickle.loads(pickle.dumps(one))[0] is one[0]
-    assert parse_history("counter", str(one[0])) is one[0]
-    assert PROBLEM.parse_state(PROBLEM.format_state(one))[0] is one[0]
+def test_equal_histories_of_any_length_are_the_same_object() -> None:
+    first, second = play_alternating_game(600).state, play_alternating_game(600).state
+    assert first[0] is second[0]
+    assert first[0] != play_alternating_game(599).state[0]
+    assert pickle.loads(pickle.dumps(first))[0] is first[0]
+    assert parse_history("counter", str(first[0])) is first[0]
+    assert COUNTING_PROBLEM.parse_state(COUNTING_PROBLEM.format_state(first))[0] is first[0]
 
 
-def test_all_laws_are_kept() -> None:
-    assert check(PROBLEM) == []
+def test_a_problem_of_histories_satisfies_every_invariant() -> None:
+    assert check(COUNTING_PROBLEM) == []
 
 
-def test_a_transcript_tells_each_turn_and_not_what_came_before(tmp_path: Path) -> None:
-    played = game(30)
-    lines = [PROBLEM.format_transcript_state(turn.state) for turn in played.turns]
-    assert max(map(len, lines)) < 30 < len(PROBLEM.format_state(played.state))
+def test_each_line_of_a_transcript_has_one_turn_and_no_earlier_turns(tmp_path: Path) -> None:
+    session = play_alternating_game(30)
+    lines = [COUNTING_PROBLEM.format_transcript_state(turn.state) for turn in session.turns]
+    assert max(map(len, lines)) < 30 < len(COUNTING_PROBLEM.format_state(session.state))
 
 
-def test_an_illegal_action_reaches_no_world() -> None:
-    start = PROBLEM.sample_initial_states(np.array([[0.5]]))
+def test_an_illegal_action_is_not_passed_to_the_environment() -> None:
+    start = COUNTING_PROBLEM.sample_initial_states(np.array([[0.5]]))
     with pytest.raises(IllegalAction, match="counter: got action 2, which is not legal here"):
-        PROBLEM.step(start, np.array([[2]]), np.array([[0.5]]))
+        COUNTING_PROBLEM.step(start, np.array([[2]]), np.array([[0.5]]))
     with pytest.raises(IllegalAction, match="leap is not legal now"):
-        game(1).advance([2])
+        play_alternating_game(1).advance([2])
 
 
-def test_nothing_leads_from_what_a_policy_has_to_the_world() -> None:
-    """The problem and the view hold no history, of which the number could be told."""
-    played = Session(PROBLEM, Scripted([0.25], [0.5]))
-    played.advance([1])
-    found, left = set[int](), [PROBLEM, played.view(0)]
-    while left:
-        one: object = left.pop()
-        if id(one) in found or isinstance(one, type | str | int | float):
+def test_a_policy_cannot_access_the_environment() -> None:
+    """The problem and the view contain no history, which would reveal the number."""
+    session = Session(COUNTING_PROBLEM, ScriptedUniforms([0.25], [0.5]))
+    session.advance([1])
+    visited, pending = set[int](), [COUNTING_PROBLEM, session.view(0)]
+    while pending:
+        item: object = pending.pop()
+        if id(item) in visited or isinstance(item, type | str | int | float):
             continue
-        found.add(id(one))
-        assert not isinstance(one, GameHistory | Counting)
-        left += [*vars(one).values()] if hasattr(one, "__dict__") else []
-        left += [*one.values()] if isinstance(one, dict) else []
-        left += [*one] if isinstance(one, list | tuple) else []
-        left += [*one.flat] if isinstance(one, np.ndarray) and one.dtype == object else []
+        visited.add(id(item))
+        assert not isinstance(item, GameHistory | CountingEnvironment)
+        pending += [*vars(item).values()] if hasattr(item, "__dict__") else []
+        pending += [*item.values()] if isinstance(item, dict) else []
+        pending += [*item] if isinstance(item, list | tuple) else []
+        pending += [*item.flat] if isinstance(item, np.ndarray) and item.dtype == object else []
 
 
-def test_no_search_looks_through_it() -> None:
+def test_search_cannot_use_the_hidden_history() -> None:
     with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden"):
-        dmplay.load_agent(PROBLEM, 0, "search")
+        dmplay.load_agent(COUNTING_PROBLEM, 0, "search")

@@ -1,4 +1,4 @@
-"""Environments of PettingZoo are played, those in which all act at once and those of turns."""
+"""Tests of PettingZoo environments as problems, simultaneous and turn-based."""
 
 from pathlib import Path
 
@@ -10,22 +10,29 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.keys.keyboard import Keyboard
 from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES
 from dmplay.session import Session
-from tests.support.guests import tried
+from tests.support.guests import check_external_problem
 
-PLAYED = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")
-LARGE = ("butterfly/knights_archers_zombies-v11", "sisl/pursuit-v5")  # of two more families
+CLASSIC_ENVIRONMENTS = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")
+LARGE_ENVIRONMENTS = (
+    "butterfly/knights_archers_zombies-v11",
+    "sisl/pursuit-v5",
+)  # from two other families
 
 
 @pytest.mark.slow
-def test_they_play_record_undo_and_verify(tmp_path: Path) -> None:
+def test_environments_can_be_played_recorded_undone_and_verified(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    found = [tried(f"pettingzoo:{name}", path, 20) for name in PLAYED]
-    large = [tried(f"pettingzoo:{name}", path, 4) for name in LARGE]
-    assert [one.refused for one in [*found, *large]] == [""] * 5
-    assert [check(dmplay.load_problem(one.name)) for one in found] == [[], [], []]
+    results = [
+        check_external_problem(f"pettingzoo:{name}", path, 20) for name in CLASSIC_ENVIRONMENTS
+    ]
+    large_results = [
+        check_external_problem(f"pettingzoo:{name}", path, 4) for name in LARGE_ENVIRONMENTS
+    ]
+    assert [result.refused for result in [*results, *large_results]] == [""] * 5
+    assert [check(dmplay.load_problem(result.name)) for result in results] == [[], [], []]
 
 
-def test_in_one_of_turns_the_others_wait_and_masks_say_what_is_legal() -> None:
+def test_in_a_turn_based_environment_the_others_wait_and_masks_are_legal_actions() -> None:
     board = dmplay.load_problem("pettingzoo:classic/tictactoe-v3")
     game = Session(board, dmplay.SeededUniforms(1))
     game.advance([4, None])
@@ -46,14 +53,14 @@ def test_in_one_of_turns_the_others_wait_and_masks_say_what_is_legal() -> None:
     assert game.total_rewards().tolist() == [1.0, -1.0]
 
 
-def test_in_one_of_all_at_once_nobody_waits() -> None:
+def test_in_a_simultaneous_environment_every_agent_acts() -> None:
     game = Session(dmplay.load_problem("pettingzoo:classic/rps-v2"), dmplay.SeededUniforms(1))
     game.advance([0, 1])
     assert game.total_rewards().tolist() == [-1.0, 1.0]
     assert [float(game.view(seat).observation) for seat in range(2)] == [1.0, 0.0]
 
 
-def test_what_cannot_be_played_is_said_in_a_line() -> None:
+def test_an_invalid_environment_is_an_error_of_one_line() -> None:
     with pytest.raises(UnknownName, match="did you mean classic/rps-v2"):
         dmplay.load_problem("pettingzoo:classic/rps-v1")
     with pytest.raises(

@@ -1,4 +1,4 @@
-"""Which key plays what: presets, a player's own keys, and what may not be bound."""
+"""Tests of key bindings: presets, user-defined keys, and keys that are refused."""
 
 import pytest
 
@@ -20,45 +20,46 @@ from dmplay.screen.footer import format_footer
 from dmplay.screen.shown import Viewport
 from dmplay.views.style import load_view_module
 from dmplay.words.commands import COMMANDS, run_line
-from tests.support.screens import SEQUENCES, game, play
+from tests.support.screens import KEY_SEQUENCES, make_game, play_keys
 
-PRESSED = [
+KEY_PLAYED_PROBLEMS = [
     name for name in problem_names() if 1 <= dmplay.load_problem(name).action_counts[0] <= 10
 ]
 
 
-def held(problem: str, wanted: KeyPreferences, *seats: str) -> Game:
-    """A game in which these keys play."""
-    return game(problem, *seats, keys=wanted)
+def create_game_with_keys(problem: str, preferences: KeyPreferences, *seats: str) -> Game:
+    """Return a game with these key preferences."""
+    return make_game(problem, *seats, keys=preferences)
 
 
-def legal(played: Game) -> list[tuple[str, str, bool]]:
-    return played.keyboard.list_actions_with_keys(played.view())
+def list_legal_actions(game: Game) -> list[tuple[str, str, bool]]:
+    return game.keyboard.list_actions_with_keys(game.view())
 
 
-def own(family: str, **bound: str) -> KeyPreferences:
-    return KeyPreferences("", {family: ("dmplay.toml", bound)})
+def bind_keys(family: str, **bindings: str) -> KeyPreferences:
+    return KeyPreferences("", {family: ("dmplay.toml", bindings)})
 
 
 @pytest.mark.parametrize("preset", KEY_PRESETS)
-@pytest.mark.parametrize("name", PRESSED)
-def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset: str) -> None:
+@pytest.mark.parametrize("name", KEY_PLAYED_PROBLEMS)
+def test_every_preset_binds_every_action_and_no_key_twice(name: str, preset: str) -> None:
     problem = dmplay.load_problem(name)
     labels = problem.actions[0].labels
-    plain, preferred = (
+    default_bindings, preset_bindings = (
         resolve_key_maps(problem, DEFAULT_KEY_PREFERENCES).first_player_keys,
         resolve_key_maps(problem, KeyPreferences(preset)).first_player_keys,
     )
-    assert {**preferred, **plain} == {**plain, **preferred}  # what a key plays stays the same
-    for number, label in enumerate(labels):
-        assert find_action_by_key(problem, 0, str((number + 1) % 10), preferred) == number
-        for key, bound in preferred.items():
-            if bound == label and not key.isdigit():
-                assert find_action_by_key(problem, 0, key, preferred) == number
+    # a key in both maps plays the same action
+    assert {**preset_bindings, **default_bindings} == {**default_bindings, **preset_bindings}
+    for action, label in enumerate(labels):
+        assert find_action_by_key(problem, 0, str((action + 1) % 10), preset_bindings) == action
+        for key, bound_label in preset_bindings.items():
+            if bound_label == label and not key.isdigit():
+                assert find_action_by_key(problem, 0, key, preset_bindings) == action
 
 
 @pytest.mark.parametrize(
-    ("name", "preset", "first"),
+    ("name", "preset", "expected"),
     [
         ("hexworld", "", "l u y h b n"), ("hexworld", "vi", "l u y h b n"),
         ("hexworld", "left", "d e w a z x"),
@@ -67,52 +68,59 @@ def test_every_preset_plays_every_action_and_no_key_plays_two(name: str, preset:
         ("2048", "left", "a s d w"), ("2048", "arrows", "left down right up"),
         ("cart-pole", "left", "a d"), ("mountain-car", "left", "a space d"),
         ("collision-avoidance", "vi", "j space k"),
-        ("crying-baby", "left", "f s i"),  # their letters say what they do
+        ("crying-baby", "left", "f s i"),  # initials of the actions
         ("rock-paper-scissors", "digits", "1 2 3"), ("machine-replacement", "arrows", "m e i r"),
     ],
 )  # fmt: skip
-def test_a_preset_leads(name: str, preset: str, first: str) -> None:
-    shown = [key for key, _, _ in legal(held(name, KeyPreferences(preset)))]
-    assert shown == first.split("|" if "|" in first else " ")
+def test_a_preset_determines_the_key_displayed_for_each_action(
+    name: str, preset: str, expected: str
+) -> None:
+    displayed = [
+        key for key, _, _ in list_legal_actions(create_game_with_keys(name, KeyPreferences(preset)))
+    ]
+    assert displayed == expected.split("|" if "|" in expected else " ")
 
 
 @pytest.mark.parametrize("preset", ["left", "arrows", "digits"])
-def test_the_board_the_key_row_help_and_info_show_the_keys_in_force(preset: str) -> None:
-    hex_ = held("hexworld", KeyPreferences(preset))
+def test_board_key_row_help_and_info_show_the_active_keys(preset: str) -> None:
+    hex_game = create_game_with_keys("hexworld", KeyPreferences(preset))
     east = {"left": "d", "arrows": "→", "digits": "1"}[preset]
-    shown = play(hex_, "?").frames
-    assert f"  @  │  {east}  │" in shown[0]
-    assert f" {east} e  " in shown[0].split("\n")[-1]
-    assert f"actions: {east} e,  " in shown[1]
-    assert f"e {legal(hex_)[0][0]}" in run_line(GameController(hex_), "keys")
-    told = load_problem_info("hexworld", KeyPreferences(preset)).keys
-    assert next(key for key, label in told.items() if label == "e") == legal(hex_)[0][0]
-    assert f"{east} " in format_footer(hex_, Viewport(80, 24)).plain
+    frames = play_keys(hex_game, "?").frames
+    assert f"  @  │  {east}  │" in frames[0]
+    assert f" {east} e  " in frames[0].split("\n")[-1]
+    assert f"actions: {east} e,  " in frames[1]
+    assert f"e {list_legal_actions(hex_game)[0][0]}" in run_line(GameController(hex_game), "keys")
+    bindings = load_problem_info("hexworld", KeyPreferences(preset)).keys
+    assert (
+        next(key for key, label in bindings.items() if label == "e")
+        == list_legal_actions(hex_game)[0][0]
+    )
+    assert f"{east} " in format_footer(hex_game, Viewport(80, 24)).plain
 
 
-def test_a_key_of_ones_own_plays_and_is_shown_and_the_others_go_on() -> None:
-    made = held("hexworld", own("hex", k="nw", h="e", j="w"))
-    shown = play(made, "k", "h", "j", "n")
-    names = [made.problem.format_action(0, turn.actions[0]) for turn in made.session.turns]
+def test_a_user_defined_key_works_and_is_shown_and_the_default_keys_still_work() -> None:
+    game = create_game_with_keys("hexworld", bind_keys("hex", k="nw", h="e", j="w"))
+    result = play_keys(game, "k", "h", "j", "n")
+    names = [game.problem.format_action(0, turn.actions[0]) for turn in game.session.turns]
     assert names == ["nw", "e", "w", "se"]
-    assert " h e  u ne  k nw  j w  b sw  n se" in shown.frames[0].split("\n")[-1]
+    assert " h e  u ne  k nw  j w  b sw  n se" in result.frames[0].split("\n")[-1]
 
 
-def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
-    both = {"hex": ("a.toml", {"k": "nw"}), "predator-prey": ("b.toml", {"k": "ne"})}
+def test_keys_of_a_problem_override_keys_of_its_family() -> None:
+    bindings = {"hex": ("a.toml", {"k": "nw"}), "predator-prey": ("b.toml", {"k": "ne"})}
     assert (
         resolve_key_maps(
-            dmplay.load_problem("predator-prey"), KeyPreferences("", both)
+            dmplay.load_problem("predator-prey"), KeyPreferences("", bindings)
         ).first_player_keys["k"]
         == "ne"
     )
     assert (
         resolve_key_maps(
-            dmplay.load_problem("hexworld"), KeyPreferences("", both)
+            dmplay.load_problem("hexworld"), KeyPreferences("", bindings)
         ).first_player_keys["k"]
         == "nw"
     )
-    feed = own("crying-baby", x="feed")
+    feed = bind_keys("crying-baby", x="feed")
     assert (
         resolve_key_maps(dmplay.load_problem("multicaregiver-crying-baby"), feed).first_player_keys[
             "x"
@@ -121,14 +129,14 @@ def test_keys_of_a_problem_come_before_those_of_its_family() -> None:
     )
 
 
-def test_typed_words_are_names_before_they_are_keys() -> None:
-    made = held("hexworld", KeyPreferences("left"))
-    assert made.keyboard.parse_action(made.view(), "e") == made.problem.parse_action(0, "e")
-    assert made.keyboard.find_key_action(0, "e") == (0, made.problem.parse_action(0, "ne"))
+def test_a_typed_word_is_an_action_name_before_it_is_a_key() -> None:
+    game = create_game_with_keys("hexworld", KeyPreferences("left"))
+    assert game.keyboard.parse_action(game.view(), "e") == game.problem.parse_action(0, "e")
+    assert game.keyboard.find_key_action(0, "e") == (0, game.problem.parse_action(0, "ne"))
 
 
 @pytest.mark.parametrize(
-    ("labels", "told"),
+    ("labels", "expected"),
     [
         (("10", "20", "30"), "a whole number from 10 to 30 in steps of 10"),
         (("2", "3", "4"), "a whole number from 2 to 4"),
@@ -137,58 +145,64 @@ def test_typed_words_are_names_before_they_are_keys() -> None:
         (("7",), "7"),
     ],
 )
-def test_numbers_that_are_actions_are_told_as_they_lie(labels: tuple[str, ...], told: str) -> None:
-    assert describe_number_range(labels) == told
+def test_numeric_action_labels_are_described_as_a_range_if_evenly_spaced(
+    labels: tuple[str, ...], expected: str
+) -> None:
+    assert describe_number_range(labels) == expected
 
 
-def test_numbers_have_no_keys_to_tell_of() -> None:
-    throws = GameController(game("catch"))
-    assert run_line(throws, "legal") == "legal: a whole number from 10 to 100 in steps of 10."
-    assert run_line(throws, "keys").startswith(
+def test_legal_lists_no_keys_for_numeric_actions() -> None:
+    controller = GameController(make_game("catch"))
+    assert run_line(controller, "legal") == "legal: a whole number from 10 to 100 in steps of 10."
+    assert run_line(controller, "keys").startswith(
         "keys: 10, 20, 30, 40, 50, 60, 70, 80, 90, 100. hint"
     )
 
 
-def test_two_people_are_each_shown_the_keys_of_their_hand() -> None:
-    for preset, hands_ in (("", ("l", "d")), ("left", ("d", "l"))):
-        made = held("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
-        first, second = play(made, hands_[0]).frames
-        for shown, key in zip((first, second), hands_, strict=True):
-            assert f" {key} e  " in shown.split("\n")[-1]
-        assert f" {hands_[1]}  " in second
+def test_each_of_two_people_is_shown_the_keys_of_their_seat() -> None:
+    for preset, action_keys in (("", ("l", "d")), ("left", ("d", "l"))):
+        game = create_game_with_keys("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
+        first, second = play_keys(game, action_keys[0]).frames
+        for frame, key in zip((first, second), action_keys, strict=True):
+            assert f" {key} e  " in frame.split("\n")[-1]
+        assert f" {action_keys[1]}  " in second
 
 
-def test_words_are_told_no_key_that_is_another_actions_name() -> None:
-    made = held("hexworld", KeyPreferences("left"))
-    assert run_line(GameController(made), "legal") == "legal: e (d), ne, nw, w (a), sw (z), se (x)."
+def test_legal_omits_keys_that_are_names_of_other_actions() -> None:
+    game = create_game_with_keys("hexworld", KeyPreferences("left"))
+    assert run_line(GameController(game), "legal") == "legal: e (d), ne, nw, w (a), sw (z), se (x)."
 
 
-def test_with_the_left_hand_taken_a_second_person_has_the_right() -> None:
-    for preset, keys_ in (("", "hd"), ("left", "al")):
-        made = held("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
-        play(made, *keys_)
-        (turn,) = made.session.turns
-        names = [made.problem.format_action(seat, turn.actions[seat]) for seat in range(2)]
+def test_the_second_person_gets_the_keys_that_the_first_does_not_use() -> None:
+    for preset, pressed_keys in (("", "hd"), ("left", "al")):
+        game = create_game_with_keys("predator-prey", KeyPreferences(preset), HUMAN, HUMAN)
+        play_keys(game, *pressed_keys)
+        (turn,) = game.session.turns
+        names = [game.problem.format_action(seat, turn.actions[seat]) for seat in range(2)]
         assert names == ["w", "e"]
 
 
 @pytest.mark.parametrize(
-    ("problem", "wanted", "message"),
+    ("problem", "preferences", "message"),
     [
-        ("hexworld", own("hex", h="e"), "dmplay.toml: keys.hex: h plays w already; give w a key"),
-        ("hexworld", own("hex", up="e"), "keys.hex: up begins 'up"),
         (
             "hexworld",
-            own("hex", k="north"),
+            bind_keys("hex", h="e"),
+            "dmplay.toml: keys.hex: h plays w already; give w a key",
+        ),
+        ("hexworld", bind_keys("hex", up="e"), "keys.hex: up begins 'up"),
+        (
+            "hexworld",
+            bind_keys("hex", k="north"),
             "keys.hex.k: unknown action 'north'; expected one of e",
         ),
-        ("hexworld", own("hex", K="e"), "keys.hex: 'K' is the shell's or a number"),
-        ("hexworld", own("hex", q="e"), "keys.hex: 'q' is the shell's or a number"),
-        ("hexworld", own("hex", **{"3": "e"}), "keys.hex: '3' is the shell's or a number"),
-        ("hexworld", own("hex", **{":": "e"}), "keys.hex: ':' is the shell's or a number"),
-        ("hexworld", own("hex", tab="e"), "keys.hex: 'tab' is the shell's or a number"),
-        ("hexworld", own("hex", lft="e"), "keys.hex: unknown key 'lft'; did you mean left"),
-        ("simple-regulator", own("simple-regulator", x="1"), "a number is typed here"),
+        ("hexworld", bind_keys("hex", K="e"), "keys.hex: 'K' is the shell's or a number"),
+        ("hexworld", bind_keys("hex", q="e"), "keys.hex: 'q' is the shell's or a number"),
+        ("hexworld", bind_keys("hex", **{"3": "e"}), "keys.hex: '3' is the shell's or a number"),
+        ("hexworld", bind_keys("hex", **{":": "e"}), "keys.hex: ':' is the shell's or a number"),
+        ("hexworld", bind_keys("hex", tab="e"), "keys.hex: 'tab' is the shell's or a number"),
+        ("hexworld", bind_keys("hex", lft="e"), "keys.hex: unknown key 'lft'; did you mean left"),
+        ("simple-regulator", bind_keys("simple-regulator", x="1"), "a number is typed here"),
         (
             "hexworld",
             KeyPreferences("emacs"),
@@ -196,18 +210,18 @@ def test_with_the_left_hand_taken_a_second_person_has_the_right() -> None:
         ),
     ],
 )
-def test_what_cannot_be_bound_is_refused_in_one_line(
-    problem: str, wanted: KeyPreferences, message: str
+def test_an_invalid_key_binding_is_reported_in_one_line(
+    problem: str, preferences: KeyPreferences, message: str
 ) -> None:
     with pytest.raises(DmplayError) as error:
-        resolve_key_maps(dmplay.load_problem(problem), wanted)
+        resolve_key_maps(dmplay.load_problem(problem), preferences)
     assert message in str(error.value)
     assert "\n" not in str(error.value)
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_no_key_of_a_view_is_a_key_of_the_shell(name: str) -> None:
-    style = load_view_module(dmplay.load_problem(name))
-    bound = {*style.KEYS, *getattr(style, "LEFT", {}), *getattr(style, "NUDGES", {})}
-    assert not bound & {command.key for command in COMMANDS}
-    assert all(len(word) == 1 or word in SEQUENCES for key in bound for word in key.split())
+    view = load_view_module(dmplay.load_problem(name))
+    view_keys = {*view.KEYS, *getattr(view, "LEFT", {}), *getattr(view, "NUDGES", {})}
+    assert not view_keys & {command.key for command in COMMANDS}
+    assert all(len(word) == 1 or word in KEY_SEQUENCES for key in view_keys for word in key.split())

@@ -1,4 +1,4 @@
-"""What is being done when a kill comes, and what must hold of the files after it."""
+"""Acts that a kill interrupts, and what must hold of their files afterwards."""
 
 import re
 import tempfile
@@ -8,107 +8,113 @@ from functools import cache
 from pathlib import Path
 from subprocess import CompletedProcess
 
-from tests.kills.games import Game, begun, events, unbroken
-from tests.support.programs import run
+from tests.kills.games import Game, count_events, play_without_kill, truncate_transcript
+from tests.support.programs import run_dmplay
 
-FILE, COPY = "g.dmt", "s.dmt"
-TOLD = re.compile(r"^(turn \d+\.|undone)", re.MULTILINE)
-HALF, EARLY = 17, 9  # turns and events that a game goes on from
-NONE, EMPTY, PART, WHOLE = "no file", "empty", "part", "whole"
+TRANSCRIPT_NAME, COPY_NAME = "g.dmt", "s.dmt"
+PRINTED_TURN = re.compile(r"^(turn \d+\.|undone)", re.MULTILINE)
+RESUME_EVENTS, BRANCH_EVENTS = 17, 9  # turns and events in a file that is resumed or branched
+NO_FILE, EMPTY, PART, WHOLE = "no file", "empty", "part", "whole"
 
 
 class Act(ABC):
-    """Something done with a game in a folder of its own; `problems` says what a kill broke."""
+    """Something done with a game in its own folder; `faults` yields what a kill broke."""
 
     by: Sequence[str] = ("agent", "person")
-    grows = True  # whether its file grows turn by turn; else it is there at once
+    grows = True  # whether its file grows turn by turn; otherwise it is complete when it appears
 
     def fits(self, game: Game) -> bool:
-        """Whether it can be done with a game."""
+        """Return whether the act can be done with a game."""
         return game.by in self.by
 
     @abstractmethod
     def words(self, game: Game) -> Sequence[str]:
-        """What is done."""
+        """Return the arguments of the program."""
 
     def typed(self, game: Game, folder: Path) -> Sequence[str]:
-        """What is piped in."""
+        """Return the lines that are piped to the program."""
         return ()
 
     def before(self, game: Game) -> Mapping[str, bytes]:
-        """The files that are there before."""
+        """Return the files that exist before the act, by name."""
         return {}
 
     def prepare(self, game: Game, folder: Path) -> None:
-        """Puts them in place."""
+        """Write the files that exist before the act."""
         for name, content in self.before(game).items():
             (folder / name).write_bytes(content)
 
     def file(self, folder: Path) -> Path:
-        """The file that is written."""
-        return folder / FILE
+        """Return the path of the file that the act writes."""
+        return folder / TRANSCRIPT_NAME
 
     @abstractmethod
-    def faults(self, game: Game, folder: Path, told: str) -> Iterator[str]:
-        """What is wrong after a kill, at which this had been printed, and after the next try."""
+    def faults(self, game: Game, folder: Path, output: str) -> Iterator[str]:
+        """Yield the faults after a kill and a new attempt; `output` was printed before the kill."""
 
     @abstractmethod
     def left(self, game: Game, folder: Path) -> str:
-        """How much of the file is there."""
+        """Classify how much of the file exists."""
 
     def again(self, game: Game, folder: Path) -> CompletedProcess[str]:
-        """Does it once more."""
-        return run(folder, *self.words(game), stdin=lines(self.typed(game, folder)))
+        """Repeat the act."""
+        return run_dmplay(folder, *self.words(game), stdin=join_lines(self.typed(game, folder)))
 
 
 class Play(Act):
-    """A new game with a file of its own."""
+    """A new game with a given transcript path."""
 
-    given = 0  # turns and events before the first that is played
+    given = 0  # turns and events before the first one that is played
 
     def words(self, game: Game) -> Sequence[str]:
-        return (*game.words, "-o", FILE)
+        return (*game.words, "-o", TRANSCRIPT_NAME)
 
     def script(self, game: Game) -> Sequence[str]:
-        """A line for each turn and event of the whole file."""
+        """Return a line for each turn and event of the complete file."""
         return game.script
 
     def whole(self, game: Game) -> bytes:
-        """The file of the act that nobody kills."""
-        return unbroken(game)
+        """Return the content of the file after an act that is not killed."""
+        return play_without_kill(game)
 
     def typed(self, game: Game, folder: Path) -> Sequence[str]:
-        return self.script(game)[max(events(_content(self.file(folder))), self.given) :]
+        return self.script(game)[
+            max(count_events(_read_if_exists(self.file(folder))), self.given) :
+        ]
 
     def left(self, game: Game, folder: Path) -> str:
-        found = _content(self.file(folder))
-        if not found:
-            return EMPTY if self.file(folder).exists() else NONE
-        return WHOLE if found == self.whole(game) else PART
+        content = _read_if_exists(self.file(folder))
+        if not content:
+            return EMPTY if self.file(folder).exists() else NO_FILE
+        return WHOLE if content == self.whole(game) else PART
 
-    def faults(self, game: Game, folder: Path, told: str) -> Iterator[str]:
-        found, whole = _content(self.file(folder)), self.whole(game)
-        if not whole.startswith(found):
+    def faults(self, game: Game, folder: Path, output: str) -> Iterator[str]:
+        content, complete = _read_if_exists(self.file(folder)), self.whole(game)
+        if not complete.startswith(content):
             yield "unequal: what is left is not how the game began"
-        finished = len(TOLD.findall(told.partition("\nover")[0]))  # after it all is told again
-        if finished and events(found) < self.given + finished:
-            yield f"lost: {self.given + finished} turns were told, {events(found)} are kept"
-        done = self.resumed(game, folder) if found != whole else None
-        if done and done.returncode:
-            yield f"lost: not resumed: {done.stderr.strip()}"
-        if _content(self.file(folder)) != whole:
+        # the output repeats all turns after the end
+        printed_turns = len(PRINTED_TURN.findall(output.partition("\nover")[0]))
+        if printed_turns and count_events(content) < self.given + printed_turns:
+            yield (
+                f"lost: {self.given + printed_turns} turns "
+                f"were told, {count_events(content)} are kept"
+            )
+        process = self.resumed(game, folder) if content != complete else None
+        if process and process.returncode:
+            yield f"lost: not resumed: {process.stderr.strip()}"
+        if _read_if_exists(self.file(folder)) != complete:
             yield "unequal: the game that was gone on with"
 
     def resumed(self, game: Game, folder: Path) -> CompletedProcess[str]:
-        """Goes on, or begins again where nothing was left."""
-        if not _content(self.file(folder)):
+        """Resume the game, or start it again if nothing was left."""
+        if not _read_if_exists(self.file(folder)):
             return self.again(game, folder)
-        typed = self.script(game)[events(_content(self.file(folder))) :]
-        return run(folder, "resume", self.file(folder).name, stdin=lines(typed))
+        remaining = self.script(game)[count_events(_read_if_exists(self.file(folder))) :]
+        return run_dmplay(folder, "resume", self.file(folder).name, stdin=join_lines(remaining))
 
 
 class Keep(Play):
-    """A new game that is kept in the state folder."""
+    """A new game that is saved in the state folder."""
 
     by = ("person",)
 
@@ -116,117 +122,123 @@ class Keep(Play):
         return game.words
 
     def file(self, folder: Path) -> Path:
-        kept = sorted((folder / "state/dmplay/games").glob("*.dmt"), key=lambda each: each.name)
-        return next((path for path in kept if path.stat().st_size), folder / "none")
+        save_paths = sorted(
+            (folder / "state/dmplay/games").glob("*.dmt"), key=lambda save_path: save_path.name
+        )
+        return next((path for path in save_paths if path.stat().st_size), folder / "none")
 
     def resumed(self, game: Game, folder: Path) -> CompletedProcess[str]:
-        typed = self.script(game)[events(_content(self.file(folder))) :]
-        done = run(folder, "resume", stdin=lines(typed))
-        if done.returncode == 2 and not events(_content(self.file(folder))):
-            return run(folder, *game.words, stdin=lines(self.script(game)))
-        return done
+        remaining = self.script(game)[count_events(_read_if_exists(self.file(folder))) :]
+        process = run_dmplay(folder, "resume", stdin=join_lines(remaining))
+        if process.returncode == 2 and not count_events(_read_if_exists(self.file(folder))):
+            return run_dmplay(folder, *game.words, stdin=join_lines(self.script(game)))
+        return process
 
 
 class Resume(Play):
-    """A game gone on with."""
+    """A game that is resumed."""
 
-    given = HALF
+    given = RESUME_EVENTS
 
     def words(self, game: Game) -> Sequence[str]:
-        return ("resume", FILE)
+        return ("resume", TRANSCRIPT_NAME)
 
     def before(self, game: Game) -> Mapping[str, bytes]:
-        return {FILE: begun(unbroken(game), HALF)}
+        return {TRANSCRIPT_NAME: truncate_transcript(play_without_kill(game), RESUME_EVENTS)}
 
 
 class Branch(Play):
-    """A new game that begins as another did."""
+    """A new game that branches from another one."""
 
-    given = EARLY
+    given = BRANCH_EVENTS
 
     def words(self, game: Game) -> Sequence[str]:
-        return ("branch", "other.dmt", "--at", str(EARLY), "-o", FILE)
+        return ("branch", "other.dmt", "--at", str(BRANCH_EVENTS), "-o", TRANSCRIPT_NAME)
 
     def before(self, game: Game) -> Mapping[str, bytes]:
-        return {"other.dmt": unbroken(game)}
+        return {"other.dmt": play_without_kill(game)}
 
     def script(self, game: Game) -> Sequence[str]:
         return game.actions
 
     def whole(self, game: Game) -> bytes:
-        return result(self, game)
+        return run_without_kill(self, game)
 
 
 class Save(Play):
-    """A game of which a copy is saved on the way."""
+    """A game that saves a copy of itself on the way."""
 
     by = ("person",)
 
     def typed(self, game: Game, folder: Path) -> Sequence[str]:
-        done = events(_content(folder / FILE))
-        script = [*game.script[done:]]
-        if done <= HALF and not (folder / COPY).exists():
-            script.insert(HALF - done, f"save {COPY}")
+        event_count = count_events(_read_if_exists(folder / TRANSCRIPT_NAME))
+        script = [*game.script[event_count:]]
+        if event_count <= RESUME_EVENTS and not (folder / COPY_NAME).exists():
+            script.insert(RESUME_EVENTS - event_count, f"save {COPY_NAME}")
         return script
 
-    def faults(self, game: Game, folder: Path, told: str) -> Iterator[str]:
-        owed = f"saved {COPY}" in told
-        copy, whole = folder / COPY, begun(self.whole(game), HALF)
-        if copy.exists() and copy.read_bytes() != whole:
+    def faults(self, game: Game, folder: Path, output: str) -> Iterator[str]:
+        copy_was_reported = f"saved {COPY_NAME}" in output
+        copy, complete = folder / COPY_NAME, truncate_transcript(self.whole(game), RESUME_EVENTS)
+        if copy.exists() and copy.read_bytes() != complete:
             yield "unequal: the copy is not whole"
-        if owed and not copy.exists():
+        if copy_was_reported and not copy.exists():
             yield "lost: the copy that was told of"
-        yield from super().faults(game, folder, told)
+        yield from super().faults(game, folder, output)
 
     def resumed(self, game: Game, folder: Path) -> CompletedProcess[str]:
-        words = ("resume", FILE) if _content(folder / FILE) else self.words(game)
-        return run(folder, *words, stdin=lines(self.typed(game, folder)))
+        words = (
+            ("resume", TRANSCRIPT_NAME)
+            if _read_if_exists(folder / TRANSCRIPT_NAME)
+            else self.words(game)
+        )
+        return run_dmplay(folder, *words, stdin=join_lines(self.typed(game, folder)))
 
 
 class Replace(Act):
-    """A file put in the place of an old one."""
+    """A file that replaces an old one."""
 
     grows = False
 
     def old(self, game: Game) -> bytes:
-        """What stood there before."""
+        """Return the content of the old file."""
         return b"mine"
 
     def left(self, game: Game, folder: Path) -> str:
-        return WHOLE if self.file(folder).read_bytes() == result(self, game) else "old"
+        return WHOLE if self.file(folder).read_bytes() == run_without_kill(self, game) else "old"
 
-    def faults(self, game: Game, folder: Path, told: str) -> Iterator[str]:
-        path, whole = self.file(folder), result(self, game)
-        if _content(path) not in (self.old(game), whole):
+    def faults(self, game: Game, folder: Path, output: str) -> Iterator[str]:
+        path, complete = self.file(folder), run_without_kill(self, game)
+        if _read_if_exists(path) not in (self.old(game), complete):
             yield "unequal: neither the old file nor the new one"
-        done = self.again(game, folder)
-        if done.returncode:
-            yield f"lost: cannot be done again, {done.returncode}: {done.stderr.strip()}"
-        if _content(path) != whole:
+        process = self.again(game, folder)
+        if process.returncode:
+            yield f"lost: cannot be done again, {process.returncode}: {process.stderr.strip()}"
+        if _read_if_exists(path) != complete:
             yield "unequal: what was done again"
 
 
 class Update(Replace):
-    """A transcript written as it would be today."""
+    """A transcript that is rewritten in the current format."""
 
     def words(self, game: Game) -> Sequence[str]:
-        return ("verify", FILE, "--update")
+        return ("verify", TRANSCRIPT_NAME, "--update")
 
     def old(self, game: Game) -> bytes:
-        return unbroken(game).replace(b'"total": ', b'"total":  ')
+        return play_without_kill(game).replace(b'"total": ', b'"total":  ')
 
     def before(self, game: Game) -> Mapping[str, bytes]:
-        return {FILE: self.old(game)}
+        return {TRANSCRIPT_NAME: self.old(game)}
 
 
 class Export(Replace):
-    """A game as a screen recording."""
+    """A game that is exported as a screen recording."""
 
     def words(self, game: Game) -> Sequence[str]:
-        return ("export", FILE, "--cast", "--force", "-o", "out")
+        return ("export", TRANSCRIPT_NAME, "--cast", "--force", "-o", "out")
 
     def before(self, game: Game) -> Mapping[str, bytes]:
-        return {FILE: unbroken(game), "out": self.old(game)}
+        return {TRANSCRIPT_NAME: play_without_kill(game), "out": self.old(game)}
 
     def file(self, folder: Path) -> Path:
         return folder / "out"
@@ -239,25 +251,25 @@ ACTS: dict[str, Act] = {
 
 
 @cache
-def result(act: Act, game: Game) -> bytes:
-    """The file of an act that nobody kills."""
-    with tempfile.TemporaryDirectory() as place:
-        folder = Path(place)
+def run_without_kill(act: Act, game: Game) -> bytes:
+    """Do an act without a kill, and return the content of its file."""
+    with tempfile.TemporaryDirectory() as folder_name:
+        folder = Path(folder_name)
         act.prepare(game, folder)
-        done = act.again(game, folder)
-        assert done.returncode == 0, done.stderr
+        process = act.again(game, folder)
+        assert process.returncode == 0, process.stderr
         return act.file(folder).read_bytes()
 
 
-def drafts(folder: Path) -> list[str]:
-    """The files of writes that were not finished."""
+def find_temporary_files(folder: Path) -> list[str]:
+    """Return the names of temporary files of unfinished writes."""
     return [path.name for path in folder.rglob("*.tmp")]
 
 
-def lines(typed: Sequence[str]) -> str:
-    """What is piped in, as text."""
-    return "".join(f"{line}\n" for line in typed)
+def join_lines(input_lines: Sequence[str]) -> str:
+    """Join the lines that are piped to the program."""
+    return "".join(f"{line}\n" for line in input_lines)
 
 
-def _content(path: Path) -> bytes:
+def _read_if_exists(path: Path) -> bytes:
     return path.read_bytes() if path.exists() else b""

@@ -1,4 +1,4 @@
-"""The games that are killed: an agent's, and a person's who takes turns back."""
+"""Games that are killed: one of an agent, and one of a person who undoes turns."""
 
 import json
 import tempfile
@@ -7,44 +7,44 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from tests.support.games import values
-from tests.support.programs import run
+from tests.support.games import read_values
+from tests.support.programs import run_dmplay
 
 SEED, TURNS = "7", "30"
-AGENTS = {  # hidden states, several seats and real numbers among them
+AGENTS = {  # including hidden states, several seats and real numbers
     "2048": "corner", "crying-baby": "random", "hexworld": "random", "predator-prey": "random",
     "simple-regulator": "random", "travelers-dilemma": "random",
 }  # fmt: skip
-SETTINGS = {"hexworld": ("--set", "rewards=[]"), "predator-prey": ("--vs", "flee")}
-EACH = 7  # turns after which a person takes one back and plays it again
+EXTRA_ARGUMENTS = {"hexworld": ("--set", "rewards=[]"), "predator-prey": ("--vs", "flee")}
+UNDO_INTERVAL = 7  # turns after which a person undoes one and plays it again
 
 
 class Game(NamedTuple):
-    """A game of a problem, and who plays its first seat: an agent or a person."""
+    """A game of a problem whose first seat is played by an agent or a person."""
 
     problem: str
     by: str
 
     @property
     def words(self) -> tuple[str, ...]:
-        """What begins it."""
-        who = ("--agent", AGENTS[self.problem]) if self.by == "agent" else ()
-        more = SETTINGS.get(self.problem, ())
-        return (self.problem, *who, *more, "--seed", SEED, "--turns", TURNS)
+        """Return the arguments that start the game."""
+        agent_arguments = ("--agent", AGENTS[self.problem]) if self.by == "agent" else ()
+        extra_arguments = EXTRA_ARGUMENTS.get(self.problem, ())
+        return (self.problem, *agent_arguments, *extra_arguments, "--seed", SEED, "--turns", TURNS)
 
     @property
     def actions(self) -> Sequence[str]:
-        """What a person types to play as the agent does; an agent needs no words."""
-        return _actions(self.problem) if self.by == "person" else ()
+        """Return the actions that a person types to play like the agent; an agent types nothing."""
+        return _read_actions(self.problem) if self.by == "person" else ()
 
     @property
     def script(self) -> Sequence[str]:
-        """The same with turns taken back: a line for each block of the file."""
-        again = [(action, "undo", action) for action in self.actions]
+        """Return the actions with undone turns between: a line for each block of the file."""
+        lines_by_turn = [(action, "undo", action) for action in self.actions]
         return [
             line
-            for number, lines in enumerate(again, 1)
-            for line in (lines if number % EACH == 0 else lines[:1])
+            for number, lines in enumerate(lines_by_turn, 1)
+            for line in (lines if number % UNDO_INTERVAL == 0 else lines[:1])
         ]
 
 
@@ -52,31 +52,31 @@ GAMES = [Game(problem, by) for problem in AGENTS for by in ("agent", "person")]
 
 
 @cache
-def unbroken(game: Game) -> bytes:
-    """The bytes of the whole game."""
-    with tempfile.TemporaryDirectory() as place:
-        path = Path(place, "g.dmt")
-        typed = "\n".join([*game.script, ""])
-        done = run(Path(place), *game.words, "-o", path.name, stdin=typed)
-        assert done.returncode == 0, done.stderr
+def play_without_kill(game: Game) -> bytes:
+    """Play the whole game, and return its transcript."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "g.dmt")
+        stdin = "\n".join([*game.script, ""])
+        process = run_dmplay(Path(folder), *game.words, "-o", path.name, stdin=stdin)
+        assert process.returncode == 0, process.stderr
         return path.read_bytes()
 
 
 @cache
-def _actions(problem: str) -> list[str]:
-    with tempfile.TemporaryDirectory() as place:
-        path = Path(place, "g.dmt")
-        path.write_bytes(unbroken(Game(problem, "agent")))
-        turns = [json.loads(line) for line in values(path, "actions")]
+def _read_actions(problem: str) -> list[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "g.dmt")
+        path.write_bytes(play_without_kill(Game(problem, "agent")))
+        turns = [json.loads(line) for line in read_values(path, "actions")]
     return [str(next(iter(turn.values()))) for turn in turns]
 
 
-def begun(content: bytes, events: int) -> bytes:
-    """The file as it is after so many turns and events."""
+def truncate_transcript(content: bytes, event_count: int) -> bytes:
+    """Return the transcript after this number of turns and events."""
     blocks = content.split(b"\n\n")
-    return b"\n\n".join([*blocks[: events + 2], b""])
+    return b"\n\n".join([*blocks[: event_count + 2], b""])
 
 
-def events(content: bytes) -> int:
-    """The turns and events that stand whole in a file."""
+def count_events(content: bytes) -> int:
+    """Count the complete turns and events of a transcript."""
     return max(content.count(b"\n\n") - 2, 0)

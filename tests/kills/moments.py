@@ -1,4 +1,4 @@
-"""When a kill comes: at a call that reaches for a file, at a size of one, or after a while."""
+"""Moments of a kill: at a call that uses a file, at a size of a file, or after a time."""
 
 import io
 import os
@@ -11,30 +11,30 @@ from pathlib import Path
 from random import Random
 from types import BuiltinMethodType, FrameType, ModuleType
 
-from tests.support.programs import PATIENCE, Program, over
+from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, ProgramProcess, ends_within
 
-REACHING = {
+FILE_CALLS = {
     "open", "write", "ftruncate", "lseek", "link", "replace", "unlink", "close", "chmod", "mkdir",
     "flock", "flush", "print", "__exit__",
 }  # fmt: skip
-NEVER = 10**9
-PAUSE = 0.0003  # seconds between two looks at a file
+NEVER_CALL = 10**9
+POLL_SECONDS = 0.0003  # between two looks at a file
 
 
 @dataclass(frozen=True)
 class Scale:
-    """What an unbroken run comes to, of which a moment is drawn."""
+    """Measurements of an uninterrupted run, from which a moment is sampled."""
 
     calls: int
     seconds: float
-    size: int = 0  # bytes of the file that grows, if one does
+    size: int = 0  # bytes of the file at the end, or 0 if it does not grow
 
 
 @dataclass(frozen=True)
 class Moment:
     """One moment of a program, as it is written in the name of a case."""
 
-    kind: str  # call, size, share
+    kind: str  # call, size or share
     value: float
 
     def __str__(self) -> str:
@@ -42,49 +42,49 @@ class Moment:
 
     @property
     def fuse(self) -> "Fuse":
-        """What kills the program from within, if that is to be."""
-        return Fuse(int(self.value) if self.kind == "call" else NEVER)
+        """Return the fuse of the program; it kills the program only if the moment is a call."""
+        return Fuse(int(self.value) if self.kind == "call" else NEVER_CALL)
 
-    def wait(self, program: Program, file: Callable[[], Path], scale: Scale) -> None:
-        """Waits until it has come, or the program has ended."""
+    def wait(self, program: ProgramProcess, file: Callable[[], Path], scale: Scale) -> None:
+        """Wait until the moment, or until the program has ended."""
         if self.kind == "share":
-            over(program, self.value * scale.seconds)
+            ends_within(program, self.value * scale.seconds)
         elif self.kind == "size":
-            while not over(program, PAUSE) and _size(file()) < self.value:
+            while not ends_within(program, POLL_SECONDS) and _file_size(file()) < self.value:
                 pass
         else:
-            over(program, PATIENCE)
+            ends_within(program, PROGRAM_TIMEOUT_SECONDS)
 
 
-def read(name: str) -> Moment:
-    """The moment of a name such as `call=12`."""
+def parse_moment(name: str) -> Moment:
+    """Parse a moment such as `call=12`."""
     kind, _, value = name.partition("=")
     return Moment(kind, float(value))
 
 
-def drawn(dice: Random, scale: Scale) -> Moment:
-    """Half of the moments are calls: all that a kill can cut lies between two of them."""
-    kind = dice.choice(["call", "call", "share", "size" if scale.size else "share"])
+def sample_moment(rng: Random, scale: Scale) -> Moment:
+    """Sample a moment; half are calls, because what a kill interrupts is between two calls."""
+    kind = rng.choice(["call", "call", "share", "size" if scale.size else "share"])
     match kind:
         case "call":
-            return Moment(kind, dice.randint(1, scale.calls))
+            return Moment(kind, rng.randint(1, scale.calls))
         case "size":
-            return Moment(kind, dice.randint(1, scale.size))
+            return Moment(kind, rng.randint(1, scale.size))
         case _:
-            return Moment(kind, round(dice.random(), 3))
+            return Moment(kind, round(rng.random(), 3))
 
 
 @dataclass
 class Fuse:
-    """Signals its own process before the n-th call that reaches for a file, the same every time."""
+    """A profiler that signals its own process before the n-th call that uses a file."""
 
-    length: int = NEVER
-    signals: Sequence[int] = (signal.SIGKILL,)  # one for each call from this one on
-    tally: Path | None = None  # where it writes how many calls there were
+    length: int = NEVER_CALL
+    signals: Sequence[int] = (signal.SIGKILL,)  # one for each call, starting with the n-th
+    tally: Path | None = None  # path that receives the number of calls
     calls: int = 0
 
     def __call__(self, program: Callable[[], None]) -> None:
-        """Runs a program while it burns."""
+        """Run a program under the profiler."""
         sys.setprofile(self._burn)
         try:
             program()
@@ -93,20 +93,24 @@ class Fuse:
             if self.tally:
                 self.tally.write_text(str(self.calls))
 
-    def _burn(self, frame: FrameType, event: str, called: object) -> None:
-        if event == "c_call" and isinstance(called, BuiltinMethodType) and _reaches(called):
+    def _burn(self, frame: FrameType, event: str, function: object) -> None:
+        if (
+            event == "c_call"
+            and isinstance(function, BuiltinMethodType)
+            and _is_file_call(function)
+        ):
             self.calls += 1
             if 0 <= self.calls - self.length < len(self.signals):
                 os.kill(os.getpid(), self.signals[self.calls - self.length])
 
 
-def _reaches(called: BuiltinMethodType) -> bool:
-    """Whether a call is one of the system's, or of an open file."""
-    owner = called.__self__
-    return called.__name__ in REACHING and isinstance(owner, ModuleType | io.IOBase)
+def _is_file_call(function: BuiltinMethodType) -> bool:
+    """Return whether a function belongs to a module or to an open file and uses files."""
+    owner = function.__self__
+    return function.__name__ in FILE_CALLS and isinstance(owner, ModuleType | io.IOBase)
 
 
-def _size(file: Path) -> int:
+def _file_size(file: Path) -> int:
     with suppress(OSError):
         return file.stat().st_size
     return 0

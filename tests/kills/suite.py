@@ -1,4 +1,4 @@
-"""A case: an act upon a game, killed at a moment, and what came of it."""
+"""Cases of kills: an act on a game, killed at a moment, and the result."""
 
 import tempfile
 import time
@@ -9,18 +9,18 @@ from pathlib import Path
 from random import Random
 
 from tests.kills import moments
-from tests.kills.acts import ACTS, drafts, lines
+from tests.kills.acts import ACTS, find_temporary_files, join_lines
 from tests.kills.games import GAMES, Game
 from tests.kills.moments import Fuse, Moment, Scale
-from tests.support.programs import Around, Program, ended, started
+from tests.support.programs import ProgramProcess, ProgramWrapper, start_dmplay, wait_for_exit
 
-KILLED = -9
-ROW = 3  # kills of one game and act, after another
+KILLED_CODE = -9
+KILLS_PER_ROW = 3  # consecutive kills of one game and act
 
 
 @dataclass(frozen=True)
 class Case:
-    """What is killed, and when; its name is enough to do it again."""
+    """A game, an act and the moment of its kill; its name is enough to repeat it."""
 
     game: Game
     act: str
@@ -32,66 +32,72 @@ class Case:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a case."""
+    """The result of a case."""
 
     case: Case
-    killed: bool  # else it had ended before
-    left: str  # of its file
+    killed: bool  # False if the program had ended before
+    left: str  # how much of the file exists
     faults: Sequence[str]
 
 
-def named(name: str) -> Case:
-    """The case of a name."""
+def parse_case(name: str) -> Case:
+    """Parse the name of a case."""
     problem, by, act, moment = name.split("/")
-    return Case(Game(problem, by), act, moments.read(moment))
+    return Case(Game(problem, by), act, moments.parse_moment(moment))
 
 
-def drawn(seed: int, number: int) -> Case:
-    """The n-th case of a seed: games and acts in an order by lot, some moments of each."""
-    pairs = [(g, act) for act, one in ACTS.items() for g in GAMES if one.fits(g)]
+def sample_case(seed: int, number: int) -> Case:
+    """Return the n-th case of a seed: shuffled pairs of game and act, with some moments of each."""
+    pairs = [(g, act) for act, operation in ACTS.items() for g in GAMES if operation.fits(g)]
     Random(seed).shuffle(pairs)
-    game, act = pairs[number // ROW % len(pairs)]
-    return Case(game, act, moments.drawn(Random(f"{seed} {number}"), scale(game, act)))
+    game, act = pairs[number // KILLS_PER_ROW % len(pairs)]
+    return Case(
+        game, act, moments.sample_moment(Random(f"{seed} {number}"), measure_run(game, act))
+    )
 
 
 @cache
-def scale(game: Game, name: str) -> Scale:
-    """How long the act takes where nobody kills it, and that it then comes out right."""
+def measure_run(game: Game, name: str) -> Scale:
+    """Measure an act that is not killed, and check that it has no faults."""
     act = ACTS[name]
-    with tempfile.TemporaryDirectory() as place, tempfile.TemporaryDirectory() as streams:
-        folder, tally = Path(place), Path(streams, "calls")
+    with tempfile.TemporaryDirectory() as folder_name, tempfile.TemporaryDirectory() as streams:
+        folder, tally = Path(folder_name), Path(streams, "calls")
         act.prepare(game, folder)
-        begin = time.perf_counter()
-        code = ended(_begun(name, game, folder, Path(streams), Fuse(tally=tally)))
+        start_time = time.perf_counter()
+        code = wait_for_exit(_start_act(name, game, folder, Path(streams), Fuse(tally=tally)))
         assert code == 0, (game, name, Path(streams, "stderr").read_text())
-        seconds = time.perf_counter() - begin
-        told = Path(streams, "stdout").read_text()
-        faults = [*act.faults(game, folder, told)]
+        seconds = time.perf_counter() - start_time
+        output = Path(streams, "stdout").read_text()
+        faults = [*act.faults(game, folder, output)]
         assert not faults, (game, name, faults)
         size = act.file(folder).stat().st_size if act.grows else 0
         return Scale(int(tally.read_text()), seconds, size)
 
 
-def tried(case: Case) -> Result:
-    """Does it, kills it, and looks at what is left."""
+def run_case(case: Case) -> Result:
+    """Run a case, kill its program, and examine its files."""
     act, game = ACTS[case.act], case.game
-    with tempfile.TemporaryDirectory() as place, tempfile.TemporaryDirectory() as streams:
-        folder = Path(place)
+    with tempfile.TemporaryDirectory() as folder_name, tempfile.TemporaryDirectory() as streams:
+        folder = Path(folder_name)
         act.prepare(game, folder)
-        program = _begun(case.act, game, folder, Path(streams), case.moment.fuse)
-        case.moment.wait(program, lambda: act.file(folder), scale(game, case.act))
+        program = _start_act(case.act, game, folder, Path(streams), case.moment.fuse)
+        case.moment.wait(program, lambda: act.file(folder), measure_run(game, case.act))
         program.kill()
-        code = ended(program)
-        told = Path(streams, "stdout")
-        left = act.left(game, folder)
-        faults = [*act.faults(game, folder, told.read_text() if told.exists() else "")]
-        faults += [f"left over: {name}" for name in drafts(folder)]
-        return Result(case, code == KILLED, left, faults)
+        code = wait_for_exit(program)
+        output_path = Path(streams, "stdout")
+        remains = act.left(game, folder)
+        faults = [
+            *act.faults(game, folder, output_path.read_text() if output_path.exists() else "")
+        ]
+        faults += [f"left over: {name}" for name in find_temporary_files(folder)]
+        return Result(case, code == KILLED_CODE, remains, faults)
 
 
-def _begun(name: str, game: Game, folder: Path, streams: Path, around: Around) -> Program:
-    """The act under way."""
+def _start_act(
+    name: str, game: Game, folder: Path, streams: Path, around: ProgramWrapper
+) -> ProgramProcess:
+    """Start the act."""
     act = ACTS[name]
     files = [streams / stream for stream in ("stdin", "stdout", "stderr")]
-    files[0].write_text(lines(act.typed(game, folder)))
-    return started(folder, *act.words(game), streams=files, around=around)
+    files[0].write_text(join_lines(act.typed(game, folder)))
+    return start_dmplay(folder, *act.words(game), streams=files, around=around)

@@ -1,4 +1,4 @@
-"""What a problem makes of a row does not depend on the rows beside it."""
+"""The result of a row does not depend on the other rows of its batch."""
 
 from dataclasses import replace
 from functools import cache
@@ -10,53 +10,63 @@ from hypothesis import strategies as st
 from dmplay.chance import Array
 from dmplay.laws import play
 from dmplay.laws.samples import WALK_LENGTH, SampledTurns, slice_rows
-from tests.support.cases import ROWS, every_problem, frozen, load, same
-from tests.support.pools import broken, pool
+from tests.support.cases import ROW_COUNT, every_problem, is_identical, load_problem, make_readonly
+from tests.support.pools import list_violations, make_turn_pool
 
-SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROWS)
+BATCH_SIZES = (1, 2, 3, 4, 5, 7, 8, 9, 15, 16, 17, 31, 33, 64, 100, 257, 1000, 4099, ROW_COUNT)
 few_examples = settings(max_examples=15)
 
 
-def strided(found: SampledTurns) -> SampledTurns:
-    """The same turns with gaps between their values."""
-    wide = [np.zeros((*part.shape, 2), part.dtype) for part in found]
-    for array, part in zip(wide, found, strict=True):
+def add_gaps(turns: SampledTurns) -> SampledTurns:
+    """Return the same turns with gaps between the values in memory."""
+    buffers = [np.zeros((*part.shape, 2), part.dtype) for part in turns]
+    for array, part in zip(buffers, turns, strict=True):
         array[..., 0] = part
-    return SampledTurns(*(array[..., 0] for array in frozen(*wide)))
+    return SampledTurns(*(array[..., 0] for array in make_readonly(*buffers)))
 
 
 @cache
-def whole(name: str) -> tuple[Array, ...]:
-    return play.evaluate_batch(load(name), pool(name))
+def evaluate_pool(name: str) -> tuple[Array, ...]:
+    return play.evaluate_batch(load_problem(name), make_turn_pool(name))
 
 
-def alone(name: str, found: SampledTurns, rows: slice) -> None:
-    """Some turns come out as they do among all."""
-    problem = load(name)
-    assert not broken(
-        problem, lambda: play.check_row_independence(problem, found, slice_rows(whole(name), rows))
+def assert_rows_independent(name: str, turns: SampledTurns, rows: slice) -> None:
+    """Assert that these rows give the same results as in the whole pool."""
+    problem = load_problem(name)
+    assert not list_violations(
+        problem,
+        lambda: play.check_row_independence(problem, turns, slice_rows(evaluate_pool(name), rows)),
     )
 
 
 @every_problem
 @few_examples
-@given(first=st.integers(0, ROWS - 1), size=st.sampled_from(SIZES), gaps=st.booleans())
+@given(first=st.integers(0, ROW_COUNT - 1), size=st.sampled_from(BATCH_SIZES), gaps=st.booleans())
 def test_a_row_has_the_same_bits_in_any_batch(name: str, first: int, size: int, gaps: bool) -> None:
-    rows = slice(min(first, ROWS - size), min(first, ROWS - size) + size)
-    some = SampledTurns(*slice_rows(pool(name), rows))
-    alone(name, strided(some) if gaps else some, rows)
+    rows = slice(min(first, ROW_COUNT - size), min(first, ROW_COUNT - size) + size)
+    selected = SampledTurns(*slice_rows(make_turn_pool(name), rows))
+    assert_rows_independent(name, add_gaps(selected) if gaps else selected, rows)
 
 
 @every_problem
 def test_each_of_the_first_rows_alone_has_the_same_bits(name: str) -> None:
     for row in range(3 * WALK_LENGTH):
-        one = slice(row, row + 1)
-        alone(name, SampledTurns(*slice_rows(pool(name), one)), one)
+        row_slice = slice(row, row + 1)
+        assert_rows_independent(
+            name, SampledTurns(*slice_rows(make_turn_pool(name), row_slice)), row_slice
+        )
 
 
 @every_problem
-def test_the_same_draws_give_the_same_outcome(name: str) -> None:
-    problem, found = load(name), SampledTurns(*(part.copy() for part in pool(name)))
-    assert not broken(problem, lambda: play.check_determinism(problem, found, whole(name)))
-    assert same(found, pool(name))  # and nothing was written into
-    assert not broken(problem, lambda: play.check_determinism(replace(problem), found, whole(name)))
+def test_the_same_uniforms_give_the_same_outcome(name: str) -> None:
+    problem, turns = (
+        load_problem(name),
+        SampledTurns(*(part.copy() for part in make_turn_pool(name))),
+    )
+    assert not list_violations(
+        problem, lambda: play.check_determinism(problem, turns, evaluate_pool(name))
+    )
+    assert is_identical(turns, make_turn_pool(name))  # the inputs are unchanged
+    assert not list_violations(
+        problem, lambda: play.check_determinism(replace(problem), turns, evaluate_pool(name))
+    )

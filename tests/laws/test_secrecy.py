@@ -1,4 +1,4 @@
-"""A seat and its policy are given nothing that the seat may not know."""
+"""A seat and its policy receive nothing that the seat may not know."""
 
 import gc
 from dataclasses import fields
@@ -13,16 +13,16 @@ from dmplay.core import Memory, Percept, Policy, Problem
 from dmplay.dice import SeededUniforms
 from dmplay.laws.samples import has_finite_outcomes
 from dmplay.session import Session, Turn, View
-from tests.support.cases import anything, every_problem, same, small
-from tests.support.pools import pool
-from tests.support.seats import seated
-from tests.support.twins import Told, Twins, twins
+from tests.support.cases import every_problem, is_identical, load_small_problem, sample_actions
+from tests.support.pools import make_turn_pool
+from tests.support.seats import seat_agents
+from tests.support.twins import TwinGames, TwinUniforms, find_twin_games
 
 pytestmark = pytest.mark.usefixtures("coarse")
 
 
-class Watched:
-    """A policy that writes down all that it is given."""
+class RecordingPolicy:
+    """A policy that records everything that it receives."""
 
     def __init__(self, policy: Policy) -> None:
         self.policy, self.uniform_count = policy, policy.uniform_count
@@ -46,69 +46,77 @@ class Watched:
 
 
 @every_problem
-def test_a_seat_is_shown_nothing_that_it_may_not_know(name: str) -> None:
-    problem = small(name)
-    for seat, policies in seated(name):
-        assert twins(name, seat)
-        for pair in twins(name, seat):
-            alike(problem, seat, policies, pair)
+def test_a_seat_receives_nothing_that_it_may_not_know(name: str) -> None:
+    problem = load_small_problem(name)
+    for seat, policies in seat_agents(name):
+        assert find_twin_games(name, seat)
+        for pair in find_twin_games(name, seat):
+            assert_indistinguishable(problem, seat, policies, pair)
 
 
-def alike(problem: Problem, seat: int, policies: list[Policy], pair: Twins) -> None:
-    """A seat's views, and all that its policy is given and chooses, are equal in both games."""
-    watched = [Watched(policies[seat]) for _ in pair]
+def assert_indistinguishable(
+    problem: Problem, seat: int, policies: list[Policy], pair: TwinGames
+) -> None:
+    """Assert that a seat's views, and all inputs and choices of its policy, are equal in both
+    games.
+    """
+    recorders = [RecordingPolicy(policies[seat]) for _ in pair]
     sessions = []
-    for watcher, game, others in zip(watched, pair, (11, 12), strict=True):
+    for recorder, game, others in zip(recorders, pair, (11, 12), strict=True):
         players: list[Policy] = [*policies]
-        players[seat] = watcher
-        sessions.append(Session(problem, Told(game, seat, 10, others), players, turn_limit=99))
+        players[seat] = recorder
+        sessions.append(
+            Session(problem, TwinUniforms(game, seat, 10, others), players, turn_limit=99)
+        )
     for turn in range(len(pair.one.actions) + 1):
         views = [session.view(seat) for session in sessions]
-        for each in fields(View):
-            shown = [getattr(view, each.name) for view in views]
-            assert same(*shown), f"{each.name} of the view differs"
+        for field in fields(View):
+            values = [getattr(view, field.name) for view in views]
+            assert is_identical(*values), f"{field.name} of the view differs"
         if sessions[0].over:
             break
         for session in sessions:
             session.choose_policy_actions()
-        assert same(watched[0].given, watched[1].given)
+        assert is_identical(recorders[0].given, recorders[1].given)
         if turn < len(pair.one.actions):
             for session, game in zip(sessions, pair, strict=True):
                 session.advance(list(game.actions[turn]))
 
 
 @every_problem
-def test_the_twins_of_the_privacy_law_differ_where_they_can(name: str) -> None:
-    problem = small(name)
-    listed = has_finite_outcomes(problem.chance(pool(name).s[:1], pool(name).a[:1]))
+def test_twin_games_differ_wherever_they_can(name: str) -> None:
+    problem = load_small_problem(name)
+    listed = has_finite_outcomes(
+        problem.chance(make_turn_pool(name).s[:1], make_turn_pool(name).a[:1])
+    )
     for seat in range(len(problem.agents)):
-        for one, other in twins(name, seat):
+        for first, second in find_twin_games(name, seat):
             if problem.partially_observable:
-                assert not same(
-                    (one.initial_chance, one.uniform_counts),
-                    (other.initial_chance, other.uniform_counts),
+                assert not is_identical(
+                    (first.initial_chance, first.uniform_counts),
+                    (second.initial_chance, second.uniform_counts),
                 )
-                assert len(problem.agents) == 1 or not same(one.actions, other.actions)
+                assert len(problem.agents) == 1 or not is_identical(first.actions, second.actions)
             elif problem.uniform_counts.step and listed:
-                assert not same(one.uniform_counts, other.uniform_counts)
+                assert not is_identical(first.uniform_counts, second.uniform_counts)
 
 
 @every_problem
-def test_nothing_leads_from_a_view_to_the_game(name: str) -> None:
-    problem = small(name)
+def test_a_view_holds_no_reference_to_the_game(name: str) -> None:
+    problem = load_small_problem(name)
     for seat in range(len(problem.agents)):
         session = Session(problem, SeededUniforms(7))
         for turn in range(2):
             if not session.over:
-                session.advance(anything(problem, session.state[None], turn, 1)[0].tolist())
+                session.advance(sample_actions(problem, session.state[None], turn, 1)[0].tolist())
         view = session.view(seat)
-        met: set[int] = {id(problem)}
-        ahead: list[Any] = [view]
-        while ahead:
-            one = ahead.pop()
-            assert not isinstance(one, Session | Turn)
-            assert not isinstance(one, np.ndarray) or type(one.base) in {NoneType, bytes}
-            for inner in gc.get_referents(one):
-                if id(inner) not in met and not isinstance(inner, type | ModuleType):
-                    met.add(id(inner))
-                    ahead.append(inner)
+        visited: set[int] = {id(problem)}
+        queue: list[Any] = [view]
+        while queue:
+            item = queue.pop()
+            assert not isinstance(item, Session | Turn)
+            assert not isinstance(item, np.ndarray) or type(item.base) in {NoneType, bytes}
+            for inner in gc.get_referents(item):
+                if id(inner) not in visited and not isinstance(inner, type | ModuleType):
+                    visited.add(id(inner))
+                    queue.append(inner)

@@ -1,4 +1,4 @@
-"""What somebody brings is looked at before it is played, and what is wrong is said at once."""
+"""User-defined problems are checked before they are played, and errors are reported at once."""
 
 from pathlib import Path
 
@@ -14,13 +14,13 @@ from dmplay.laws.sound import check_playable
 from dmplay.places import describe_error_location
 from tests.support.brought import Heap, Key
 
-RIGHT = Key.tables
-HALF = np.full((3, 3, 3), 0.5)
-SUMS = "tables.transition[before, take] sums to"
+VALID_TABLES = Key.tables
+HALF_PROBABILITIES = np.full((3, 3, 3), 0.5)
+SUM_MESSAGE = "tables.transition[before, take] sums to"
 
 
-def told(problem: Problem) -> str:
-    """What is wrong with a problem; '' where nothing is."""
+def get_error(problem: Problem) -> str:
+    """Return the error of a problem, or '' if there is none."""
     try:
         check_playable("own", problem)
     except BadParameter as error:
@@ -28,23 +28,23 @@ def told(problem: Problem) -> str:
     return ""
 
 
-def changed(kind: type[Problem], name: str, value: object) -> Problem:
-    """A problem in which something else is said."""
-    made: Problem = type("Changed", (kind,), {name: value})()
-    return made
+def replace_attribute(kind: type[Problem], name: str, value: object) -> Problem:
+    """Return a problem with another value of one attribute."""
+    problem: Problem = type("Changed", (kind,), {name: value})()
+    return problem
 
 
-def test_nothing_is_wrong_with_what_is_right() -> None:
-    assert told(Key()) == told(Heap()) == ""
+def test_valid_problems_have_no_errors() -> None:
+    assert get_error(Key()) == get_error(Heap()) == ""
 
 
-def test_a_discount_is_a_share() -> None:
-    what = "discount: got 1.5, expected a number from 0 to 1"
-    assert told(Key(discount=1.5)).endswith(what)
+def test_a_discount_is_a_number_from_0_to_1() -> None:
+    message = "discount: got 1.5, expected a number from 0 to 1"
+    assert get_error(Key(discount=1.5)).endswith(message)
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "what"),
+    ("name", "value", "message"),
     [
         ("agents", ("a", "a"), "agents: got ('a', 'a'), expected names, each another"),
         ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one each"),
@@ -59,31 +59,51 @@ def test_a_discount_is_a_share() -> None:
         ),
         ("horizon", 0, "horizon: got 0, expected a number of turns, or None"),
         ("initial_belief", np.array([0.5, 0.6, 0.0]), "initial_belief sums to 1.1, expected 1"),
-        ("tables", Tables(HALF, RIGHT.rewards), f"{SUMS} 1.5, expected 1"),
-        ("tables", Tables(0.9 * RIGHT.transition, RIGHT.rewards), f"{SUMS} 0.9, expected 1"),
-        ("tables", Tables(2 * HALF - HALF * 3, RIGHT.rewards), "expected no negative probability"),
-        ("tables", Tables(HALF[:2], RIGHT.rewards), "got shape (2, 3, 3), expected an array of"),
-        ("tables", Tables(RIGHT.transition, RIGHT.rewards * np.nan), "rewards: expected numbers"),
         (
             "tables",
-            Tables(RIGHT.transition, RIGHT.rewards, HALF),
+            Tables(HALF_PROBABILITIES, VALID_TABLES.rewards),
+            f"{SUM_MESSAGE} 1.5, expected 1",
+        ),
+        (
+            "tables",
+            Tables(0.9 * VALID_TABLES.transition, VALID_TABLES.rewards),
+            f"{SUM_MESSAGE} 0.9, expected 1",
+        ),
+        (
+            "tables",
+            Tables(2 * HALF_PROBABILITIES - HALF_PROBABILITIES * 3, VALID_TABLES.rewards),
+            "expected no negative probability",
+        ),
+        (
+            "tables",
+            Tables(HALF_PROBABILITIES[:2], VALID_TABLES.rewards),
+            "got shape (2, 3, 3), expected an array of",
+        ),
+        (
+            "tables",
+            Tables(VALID_TABLES.transition, VALID_TABLES.rewards * np.nan),
+            "rewards: expected numbers",
+        ),
+        (
+            "tables",
+            Tables(VALID_TABLES.transition, VALID_TABLES.rewards, HALF_PROBABILITIES),
             "tables.observation: expected None",
         ),
     ],
 )
-def test_facts_and_arrays_that_cannot_be_are_told(name: str, value: object, what: str) -> None:
-    assert what in told(changed(Key, name, value))
+def test_invalid_attributes_and_arrays_are_reported(name: str, value: object, message: str) -> None:
+    assert message in get_error(replace_attribute(Key, name, value))
 
 
-def _moved(state: object, rewards: object, seen: object) -> object:
-    return lambda self, s, a, events: Outcome(state, rewards, seen)  # type: ignore[arg-type]
+def _make_resolver(state: object, rewards: object, observations: object) -> object:
+    return lambda self, s, a, events: Outcome(state, rewards, observations)  # type: ignore[arg-type]
 
 
-PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
+ZERO_REWARDS, ZERO_STATES = np.zeros((2, 1)), np.zeros(2, int)
 
 
 @pytest.mark.parametrize(
-    ("name", "value", "what"),
+    ("name", "value", "message"),
     [
         ("state_count", 10**400, "state_count: got 1"),
         ("initial_chance", lambda self, rows: None, "initial_chance: got None"),
@@ -108,46 +128,54 @@ PAID, SEEN = np.zeros((2, 1)), np.zeros(2, int)
         ),
         (
             "resolve_events",
-            _moved(np.zeros(3, int), PAID, SEEN),
+            _make_resolver(np.zeros(3, int), ZERO_REWARDS, ZERO_STATES),
             "resolve_events: got the states array([0, 0, 0])",
         ),
         (
             "resolve_events",
-            _moved(SEEN, PAID + np.inf, SEEN),
+            _make_resolver(ZERO_STATES, ZERO_REWARDS + np.inf, ZERO_STATES),
             "resolve_events: rewards: expected numbers, none inf",
         ),
-        ("resolve_events", _moved(SEEN, PAID[0], SEEN), "resolve_events: rewards: got shape (1,)"),
         (
             "resolve_events",
-            _moved(SEEN, PAID, SEEN > 0),
+            _make_resolver(ZERO_STATES, ZERO_REWARDS[0], ZERO_STATES),
+            "resolve_events: rewards: got shape (1,)",
+        ),
+        (
+            "resolve_events",
+            _make_resolver(ZERO_STATES, ZERO_REWARDS, ZERO_STATES > 0),
             "resolve_events: got array([False, False]) to be seen",
         ),
         (
             "resolve_events",
-            _moved(SEEN, PAID, 7),
+            _make_resolver(ZERO_STATES, ZERO_REWARDS, 7),
             "resolve_events: got 7 to be seen, expected the new states",
         ),
     ],
 )
-def test_a_first_turn_that_cannot_be_is_told(name: str, value: object, what: str) -> None:
-    assert what in told(changed(Heap, name, value))
+def test_an_invalid_first_turn_is_reported(name: str, value: object, message: str) -> None:
+    assert message in get_error(replace_attribute(Heap, name, value))
 
 
-@pytest.mark.parametrize("seen", [np.zeros((2, 1)), np.full((2, 1), 2), np.full((2, 1), -1)])
-def test_observations_are_numbers_of_labels(seen: Array) -> None:
+@pytest.mark.parametrize(
+    "observations", [np.zeros((2, 1)), np.full((2, 1), 2), np.full((2, 1), -1)]
+)
+def test_observations_must_be_label_indices(observations: Array) -> None:
     hidden = type("Hidden", (Heap,), {"observations": (Labels(("x", "y")),)})
-    assert "resolve_events: got the observations" in told(
-        changed(hidden, "resolve_events", _moved(SEEN, PAID, seen))
+    assert "resolve_events: got the observations" in get_error(
+        replace_attribute(
+            hidden, "resolve_events", _make_resolver(ZERO_STATES, ZERO_REWARDS, observations)
+        )
     )
 
 
-@pytest.mark.parametrize("seen", ["", " ", "red \x1b[31m", "long" * 5001])
-def test_observations_in_words_are_printable(seen: str) -> None:
-    telling = type("Telling", (Heap,), {"observations": (TextLine(),)})
-    said = _moved(SEEN, PAID, np.array([["fine"], [seen]]))
-    what = "expected printable text, not empty, of at most 20,000 characters"
-    assert f"resolve_events: got the observation {seen!r:.99}, {what}" in told(
-        changed(telling, "resolve_events", said)
+@pytest.mark.parametrize("text", ["", " ", "red \x1b[31m", "long" * 5001])
+def test_text_observations_must_be_printable(text: str) -> None:
+    text_class = type("Telling", (Heap,), {"observations": (TextLine(),)})
+    resolver = _make_resolver(ZERO_STATES, ZERO_REWARDS, np.array([["fine"], [text]]))
+    message = "expected printable text, not empty, of at most 20,000 characters"
+    assert f"resolve_events: got the observation {text!r:.99}, {message}" in get_error(
+        replace_attribute(text_class, "resolve_events", resolver)
     )
 
 
@@ -162,12 +190,12 @@ def test_observations_in_words_are_printable(seen: str) -> None:
         7,
     ],
 )
-def test_what_nature_cannot_draw_is_told(chance: Chance) -> None:
-    odd = changed(Heap, "chance", lambda self, s, a: (chance,))
-    assert "chance: got " in told(odd)
+def test_events_that_cannot_be_sampled_are_reported(chance: Chance) -> None:
+    problem = replace_attribute(Heap, "chance", lambda self, s, a: (chance,))
+    assert "chance: got " in get_error(problem)
 
 
-def test_a_problem_is_looked_at_with_the_parameters_that_are_set(tmp_path: Path) -> None:
+def test_a_problem_is_checked_with_the_parameters_that_are_set(tmp_path: Path) -> None:
     file = tmp_path / "own.py"
     file.write_text("from tests.support.brought import Heap as Own\n")
     assert resolve_problem(f"{file}:Own", {"discount": "0.5"}).problem.discount == 0.5
@@ -178,25 +206,27 @@ def test_a_problem_is_looked_at_with_the_parameters_that_are_set(tmp_path: Path)
         resolve_problem(f"{file}:Own", {})
 
 
-def test_a_state_that_is_none_of_a_problems_is_told_where_all_are_listed() -> None:
-    far = changed(Heap, "resolve_events", _moved(np.full(2, 9), PAID, np.full(2, 9)))
+def test_an_impossible_state_is_reported_if_all_states_are_listed() -> None:
+    problem = replace_attribute(
+        Heap, "resolve_events", _make_resolver(np.full(2, 9), ZERO_REWARDS, np.full(2, 9))
+    )
     with pytest.raises(BadParameter, match="got states 9 to 9, expected 0 to 4"):
-        far.joint_belief_update(np.eye(5)[4], [0], [])
+        problem.joint_belief_update(np.eye(5)[4], [0], [])
 
 
-def test_an_error_is_blamed_on_code_that_is_not_ours() -> None:
+def test_an_error_is_located_in_user_code() -> None:
     with pytest.raises(IndexError) as caught:
         np.zeros(1)[7]
-    told = describe_error_location(caught.value)
-    assert told.startswith("./tests/laws/test_sound.py:")
-    assert told.endswith(": IndexError: index 7 is out of bounds for axis 0 with size 1")
+    location = describe_error_location(caught.value)
+    assert location.startswith("./tests/laws/test_sound.py:")
+    assert location.endswith(": IndexError: index 7 is out of bounds for axis 0 with size 1")
     assert describe_error_location(ValueError()) == ""
 
 
-def test_a_package_of_another_environment_is_not_blamed(tmp_path: Path) -> None:
+def test_an_error_is_not_located_in_a_package_of_another_environment(tmp_path: Path) -> None:
     library = tmp_path / "site-packages" / "big.py"
     with pytest.raises(MemoryError) as caught:
         exec(compile("raise MemoryError('of 32 TiB')", library, "exec"))
-    told = describe_error_location(caught.value)
-    assert told.startswith("./tests/laws/test_sound.py:")
-    assert told.endswith(": MemoryError: of 32 TiB")
+    location = describe_error_location(caught.value)
+    assert location.startswith("./tests/laws/test_sound.py:")
+    assert location.endswith(": MemoryError: of 32 TiB")

@@ -1,4 +1,4 @@
-"""Tables where actions are forbidden, and that nobody writes into them."""
+"""Tables of problems with illegal actions; nothing can write into them."""
 
 from functools import partial
 
@@ -10,40 +10,40 @@ from dmplay.core import Problem
 from dmplay.laws import play
 from dmplay.tabular import Tables, Tabular, tabulate
 from tests.support.brought import Heap, Key
-from tests.support.cases import load
-from tests.support.pools import broken
+from tests.support.cases import load_problem
+from tests.support.pools import list_violations
 
 
 @pytest.mark.parametrize("problem", [Key(), Heap()])
-def test_the_tables_are_what_the_outcomes_of_legal_actions_amount_to(problem: Problem) -> None:
-    s, a = np.nonzero(allowed(problem)[:, 0])
-    law = partial(play.check_table_rows, problem, problem.enumerate_states()[s], a[:, None])
-    assert not broken(problem, law)
+def test_the_tables_match_the_outcomes_of_legal_actions(problem: Problem) -> None:
+    s, a = np.nonzero(list_legal_masks(problem)[:, 0])
+    invariant = partial(play.check_table_rows, problem, problem.enumerate_states()[s], a[:, None])
+    assert not list_violations(problem, invariant)
 
 
 @pytest.mark.parametrize("problem", [Key(), Heap()])
-def test_an_action_that_is_not_legal_stands_in_the_tables_for_the_first_that_is(
+def test_an_illegal_action_equals_the_first_legal_one_in_the_tables(
     problem: Problem,
 ) -> None:
     transition, rewards, _ = tabulate(problem)
-    closed = np.argwhere(~allowed(problem)[:, 0])
+    closed = np.argwhere(~list_legal_masks(problem)[:, 0])
     assert len(closed)
     for s, a in closed:
-        first = int(np.flatnonzero(allowed(problem)[s, 0])[0])
+        first = int(np.flatnonzero(list_legal_masks(problem)[s, 0])[0])
         assert transition[s, a].tolist() == transition[s, first].tolist()
         assert rewards[s, a] == rewards[s, first]
 
 
-def allowed(problem: Problem) -> Bools:
-    """What every state of a problem that forbids something allows `[S, n, A]`."""
+def list_legal_masks(problem: Problem) -> Bools:
+    """Return the legal actions of every state `[S, n, A]`."""
     legal = problem.legal_actions_mask(problem.enumerate_states())
     assert legal is not None
     return legal
 
 
-def test_nobody_writes_into_the_tables_of_a_game() -> None:
+def test_the_tables_of_a_problem_are_read_only() -> None:
     for name in ("machine-replacement", "catch", "crying-baby"):
-        problem = load(name)
+        problem = load_problem(name)
         assert isinstance(problem, Tabular)
         assert isinstance(problem.tables, Tables)
         for array in problem.tables:

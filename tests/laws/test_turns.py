@@ -1,10 +1,10 @@
-"""What holds in every turn that random play comes to, of every kind there is."""
+"""Invariants that hold in every turn that random play reaches, in every problem."""
 
 from dmplay.laws import play
 from tests.support.cases import every_problem
-from tests.support.pools import keeps
+from tests.support.pools import assert_invariant_holds
 
-LAWS = {
+INVARIANT_CHECKS = {
     "a step is the move of the sampled events": play.check_sampling,
     "outcomes have the shapes and ranges that the problem states": play.check_shapes,
     "probabilities sum to one": play.check_probabilities,
@@ -15,6 +15,6 @@ LAWS = {
 
 
 @every_problem
-def test_a_turn_keeps_every_law(name: str) -> None:
-    for said, law in LAWS.items():
-        keeps(name, law, said)
+def test_every_turn_satisfies_every_invariant(name: str) -> None:
+    for description, invariant in INVARIANT_CHECKS.items():
+        assert_invariant_holds(name, invariant, description)

@@ -1,6 +1,7 @@
-"""Packs tables that `learn_2048` learned: `python -m tests.learning.pack_2048 TABLES [GAMES]`.
+"""Pack the tables that `learn_2048` has learned.
 
-Kept is what searches look up, of whole steps: what they seldom look up in some games is worth 0.
+Usage: `python -m tests.learning.pack_2048 TABLES [GAMES]`. Values are rounded to whole steps.
+Entries that the search seldom looks up in some games are set to 0.
 """
 
 import sys
@@ -22,39 +23,39 @@ from dmplay.solvers.worth_2048 import (
 )
 from dmplay.tiles import BoardArray
 
-GAMES = 30
-OFTEN = 16  # looked up in the games
+DEFAULT_GAME_COUNT = 30
+MIN_LOOKUPS = 16  # entries with fewer lookups are set to 0
 
 
 def main() -> None:
-    """Packs the tables and says how large they are."""
+    """Pack the tables and print their size."""
     learned = np.fromfile(sys.argv[1], np.float32).reshape(
         len(PATTERNS), STAGE_COUNT, ENTRIES_PER_PATTERN
     )
-    games = int(sys.argv[2]) if len(sys.argv) > 2 else GAMES
+    games = int(sys.argv[2]) if len(sys.argv) > 2 else DEFAULT_GAME_COUNT
     steps = np.round(learned / POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
-    often = looked_up(steps, games) >= OFTEN
+    is_frequent = count_lookups(steps, games) >= MIN_LOOKUPS
     path = Path(worth_2048.__file__).with_suffix(".npz")
-    np.savez_compressed(path, *np.where(often, steps, np.int16(0)))
-    print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(often):,} numbers")
+    np.savez_compressed(path, *np.where(is_frequent, steps, np.int16(0)))
+    print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(is_frequent):,} numbers")
 
 
-def looked_up(steps: PatternTable, games: int) -> Ints:
-    """How often `[STAGES, PATTERNS, WAYS]` each number is looked up in so many games."""
+def count_lookups(steps: PatternTable, games: int) -> Ints:
+    """Count the lookups of each entry `[STAGE_COUNT, PATTERNS, ENTRIES_PER_PATTERN]` in games."""
     counts = np.zeros(steps.shape, np.int64)
 
     def looks(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
         ((stage, _),) = worth_2048.group_by_stage(boards)
-        for pattern, way in found(boards):
-            np.add.at(counts[stage, pattern], way, 1)
-            yield pattern, way
+        for pattern, entries in original_looks(boards):
+            np.add.at(counts[stage, pattern], entries, 1)
+            yield pattern, entries
 
-    found = worth_2048.iter_pattern_entries
+    original_looks = worth_2048.iter_pattern_entries
     problem = dmplay.load_problem("2048")
     agent = dmplay.load_agent(problem, 0, "expectimax:depth=4")
     with patch.multiple(worth_2048, looks=looks, tables=lambda stage: steps[stage]):
-        told = dmplay.rollout(problem, [agent], episodes=games)
-    print(f"{games} games: {told.returns.mean():,.0f}")
+        batch = dmplay.rollout(problem, [agent], episodes=games)
+    print(f"{games} games: {batch.returns.mean():,.0f}")
     return counts
 
 

@@ -1,4 +1,4 @@
-"""The program that learned what boards of 2048 are worth still learns it."""
+"""Check that the program that trained the 2048 network still learns."""
 
 import platform
 import re
@@ -14,24 +14,26 @@ import dmplay
 from dmplay.solvers import worth_2048
 from dmplay.solvers.worth_2048 import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
 
-SOURCE = Path(__file__).with_name("learn_2048.c")
+SOURCE_PATH = Path(__file__).with_name("learn_2048.c")
 COMPILER = shutil.which("cc") or ""
-ABLE = COMPILER and platform.machine() == "x86_64"
+CAN_COMPILE = COMPILER and platform.machine() == "x86_64"
 
 
-def test_it_learns_about_the_cells_that_are_looked_at() -> None:
+def test_the_program_and_the_search_use_the_same_patterns() -> None:
     pictures = [pattern.replace(" ", "").rstrip(".") for pattern in PATTERNS]
-    (told,) = re.findall(r"PICTURES\[PATTERNS\] = (.*?);", SOURCE.read_text(), re.DOTALL)
-    assert re.findall('"(.+?)"', told) == pictures
+    (source_list,) = re.findall(
+        r"PICTURES\[PATTERNS\] = (.*?);", SOURCE_PATH.read_text(), re.DOTALL
+    )
+    assert re.findall('"(.+?)"', source_list) == pictures
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not ABLE, reason="it is written for a C compiler and processors of x86")
-def test_a_few_seconds_of_learning_play_better_than_the_corner(tmp_path: Path) -> None:
+@pytest.mark.skipif(not CAN_COMPILE, reason="it is written for a C compiler and processors of x86")
+def test_a_few_seconds_of_learning_beat_the_corner_agent(tmp_path: Path) -> None:
     program, tables = tmp_path / "learn", tmp_path / "tables"
     warnings = ("-Wall", "-Wextra", "-Werror")
-    compiled = [COMPILER, "-O3", "-march=native", *warnings, "-o", str(program), str(SOURCE)]
-    subprocess.run([*compiled, "-lpthread", "-lm"], check=True)
+    command = [COMPILER, "-O3", "-march=native", *warnings, "-o", str(program), str(SOURCE_PATH)]
+    subprocess.run([*command, "-lpthread", "-lm"], check=True)
     subprocess.run([program, tables, "1", "2", "1"], check=True)
     learned = np.fromfile(tables, np.float32).reshape(
         len(PATTERNS), STAGE_COUNT, ENTRIES_PER_PATTERN
@@ -40,6 +42,8 @@ def test_a_few_seconds_of_learning_play_better_than_the_corner(tmp_path: Path) -
     problem = dmplay.load_problem("2048")
     with patch.object(worth_2048, "load_pattern_tables", lambda stage: steps[stage]):
         agent = dmplay.load_agent(problem, 0, "expectimax:depth=1")
-        greedy = dmplay.rollout(problem, [agent], episodes=20, seed=1)
-    corner = dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "corner")], episodes=20, seed=1)
-    assert greedy.returns.mean() > 2 * corner.returns.mean()
+        learned_games = dmplay.rollout(problem, [agent], episodes=20, seed=1)
+    corner_games = dmplay.rollout(
+        problem, [dmplay.load_agent(problem, 0, "corner")], episodes=20, seed=1
+    )
+    assert learned_games.returns.mean() > 2 * corner_games.returns.mean()

@@ -1,4 +1,4 @@
-"""The problems in Gymnasium's loop: its own checks pass, and the games are those of rollouts."""
+"""Tests of the Gymnasium environments: Gymnasium's own checks, and equality with rollouts."""
 
 import warnings
 from dataclasses import dataclass
@@ -17,120 +17,126 @@ from dmplay.finding import agents
 from dmplay.gym import Env, VectorEnv
 from dmplay.policies.kinds import ReactivePolicy
 from dmplay.rollouts import Rollout, rollout
-from tests.files.sources import BALLET, TEAM, TIGER, kept
-from tests.support.cases import CASES, SOME, load, small
+from tests.files.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
+from tests.support.cases import CASE_NAMES, SHORT_GAME_TURNS, load_problem, load_small_problem
 
-ROWS, SEED = 3, 7
+ENV_COUNT, SEED = 3, 7
 
 
 @dataclass(frozen=True)
-class First(ReactivePolicy):
-    """Takes the first legal action, or the least."""
+class FirstActionPolicy(ReactivePolicy):
+    """A policy that chooses the first legal action, or the lowest number."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        able = np.zeros(len(u), int) if legal is None else legal.argmax(axis=1)
-        known = self.problem.actions[self.seat]
-        return np.full(len(u), known.low) if isinstance(known, Interval) else able
+        first_legal = np.zeros(len(u), int) if legal is None else legal.argmax(axis=1)
+        space = self.problem.actions[self.seat]
+        return np.full(len(u), space.low) if isinstance(space, Interval) else first_legal
 
 
-def rolled(problem: Problem, seat: int, episodes: int) -> Rollout:
-    """The games of somebody who takes the first action, among the usual others."""
+def roll_out_first_actions(problem: Problem, seat: int, episodes: int) -> Rollout:
+    """Return a rollout of the first-action policy against the usual partners."""
     partners = [agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))]
     policies = [dmplay.load_agent(problem, i, name) for i, name in enumerate(partners)]
-    policies[seat] = First(problem, seat)
-    return rollout(problem, policies, episodes=episodes, turn_limit=SOME, seed=SEED)
+    policies[seat] = FirstActionPolicy(problem, seat)
+    return rollout(problem, policies, episodes=episodes, turn_limit=SHORT_GAME_TURNS, seed=SEED)
 
 
-def first(problem: Problem, seat: int, mask: Array | None) -> Array:
-    """The same action as a value of the space, for each row of the masks."""
-    known = problem.actions[seat]
-    if isinstance(known, Interval):
-        return np.full((ROWS, 1), known.low)
+def choose_first_action(problem: Problem, seat: int, mask: Array | None) -> Array:
+    """Return the first legal action as a value of the space, for each row of the mask."""
+    space = problem.actions[seat]
+    if isinstance(space, Interval):
+        return np.full((ENV_COUNT, 1), space.low)
     assert mask is not None
     return np.asarray(mask.argmax(axis=1))
 
 
-def seats() -> list[tuple[str, int]]:
-    """Every seat of every problem."""
-    return [(name, seat) for name in CASES for seat in range(len(load(name).agents))]
+def list_all_seats() -> list[tuple[str, int]]:
+    """List every seat of every problem."""
+    return [(name, seat) for name in CASE_NAMES for seat in range(len(load_problem(name).agents))]
 
 
-def plays_rows(problem: Problem, seat: int) -> None:
-    """The episodes of a seat are rows of a rollout."""
-    env = Env(problem, seat=problem.agents[seat], turns=SOME)
-    wanted = rolled(problem, seat, ROWS)
-    for episode in range(ROWS):
+def check_episodes_equal_rollout(problem: Problem, seat: int) -> None:
+    """Check that the episodes of a seat equal the rows of a rollout."""
+    env = Env(problem, seat=problem.agents[seat], turns=SHORT_GAME_TURNS)
+    expected_rollout = roll_out_first_actions(problem, seat, ENV_COUNT)
+    for episode in range(ENV_COUNT):
         _, info = env.reset(seed=SEED if not episode else None)
         total, weight, over, turns = 0.0, 1.0, False, 0
         while not over:
             mask = info.get("action_mask")
-            action = first(problem, seat, None if mask is None else mask[None])[0]
+            action = choose_first_action(problem, seat, None if mask is None else mask[None])[0]
             _, reward, terminated, truncated, info = env.step(action)
             over, turns = terminated or truncated, turns + 1
             total, weight = total + weight * reward, weight * problem.discount
-        got = (total, turns, terminated)
-        told = (
-            wanted.returns[episode, seat],
-            wanted.turn_counts[episode],
-            wanted.terminated[episode],
+        result = (total, turns, terminated)
+        expected = (
+            expected_rollout.returns[episode, seat],
+            expected_rollout.turn_counts[episode],
+            expected_rollout.terminated[episode],
         )
-        assert got == told, (problem, seat, episode)
+        assert result == expected, (problem, seat, episode)
 
 
-def test_episodes_are_rows_of_a_rollout_to_the_last_bit() -> None:
-    for name, seat in seats():
-        plays_rows(small(name), seat)
+def test_episodes_equal_the_rows_of_a_rollout_to_the_last_bit() -> None:
+    for name, seat in list_all_seats():
+        check_episodes_equal_rollout(load_small_problem(name), seat)
 
 
-def test_the_games_of_rows_are_those_of_a_rollout_one_after_another() -> None:
-    for name, seat in seats():
-        problem = small(name)
-        rows = VectorEnv(problem, ROWS, seat=problem.agents[seat], turns=SOME)
-        wanted = rolled(problem, seat, 2 * ROWS).returns[:, seat].reshape(2, ROWS)
-        found: list[list[float]] = [[0.0] for _ in range(ROWS)]
-        weights: Reals = np.ones(ROWS)
-        begins: Bools = np.zeros(ROWS, bool)
-        _, info = rows.reset(seed=SEED)
-        while min(map(len, found)) < 3:
-            action = first(problem, seat, info.get("action_mask"))
-            _, rewards, terminated, truncated, info = rows.step(action)
-            weights[begins] = 1.0
-            for row in range(ROWS):
-                found[row][-1] += weights[row] * rewards[row]
-            weights *= np.where(begins, 1.0, problem.discount)
-            begins = terminated | truncated
-            for row in np.flatnonzero(begins).tolist():
-                found[row].append(0.0)
-        assert np.array_equal([games[:2] for games in found], wanted.T), (name, seat)
+def test_a_vector_env_plays_the_games_of_a_rollout_in_order() -> None:
+    for name, seat in list_all_seats():
+        problem = load_small_problem(name)
+        envs = VectorEnv(problem, ENV_COUNT, seat=problem.agents[seat], turns=SHORT_GAME_TURNS)
+        expected = (
+            roll_out_first_actions(problem, seat, 2 * ENV_COUNT)
+            .returns[:, seat]
+            .reshape(2, ENV_COUNT)
+        )
+        returns: list[list[float]] = [[0.0] for _ in range(ENV_COUNT)]
+        weights: Reals = np.ones(ENV_COUNT)
+        finished: Bools = np.zeros(ENV_COUNT, bool)
+        _, info = envs.reset(seed=SEED)
+        while min(map(len, returns)) < 3:
+            action = choose_first_action(problem, seat, info.get("action_mask"))
+            _, rewards, terminated, truncated, info = envs.step(action)
+            weights[finished] = 1.0
+            for row in range(ENV_COUNT):
+                returns[row][-1] += weights[row] * rewards[row]
+            weights *= np.where(finished, 1.0, problem.discount)
+            finished = terminated | truncated
+            for row in np.flatnonzero(finished).tolist():
+                returns[row].append(0.0)
+        assert np.array_equal([games[:2] for games in returns], expected.T), (name, seat)
 
 
-def test_what_is_seen_is_in_the_space_from_the_first() -> None:
-    for name in CASES:
-        problem = small(name)
+def test_every_observation_is_in_the_observation_space() -> None:
+    for name in CASE_NAMES:
+        problem = load_small_problem(name)
         env = Env(problem, turns=2)
-        rows = VectorEnv(problem, ROWS, turns=2, uniforms="fast", others="random")
-        seen, info = rows.reset(seed=SEED)
+        envs = VectorEnv(problem, ENV_COUNT, turns=2, uniforms="fast", others="random")
+        observation, info = envs.reset(seed=SEED)
         for _ in range(4):
-            assert rows.observation_space.contains(seen), name
-            seen, _, _, _, info = rows.step(first(problem, 0, info.get("action_mask")))
+            assert envs.observation_space.contains(observation), name
+            observation, _, _, _, info = envs.step(
+                choose_first_action(problem, 0, info.get("action_mask"))
+            )
         assert env.observation_space.contains(env.reset(seed=SEED)[0])
 
 
-def test_a_move_that_is_not_legal_changes_nothing_and_no_turn_passes() -> None:
-    env, rows = Env("2048"), VectorEnv("2048", 2)
+def test_an_illegal_action_changes_nothing_and_uses_no_turn() -> None:
+    env, envs = Env("2048"), VectorEnv("2048", 2)
     before, info = env.reset(seed=5)
-    (stuck,) = np.flatnonzero(info["action_mask"] == 0)
-    after, reward, terminated, truncated, again = env.step(stuck)
+    (illegal_action,) = np.flatnonzero(info["action_mask"] == 0)
+    after, reward, terminated, truncated, info_after = env.step(illegal_action)
     assert (reward, terminated, truncated) == (0.0, False, False)
     assert np.array_equal(before, after)
-    assert np.array_equal(info["action_mask"], again["action_mask"])
-    first, _ = rows.reset(seed=5)
-    able = np.flatnonzero(info["action_mask"])[0]
-    held, *_ = rows.step(np.array([stuck, 3]))
-    assert np.array_equal(held[0], before)
-    assert not np.array_equal(held[1], first[1])
-    moved, *_ = rows.step(np.array([able, 3]))
-    assert np.array_equal(moved[0], env.step(able)[0])  # by the dice of turn 1
+    assert np.array_equal(info["action_mask"], info_after["action_mask"])
+    initial, _ = envs.reset(seed=5)
+    legal_action = np.flatnonzero(info["action_mask"])[0]
+    after_illegal, *_ = envs.step(np.array([illegal_action, 3]))
+    assert np.array_equal(after_illegal[0], before)
+    assert not np.array_equal(after_illegal[1], initial[1])
+    after_legal, *_ = envs.step(np.array([legal_action, 3]))
+    assert np.array_equal(after_legal[0], env.step(legal_action)[0])  # uses the uniforms of turn 1
 
 
 @pytest.mark.parametrize(
@@ -144,51 +150,51 @@ def test_a_move_that_is_not_legal_changes_nothing_and_no_turn_passes() -> None:
         (0, "step: got shape (), expected 3 actions"),
     ],
 )
-def test_what_is_no_action_is_refused_and_no_row_moves(actions: object, message: str) -> None:
-    rows = VectorEnv("hexworld", 3)
-    rows.reset(seed=SEED)
-    with pytest.raises(IllegalAction) as refused:
-        rows.step(np.asarray(actions))
-    assert str(refused.value) == message
-    seen, *_ = rows.step(np.array([0, 1.0, 2]))
-    rows.reset(seed=SEED)
-    np.testing.assert_array_equal(rows.step(np.array([0, 1, 2]))[0], seen)
+def test_an_invalid_action_is_refused_and_no_game_advances(actions: object, message: str) -> None:
+    envs = VectorEnv("hexworld", 3)
+    envs.reset(seed=SEED)
+    with pytest.raises(IllegalAction) as error:
+        envs.step(np.asarray(actions))
+    assert str(error.value) == message
+    observations, *_ = envs.step(np.array([0, 1.0, 2]))
+    envs.reset(seed=SEED)
+    np.testing.assert_array_equal(envs.step(np.array([0, 1, 2]))[0], observations)
 
 
-def test_a_row_that_is_over_begins_anew_whatever_its_action() -> None:
-    rows = VectorEnv("rock-paper-scissors", ROWS, turns=1)
-    rows.reset(seed=SEED)
-    *_, truncated, _ = rows.step(np.zeros(ROWS, int))
+def test_a_finished_game_restarts_whatever_its_action() -> None:
+    envs = VectorEnv("rock-paper-scissors", ENV_COUNT, turns=1)
+    envs.reset(seed=SEED)
+    *_, truncated, _ = envs.step(np.zeros(ENV_COUNT, int))
     assert truncated.all()
-    seen, rewards, *_, truncated, _ = rows.step(np.array([-1, 99, None]))
-    assert [seen.any(), rewards.any(), truncated.any()] == [False] * 3
+    observations, rewards, *_, truncated, _ = envs.step(np.array([-1, 99, None]))
+    assert [observations.any(), rewards.any(), truncated.any()] == [False] * 3
     with pytest.raises(IllegalAction):
-        rows.step(np.array([0, 99, 0]))
+        envs.step(np.array([0, 99, 0]))
 
 
-def test_a_number_is_one_number() -> None:
+def test_a_continuous_action_must_be_a_single_number() -> None:
     env = Env("simple-regulator")
     env.reset(seed=SEED)
-    seen, *_ = env.step(0.5)
+    observation, *_ = env.step(0.5)
     env.reset(seed=SEED)
-    np.testing.assert_array_equal(env.step([0.5])[0], seen)
+    np.testing.assert_array_equal(env.step([0.5])[0], observation)
     with pytest.raises(IllegalAction, match="step: got 2 numbers, expected one"):
         env.step([1, 2])
 
 
-def test_an_environment_is_made_by_name_and_draws_its_board() -> None:
-    made = gymnasium.make("dmplay.gym:dmplay/HexworldStraightLine-v0", render_mode="ansi")
-    made.reset(seed=1)
-    drawn = made.render()
-    assert isinstance(drawn, str)
-    assert "@" in drawn
-    rows = gymnasium.make_vec(
+def test_gymnasium_make_creates_an_environment_that_renders_its_board() -> None:
+    env = gymnasium.make("dmplay.gym:dmplay/HexworldStraightLine-v0", render_mode="ansi")
+    env.reset(seed=1)
+    board = env.render()
+    assert isinstance(board, str)
+    assert "@" in board
+    envs = gymnasium.make_vec(
         "dmplay/CryingBaby-v0", num_envs=2, vectorization_mode="vector_entry_point"
     )
-    assert rows.reset(seed=1)[0].tolist() == [2, 2]
+    assert envs.reset(seed=1)[0].tolist() == [2, 2]
 
 
-def test_what_cannot_be_is_said() -> None:
+def test_invalid_options_and_a_missing_reset_raise_bad_parameter() -> None:
     with pytest.raises(BadParameter, match="dice: got 'slow', expected recorded or fast"):
         VectorEnv("hexworld", uniforms="slow")
     for env in (Env("hexworld"), VectorEnv("hexworld")):
@@ -196,34 +202,38 @@ def test_what_cannot_be_is_said() -> None:
             env.step(np.array([0]))
 
 
-def checked(problem: Problem) -> None:
-    """Every seat passes Gymnasium's check."""
+def check_every_seat(problem: Problem) -> None:
+    """Run Gymnasium's environment check on every seat."""
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of spaces without bounds
+        warnings.simplefilter("ignore")  # warnings about unbounded spaces
         for agent in problem.agents:
-            check_env(Env(problem, seat=agent, turns=SOME), skip_render_check=True)
+            check_env(Env(problem, seat=agent, turns=SHORT_GAME_TURNS), skip_render_check=True)
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", CASE_NAMES)
 def test_every_seat_passes_gymnasiums_check(name: str) -> None:
-    checked(small(name))
+    check_every_seat(load_small_problem(name))
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:.*infinity:UserWarning")  # of spaces without bounds
-def test_what_is_registered_passes_the_check_with_its_drawings() -> None:
-    made = [name for name in gymnasium.registry if name.startswith("dmplay/")]
-    assert len(made) == len(CASES)
+@pytest.mark.filterwarnings("ignore:.*infinity:UserWarning")  # unbounded spaces
+def test_registered_environments_pass_the_check_with_rendering() -> None:
+    env_names = [name for name in gymnasium.registry if name.startswith("dmplay/")]
+    assert len(env_names) == len(CASE_NAMES)
     for name in ("dmplay/Hexworld-v0", "dmplay/CryingBaby-v0", "dmplay/CartPole-v0"):
-        check_env(gymnasium.make(name, turns=SOME).unwrapped)
+        check_env(gymnasium.make(name, turns=SHORT_GAME_TURNS).unwrapped)
 
 
-def test_every_seat_of_a_problem_of_a_file_passes_the_check_and_plays_rows_of_a_rollout(
+def test_problems_from_files_pass_the_check_and_equal_rollouts(
     tmp_path: Path,
 ) -> None:
-    for name, text in {"tiger.pomdp": TIGER, "team.dpomdp": TEAM, "ballet.nfg": BALLET}.items():
-        problem = dmplay.load_problem(kept(tmp_path, name, text))
-        checked(problem)
+    for name, text in {
+        "tiger.pomdp": TIGER_TEXT,
+        "team.dpomdp": TEAM_TEXT,
+        "ballet.nfg": BALLET_TEXT,
+    }.items():
+        problem = dmplay.load_problem(write_text_file(tmp_path, name, text))
+        check_every_seat(problem)
         for seat in range(len(problem.agents)):
-            plays_rows(problem, seat)
+            check_episodes_equal_rollout(problem, seat)

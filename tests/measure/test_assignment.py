@@ -1,4 +1,4 @@
-"""Assignments: what all are to play is one file, and each of them plays it, and no other."""
+"""Tests of assignments: files that fix the game and the seeds that all players play."""
 
 from pathlib import Path
 
@@ -13,7 +13,7 @@ from dmplay.game.start import start_new_game
 from dmplay.measure.assignment import read_assignment
 from dmplay.transcript.reading import read_transcript as transcript
 
-WALKS = """dmplay: 1
+ASSIGNMENT_TEXT = """dmplay: 1
 problem: "hexworld"
 set: {"slip": 0.2}
 seats: {"agent": "human"}
@@ -24,75 +24,77 @@ strict: "hints"
 
 
 @pytest.fixture(autouse=True)
-def _here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    Path("walks").write_text(WALKS)
+    Path("walks").write_text(ASSIGNMENT_TEXT)
 
 
-def request(*words: str) -> GameRequest:
-    """The game that these words ask for."""
-    sitting = interpret_command(["play", *words])
-    assert isinstance(sitting, PlayCommand)
-    assert isinstance(sitting.request, GameRequest)
-    return sitting.request
+def parse_request(*arguments: str) -> GameRequest:
+    """Parse the arguments of `dmplay play` into a game request."""
+    command = interpret_command(["play", *arguments])
+    assert isinstance(command, PlayCommand)
+    assert isinstance(command.request, GameRequest)
+    return command.request
 
 
-def played(*words: str) -> Path:
-    """The file of the game that these words ask for, left at once."""
-    game = start_new_game(request(*words))
+def record_empty_game(*arguments: str) -> Path:
+    """Start a game with these arguments, quit it at once and return its transcript file."""
+    game = start_new_game(parse_request(*arguments))
     game.finish()
     assert game.recorder
     return game.recorder.path
 
 
-ADA = ("--assignment", "walks", "--player", "Ada Lovelace")
+ADA_ARGUMENTS = ("--assignment", "walks", "--player", "Ada Lovelace")
 
 
 def test_an_assignment_is_the_header_of_its_games_with_all_seeds() -> None:
-    words = "hexworld --set slip=0.2 --seeds 8,7 --turns 3 --strict=hints -o again"
-    assert interpret_command(["assign", *words.replace("=hints", "-hints").split()]) == (
+    arguments = "hexworld --set slip=0.2 --seeds 8,7 --turns 3 --strict=hints -o again"
+    assert interpret_command(["assign", *arguments.replace("=hints", "-hints").split()]) == (
         "wrote again; dmplay play --assignment again --player NAME"
     )
-    assert Path("again").read_text() == WALKS
+    assert Path("again").read_text() == ASSIGNMENT_TEXT
     assert interpret_command(["assign", "catch", "-o", "a ball"]) == (
         "wrote a ball; dmplay play --assignment 'a ball' --player NAME"
     )
 
 
-def test_dice_that_are_not_said_are_new_ones() -> None:
+def test_an_assignment_without_seeds_uses_new_ones() -> None:
     interpret_command(["assign", "hexworld", "--games", "3", "-o", "new"])
     assert len({*read_assignment(Path("new")).seeds}) == 3
 
 
 def test_the_games_of_an_assignment_are_played_one_after_another() -> None:
-    first, second = played(*ADA), played(*ADA)
+    first, second = record_empty_game(*ADA_ARGUMENTS), record_empty_game(*ADA_ARGUMENTS)
     assert [str(first), str(second)] == ["ada-lovelace-8.dmt", "ada-lovelace-7.dmt"]
     assert verify_file(first).is_ok
     assert verify_file(second).is_ok
     header = transcript(second).header
     assert (header.player, header.seed, header.turns) == ("Ada Lovelace", 7, 3)
     assert (header.strict, header.parameters) == ("hints", {"slip": 0.2})
-    told = "walks: you played it all; hand in ada-lovelace-8.dmt, ada-lovelace-7.dmt"
-    with pytest.raises(BadParameter, match=told):
-        request(*ADA)
-    assert request(*ADA, "--seed", "7", "-o", "more.dmt").record_path == Path("more.dmt")
+    message = "walks: you played it all; hand in ada-lovelace-8.dmt, ada-lovelace-7.dmt"
+    with pytest.raises(BadParameter, match=message):
+        parse_request(*ADA_ARGUMENTS)
+    assert parse_request(*ADA_ARGUMENTS, "--seed", "7", "-o", "more.dmt").record_path == Path(
+        "more.dmt"
+    )
 
 
-def test_a_game_that_was_interrupted_is_to_be_gone_on_with() -> None:
-    start_new_game(request(*ADA)).finish("interrupted")
+def test_an_interrupted_game_must_be_resumed_first() -> None:
+    start_new_game(parse_request(*ADA_ARGUMENTS)).finish("interrupted")
     with pytest.raises(BadParameter, match=r"ada-lovelace-8.dmt is unfinished; dmplay resume ada"):
-        request(*ADA)
+        parse_request(*ADA_ARGUMENTS)
 
 
-def test_a_player_is_named_in_the_header_and_old_files_have_no_such_line() -> None:
-    path = played("hexworld", "--seed", "7", "--player", 'A\n"b"', "-o", "g.dmt")
+def test_the_header_has_a_player_line_only_if_the_player_is_named() -> None:
+    path = record_empty_game("hexworld", "--seed", "7", "--player", 'A\n"b"', "-o", "g.dmt")
     assert 'player: "A\\n\\"b\\""' in path.read_text()
     assert transcript(path).header.player == 'A\n"b"'
-    assert "player" not in played("hexworld", "--seed", "7", "-o", "h.dmt").read_text()
+    assert "player" not in record_empty_game("hexworld", "--seed", "7", "-o", "h.dmt").read_text()
 
 
 @pytest.mark.parametrize(
-    ("words", "told"),
+    ("command", "message"),
     [
         ("play --assignment walks", "--assignment: expected --player NAME too"),
         ("play --assignment none --player A", "none: No such file or directory"),
@@ -110,43 +112,49 @@ def test_a_player_is_named_in_the_header_and_old_files_have_no_such_line() -> No
         ("assign hexworld --vs grim -o a", "--vs: hexworld has one seat only"),
     ],
 )
-def test_what_cannot_be_assigned_or_played_so_is_one_line(words: str, told: str) -> None:
-    with pytest.raises(BadParameter, match=told):
-        interpret_command(words.split())
+def test_assignment_commands_that_cannot_work_are_refused(command: str, message: str) -> None:
+    with pytest.raises(BadParameter, match=message):
+        interpret_command(command.split())
 
 
-def test_what_is_for_people_or_a_transcript_is_refused_where_agents_play_alone() -> None:
-    for words, told in (
+def test_options_for_people_or_transcripts_are_refused_in_games_of_agents() -> None:
+    for arguments, message in (
         (("--player", "Ada"), "--player: no person plays this game"),
         (("--rate", "5"), "--rate: real time is for people; agents alone play at --speed"),
         (("--frames",), "--frames: no transcript is written; add -o FILE"),
     ):
-        with pytest.raises(BadParameter, match=told):
-            start_new_game(request("hexworld", "--agent", "optimal", *words))
+        with pytest.raises(BadParameter, match=message):
+            start_new_game(parse_request("hexworld", "--agent", "optimal", *arguments))
 
 
 @pytest.mark.parametrize(
-    ("content", "told"),
+    ("content", "message"),
     [
         (
-            WALKS.replace("seeds: [8, 7]", "seed: 8"),
+            ASSIGNMENT_TEXT.replace("seeds: [8, 7]", "seed: 8"),
             "walks:5:1: unknown key 'seed'; did you mean seeds",
         ),
-        (WALKS.replace("8, 7", '"8"'), "walks:1: seeds: expected whole numbers"),
-        (WALKS.replace("8, 7", f"{2**63}"), "walks:1: seeds: expected whole numbers"),
-        (WALKS.replace("turns: 3", "turn: 3"), "walks:6:1: unknown key 'turn'; did you mean turns"),
-        (WALKS.replace("turns: 3", "turns: x"), "walks:6:8: expecting value"),
-        (WALKS.replace("turns: 3", "turns: -3"), "walks:6: turns: expected a whole number"),
-        (WALKS.replace('seats: {"agent": "human"}\n', ""), "the header has no seats"),
+        (ASSIGNMENT_TEXT.replace("8, 7", '"8"'), "walks:1: seeds: expected whole numbers"),
+        (ASSIGNMENT_TEXT.replace("8, 7", f"{2**63}"), "walks:1: seeds: expected whole numbers"),
+        (
+            ASSIGNMENT_TEXT.replace("turns: 3", "turn: 3"),
+            "walks:6:1: unknown key 'turn'; did you mean turns",
+        ),
+        (ASSIGNMENT_TEXT.replace("turns: 3", "turns: x"), "walks:6:8: expecting value"),
+        (
+            ASSIGNMENT_TEXT.replace("turns: 3", "turns: -3"),
+            "walks:6: turns: expected a whole number",
+        ),
+        (ASSIGNMENT_TEXT.replace('seats: {"agent": "human"}\n', ""), "the header has no seats"),
     ],
 )
-def test_a_fault_of_an_assignment_is_told_with_its_line(content: str, told: str) -> None:
+def test_an_error_in_an_assignment_names_the_line(content: str, message: str) -> None:
     Path("walks").write_text(content)
-    with pytest.raises(BadFile, match=told):
+    with pytest.raises(BadFile, match=message):
         read_assignment(Path("walks"))
 
 
-def test_what_is_no_text_is_no_assignment() -> None:
+def test_a_binary_file_is_not_an_assignment() -> None:
     Path("walks").write_bytes(b"\xff")
     with pytest.raises(BadFile, match="not UTF-8"):
         read_assignment(Path("walks"))
@@ -156,8 +164,8 @@ def test_what_is_no_text_is_no_assignment() -> None:
     ("before", "after"),
     [('"hexworld"', '"./evil.py:Walk"'), ('"human"', '"./evil.py:Agent"')],
 )
-def test_an_assignment_from_elsewhere_runs_no_code(before: str, after: str) -> None:
+def test_an_assignment_never_runs_code_that_it_names(before: str, after: str) -> None:
     Path("evil.py").write_text("raise SystemExit('it ran')")
-    Path("walks").write_text(WALKS.replace(before, after))
+    Path("walks").write_text(ASSIGNMENT_TEXT.replace(before, after))
     with pytest.raises((BadParameter, UnknownName)):
-        request(*ADA)
+        parse_request(*ADA_ARGUMENTS)

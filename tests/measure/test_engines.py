@@ -1,4 +1,4 @@
-"""Engines: anything that is an Executor, and a cluster of which workers die."""
+"""Tests of execution backends: user-defined executors, and a cluster whose workers die."""
 
 import hashlib
 import os
@@ -16,23 +16,23 @@ from dmplay.errors import BadParameter
 from dmplay.measure.engines import ExecutionBackend, open_execution_backend
 from dmplay.rollouts import Rollout, rollout
 
-HEX = dmplay.load_problem("hexworld")
-WALKER = [dmplay.load_agent(HEX, 0, "search:simulations=20")]
-RUN = ["run", "hexworld", "--episodes", "40", "--csv"]
+HEXWORLD = dmplay.load_problem("hexworld")
+SEARCH_POLICIES = [dmplay.load_agent(HEXWORLD, 0, "search:simulations=20")]
+RUN_ARGUMENTS = ["run", "hexworld", "--episodes", "40", "--csv"]
 
 
-def digest(played: Rollout) -> str:
-    """What tells games from others, to the last bit."""
-    whole = b"".join(np.ascontiguousarray(array).tobytes() for array in played)
-    return hashlib.sha256(whole).hexdigest()
+def hash_rollout(result: Rollout) -> str:
+    """Return a hash of all bits of a rollout."""
+    content = b"".join(np.ascontiguousarray(array).tobytes() for array in result)
+    return hashlib.sha256(content).hexdigest()
 
 
-def test_without_a_name_this_machine_plays() -> None:
-    with open_execution_backend("", 3) as found:
-        assert found == ExecutionBackend(3, None)
+def test_without_a_name_games_run_on_this_machine() -> None:
+    with open_execution_backend("", 3) as backend:
+        assert backend == ExecutionBackend(3, None)
 
 
-def test_a_factory_makes_an_executor_that_is_shut_down_after() -> None:
+def test_a_factory_makes_an_executor_that_is_shut_down_afterwards() -> None:
     with open_execution_backend("concurrent.futures:ThreadPoolExecutor") as (workers, executor):
         assert workers == "auto"
         assert executor
@@ -41,25 +41,25 @@ def test_a_factory_makes_an_executor_that_is_shut_down_after() -> None:
         executor.submit(abs, -1)
 
 
-def test_a_run_by_another_engine_is_the_same_run() -> None:
-    by_threads = [*RUN, "--executor", "concurrent.futures:ThreadPoolExecutor"]
-    assert interpret_command(by_threads) == interpret_command(RUN)
+def test_another_executor_gives_the_same_run() -> None:
+    arguments = [*RUN_ARGUMENTS, "--executor", "concurrent.futures:ThreadPoolExecutor"]
+    assert interpret_command(arguments) == interpret_command(RUN_ARGUMENTS)
 
 
 @pytest.mark.parametrize(
-    ("spec", "told"),
+    ("spec", "message"),
     [
         ("nothing", "--executor: got 'nothing', expected MODULE:FACTORY, dask or dask:tcp"),
         ("no.such:thing", "No module named 'no'"),
         ("builtins:dict", "--executor: builtins:dict made a dict, not an Executor"),
     ],
 )
-def test_what_is_no_engine_is_one_line(spec: str, told: str) -> None:
-    with pytest.raises(BadParameter, match=told), open_execution_backend(spec):
+def test_a_bad_executor_name_gives_a_clear_error(spec: str, message: str) -> None:
+    with pytest.raises(BadParameter, match=message), open_execution_backend(spec):
         pass
 
 
-def test_where_dask_is_not_installed_it_is_told_how_to(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_error_for_missing_dask_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "distributed", None)
     with (
         pytest.raises(BadParameter, match=r"try: pip install 'dmplay\[dask\]'"),
@@ -68,25 +68,26 @@ def test_where_dask_is_not_installed_it_is_told_how_to(monkeypatch: pytest.Monke
         pass
 
 
-def _process(games: range) -> int:
+def _get_process_id(games: range) -> int:
     return os.getpid()
 
 
 @pytest.mark.slow
-def test_processes_stay_for_the_games_that_come_next() -> None:
+def test_worker_processes_are_reused_for_later_blocks() -> None:
     with reuse_processes():
-        first = {pid for _, pid in run_blocks(_process, range(8), size=1, workers=1)}
-        known = [
-            {pid for _, pid in run_blocks(_process, range(8), size=1, workers=2)} for _ in range(2)
+        first = {pid for _, pid in run_blocks(_get_process_id, range(8), size=1, workers=1)}
+        process_ids = [
+            {pid for _, pid in run_blocks(_get_process_id, range(8), size=1, workers=2)}
+            for _ in range(2)
         ]
     assert first == {os.getpid()}
-    assert len(known[0] | known[1]) <= 2
+    assert len(process_ids[0] | process_ids[1]) <= 2
 
 
 @pytest.mark.slow
-@pytest.mark.filterwarnings("ignore")  # of what a worker that is killed leaves behind
-def test_a_cluster_of_which_a_worker_is_killed_plays_the_same_games() -> None:
-    whole = digest(rollout(HEX, WALKER, episodes=400, seed=5))
+@pytest.mark.filterwarnings("ignore")  # warnings of the killed worker
+def test_a_cluster_gives_the_same_games_after_a_worker_is_killed() -> None:
+    expected = hash_rollout(rollout(HEXWORLD, SEARCH_POLICIES, episodes=400, seed=5))
     client = import_module("distributed").Client(
         n_workers=2, threads_per_worker=1, dashboard_address=None
     )
@@ -98,20 +99,20 @@ def test_a_cluster_of_which_a_worker_is_killed_plays_the_same_games() -> None:
             os.kill(killed[0], signal.SIGKILL)
 
     with client:
-        played = rollout(
-            HEX, WALKER, episodes=400, seed=5, workers=2,
+        result = rollout(
+            HEXWORLD, SEARCH_POLICIES, episodes=400, seed=5, workers=2,
             executor=client.get_executor(pure=False), progress=kill,
         )  # fmt: skip
         address = client.scheduler.address
-        words = [*RUN, "--executor", f"dask:{address}"]
-        assert interpret_command(words) == interpret_command(RUN)
+        arguments = [*RUN_ARGUMENTS, "--executor", f"dask:{address}"]
+        assert interpret_command(arguments) == interpret_command(RUN_ARGUMENTS)
     assert killed
-    assert digest(played) == whole
+    assert hash_rollout(result) == expected
 
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
-def test_where_no_cluster_is_it_is_one_line() -> None:
+def test_a_missing_cluster_gives_a_clear_error() -> None:
     with (
         pytest.raises(BadParameter, match="no cluster at no://where; "),
         open_execution_backend("dask:no://where"),

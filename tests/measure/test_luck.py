@@ -1,4 +1,4 @@
-"""What is luck in a game: nothing on average, and without it only the merit of moves is left."""
+"""Tests of control variates: they average to zero, and without them only the actions matter."""
 
 import numpy as np
 
@@ -9,35 +9,39 @@ from dmplay.measure.luck import build_control_variate
 from dmplay.rollouts import Rollout, RolloutSpec, rollout_entrants
 from tests.benchmarks import honest
 
-HEX = dmplay.load_problem("hexworld")
-OPTIMAL, RANDOM = ([dmplay.load_agent(HEX, 0, name)] for name in ("optimal", "random"))
+HEXWORLD = dmplay.load_problem("hexworld")
+OPTIMAL_POLICIES, RANDOM_POLICIES = (
+    [dmplay.load_agent(HEXWORLD, 0, name)] for name in ("optimal", "random")
+)
 
 
-def played(*entrants: list[Policy], episodes: int = 200) -> tuple[Rollout, ...]:
+def play_entrants(*entrants: list[Policy], episodes: int = 200) -> tuple[Rollout, ...]:
     games = RolloutSpec(
-        range(episodes), keep=Rollout._fields, control_variate=build_control_variate(HEX)
+        range(episodes), keep=Rollout._fields, control_variate=build_control_variate(HEXWORLD)
     )
-    return rollout_entrants(HEX, entrants, games)
+    return rollout_entrants(HEXWORLD, entrants, games)
 
 
-def test_without_luck_a_game_of_the_best_moves_is_worth_what_its_start_is() -> None:
-    best, other = played(OPTIMAL, RANDOM)
-    judge = build_control_variate(HEX)
-    assert judge
-    merit, random = (one.returns - one.control_variates for one in (best, other))
-    worth = {round(value, 6) for value in judge.q_values.max(axis=1)}
-    assert {round(value, 6) for value in merit[:, 0]} <= worth
-    assert (random < merit + 1e-9).all()
-    assert merit.var() < best.returns.var()
+def test_optimal_play_minus_the_control_variate_earns_the_start_value() -> None:
+    best, other = play_entrants(OPTIMAL_POLICIES, RANDOM_POLICIES)
+    control_variate = build_control_variate(HEXWORLD)
+    assert control_variate
+    optimal_merit, random_merit = (
+        entrant.returns - entrant.control_variates for entrant in (best, other)
+    )
+    start_values = {round(value, 6) for value in control_variate.q_values.max(axis=1)}
+    assert {round(value, 6) for value in optimal_merit[:, 0]} <= start_values
+    assert (random_merit < optimal_merit + 1e-9).all()
+    assert optimal_merit.var() < best.returns.var()
 
 
-def test_luck_is_nothing_on_average() -> None:
-    for one in played(OPTIMAL, RANDOM, episodes=1000):
-        error = one.control_variates.std() / np.sqrt(len(one.control_variates))
-        assert 0 < abs(one.control_variates.mean()) < 3 * error
+def test_the_control_variate_averages_to_zero() -> None:
+    for result in play_entrants(OPTIMAL_POLICIES, RANDOM_POLICIES, episodes=1000):
+        error = result.control_variates.std() / np.sqrt(len(result.control_variates))
+        assert 0 < abs(result.control_variates.mean()) < 3 * error
 
 
-def test_luck_is_told_where_one_agent_plays_among_few_states() -> None:
+def test_control_variates_exist_for_single_agents_with_few_states() -> None:
     assert all(
         map(build_control_variate, map(dmplay.load_problem, ("hexworld", "crying-baby", "catch")))
     )
@@ -45,20 +49,25 @@ def test_luck_is_told_where_one_agent_plays_among_few_states() -> None:
     assert not any(map(build_control_variate, map(dmplay.load_problem, others)))
 
 
-def test_what_was_luck_saves_games_and_holds_the_exact_difference() -> None:
-    case = next(honest.cases())
-    found = compare(HEX, [OPTIMAL, RANDOM], episodes=400)
-    one = found.differences[0, 1]
-    assert one.advantage.low <= case.exact - case.worth <= one.advantage.high
-    alone, paired = found.returns.var(axis=0).sum(), np.subtract(*found.returns.T).var()
-    assert one.games_saved_factor > 1.1 * alone / paired
-
-
-def test_agents_of_equal_moves_are_never_told_apart() -> None:
-    """Rounding leaves no difference that could be decided."""
-    found = compare(
-        HEX, [OPTIMAL, [dmplay.load_agent(HEX, 0, "search:simulations=5")]], episodes=50
+def test_the_control_variate_saves_games_and_keeps_the_exact_difference() -> None:
+    case = next(honest.iter_cases())
+    comparison = compare(HEXWORLD, [OPTIMAL_POLICIES, RANDOM_POLICIES], episodes=400)
+    difference = comparison.differences[0, 1]
+    assert difference.advantage.low <= case.exact - case.worth <= difference.advantage.high
+    separate, paired = (
+        comparison.returns.var(axis=0).sum(),
+        np.subtract(*comparison.returns.T).var(),
     )
-    same = compare(HEX, [OPTIMAL, OPTIMAL], episodes=200, decide=0.05)
-    assert found.differences[0, 1].control_variate_difference != 0.0
+    assert difference.games_saved_factor > 1.1 * separate / paired
+
+
+def test_agents_with_equal_actions_are_never_decided_apart() -> None:
+    """Rounding leaves no difference that could be decided."""
+    comparison = compare(
+        HEXWORLD,
+        [OPTIMAL_POLICIES, [dmplay.load_agent(HEXWORLD, 0, "search:simulations=5")]],
+        episodes=50,
+    )
+    same = compare(HEXWORLD, [OPTIMAL_POLICIES, OPTIMAL_POLICIES], episodes=200, decide=0.05)
+    assert comparison.differences[0, 1].control_variate_difference != 0.0
     assert (same.decided, same.differences[0, 1].advantage.mean) == (False, 0.0)

@@ -6,32 +6,33 @@ from dmplay.chance import Reals
 from dmplay.solvers.double_description import cut_cone, make_simplicial_cone
 
 
-def equilibria(payoffs: Reals) -> Reals:
-    """The corners `[N, A1, A2]` of the correlated equilibria of payoffs `[A1, A2, 2]`.
+def list_corner_equilibria(payoffs: Reals) -> Reals:
+    """Return the corners `[N, A1, A2]` of the correlated equilibria of payoffs `[A1, A2, 2]`.
 
-    Every correlated equilibrium is a mean of these, so one corner is proof that there is no
-    other. The corners are listed exactly, which small games allow.
+    Every correlated equilibrium is a convex combination of the corners, so a single corner proves
+    that the equilibrium is unique. The corners are enumerated exactly, which is feasible for small
+    games.
     """
     shape = payoffs.shape[:2]
     cone = make_simplicial_cone(np.eye(shape[0] * shape[1]))
-    for swap in _swaps(payoffs):
+    for swap in _compute_deviation_losses(payoffs):
         cone = cut_cone(cone, swap.reshape(-1))
     return cone.rays.reshape(-1, *shape)
 
 
-def _swaps(payoffs: Reals) -> Reals:
-    """What agents lose `[swaps, A1, A2]` by playing another action than recommended.
+def _compute_deviation_losses(payoffs: Reals) -> Reals:
+    """Return the losses `[deviations, A1, A2]` of agents that deviate from a recommendation.
 
-    A joint distribution is in equilibrium where the expectation of none of these is negative.
+    A joint distribution is a correlated equilibrium if no expected loss is negative.
     """
     scale = abs(payoffs).max() or 1.0
-    found = []
+    losses = []
     for seat in (0, 1):
-        own = np.moveaxis(payoffs[:, :, seat], seat, 0) / scale
-        for told in range(len(own)):
-            for other in range(len(own)):
-                if other != told:
-                    loss = np.zeros(own.shape)
-                    loss[told] = own[told] - own[other]
-                    found.append(np.moveaxis(loss, 0, seat))
-    return np.array(found).reshape(-1, *payoffs.shape[:2])
+        payoff_rows = np.moveaxis(payoffs[:, :, seat], seat, 0) / scale
+        for recommended in range(len(payoff_rows)):
+            for other in range(len(payoff_rows)):
+                if other != recommended:
+                    loss = np.zeros(payoff_rows.shape)
+                    loss[recommended] = payoff_rows[recommended] - payoff_rows[other]
+                    losses.append(np.moveaxis(loss, 0, seat))
+    return np.array(losses).reshape(-1, *payoffs.shape[:2])

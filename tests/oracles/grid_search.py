@@ -1,7 +1,7 @@
-"""Short ways to the end of a deterministic problem with a continuous state.
+"""Short paths to a terminal state of a deterministic problem with continuous states.
 
-Breadth first from one state, keeping in each cell of a grid the first state that comes there: real
-courses, so what is found can be done; a finer grid may find a shorter one.
+A breadth-first search keeps the first state that reaches each cell of a grid. Its paths are real,
+so the result is an upper bound; a finer grid may find a shorter path.
 """
 
 import numpy as np
@@ -14,12 +14,12 @@ from dmplay.tabular import joint_actions
 def fewest_turns(
     problem: Problem, start: Reals, *, low: Reals, high: Reals, cells: tuple[int, ...]
 ) -> int | None:
-    """How many turns a search over this grid needs from a state `[d]`; None where it finds no end.
+    """Return the number of turns of the shortest path found from a state `[d]`, or None.
 
-    `low` and `high` `[d]` bound the states and `cells` divides the span of each number.
+    `low` and `high` `[d]` bound the states; `cells` is the number of cells in each dimension.
     """
     choices = joint_actions(problem)
-    seen = np.zeros(int(np.prod(cells)), bool)
+    visited = np.zeros(int(np.prod(cells)), bool)
     frontier = start[None]
     turns = 0
     while len(frontier):
@@ -28,16 +28,18 @@ def fewest_turns(
         s = np.repeat(frontier, len(choices), axis=0)
         after = problem.step(s, np.tile(choices, (len(frontier), 1)), np.zeros((len(s), 0))).state
         cell = _cell(after, low, high, cells)
-        fresh, first = np.unique(cell, return_index=True)
-        new = ~seen[fresh]
-        seen[fresh] = True
-        frontier = after[first[new]]
+        reached_cells, first_rows = np.unique(cell, return_index=True)
+        is_new = ~visited[reached_cells]
+        visited[reached_cells] = True
+        frontier = after[first_rows[is_new]]
         turns += 1
     return None
 
 
 def _cell(s: Array, low: Reals, high: Reals, cells: tuple[int, ...]) -> Ints:
-    """The cell `[B]` that each state is in."""
-    many = np.array(cells)
-    place = ((s - low) / (high - low) * many).astype(np.int64)
-    return np.asarray(np.ravel_multi_index(tuple(np.minimum(place, many - 1).T), cells))
+    """Return the index of the cell of each state `[B]`."""
+    cell_counts = np.array(cells)
+    coordinates = ((s - low) / (high - low) * cell_counts).astype(np.int64)
+    return np.asarray(
+        np.ravel_multi_index(tuple(np.minimum(coordinates, cell_counts - 1).T), cells)
+    )

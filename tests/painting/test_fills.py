@@ -1,4 +1,4 @@
-"""Colours are erased with only where the terminal's description says that erasing fills."""
+"""Tests of background-colour erase, used only if the terminal's description supports it."""
 
 import os
 import subprocess
@@ -6,14 +6,18 @@ import sys
 
 import pytest
 
-CODE = "import sys; from dmplay.terminal import fills; print(fills(sys.__stdout__))"
+PRINT_FILLS_CODE = "import sys; from dmplay.terminal import fills; print(fills(sys.__stdout__))"
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("term", "able"), [("linux", True), ("vt100", False), ("nosuch", False)])
-def test_a_terminal_fills_if_its_description_says_so(term: str, able: bool) -> None:
+@pytest.mark.parametrize(("term", "fills"), [("linux", True), ("vt100", False), ("nosuch", False)])
+def test_a_terminal_fills_erased_cells_if_its_description_says_so(term: str, fills: bool) -> None:
     env = {**os.environ, "TERM": term}
-    done = subprocess.run(
-        [sys.executable, "-c", CODE], capture_output=True, text=True, check=True, env=env
+    completed = subprocess.run(
+        [sys.executable, "-c", PRINT_FILLS_CODE],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=env,
     )
-    assert done.stdout == f"{able}\n"
+    assert completed.stdout == f"{fills}\n"

@@ -1,4 +1,4 @@
-"""The painter: whatever stood on the screen before, a frame looks as if it were painted first."""
+"""Tests of the painter: a frame looks the same whatever was on the screen before."""
 
 import io
 from typing import Any
@@ -13,46 +13,48 @@ from dmplay import styles
 from dmplay.painting.painter import Painter
 from dmplay.painting.pen import encode_sgr_change, parse_sgr_codes
 from dmplay.painting.writing import ScreenPosition
-from tests.support.screens import Easel, Paper
+from tests.support.screens import EmulatedPainter, EmulatedScreen
 
-COLUMNS, ROWS = 24, 6
+COLUMN_COUNT, ROW_COUNT = 24, 6
 STYLES = (
     "", "bold", "dim red", "reverse", "bold bright_cyan", "bold color(16) on color(255)",
     "on color(230) underline", "bold dim italic",
 )  # fmt: skip
 
 
-def painted(*frames: Text, cursor: ScreenPosition | None = None) -> Easel:
-    """An easel on which these frames were painted one after the other."""
-    easel = Easel(Paper(), COLUMNS, ROWS)
-    easel.enter_screen()
+def paint_frames(*frames: Text, cursor: ScreenPosition | None = None) -> EmulatedPainter:
+    """Return an emulated painter after painting these frames in order."""
+    painter = EmulatedPainter(EmulatedScreen(), COLUMN_COUNT, ROW_COUNT)
+    painter.enter_screen()
     for frame in frames:
-        easel.paint(frame, cursor)
-    return easel
+        painter.paint(frame, cursor)
+    return painter
 
 
-def sent(before: Text, now: Text) -> str:
-    """What the terminal is sent to bring one frame where another stands."""
-    easel = painted(before)
-    start = easel.paper.tell()
-    easel.paint(now)
-    return easel.paper.getvalue()[start:]
+def capture_update(before: Text, after: Text) -> str:
+    """Return the text sent to the terminal to change one frame into another."""
+    painter = paint_frames(before)
+    start = painter.paper.tell()
+    painter.paint(after)
+    return painter.paper.getvalue()[start:]
 
 
-def cells(easel: Easel) -> list[list[object]]:
-    """Every cell of the screen, glyph and style; of a blank, what is seen of it."""
-    screen = easel.paper.screen
-    return [[_seen(screen.buffer[y][x]) for x in range(COLUMNS)] for y in range(ROWS)]
+def read_cells(painter: EmulatedPainter) -> list[list[object]]:
+    """Return the visible content of every cell: glyph and style, or the background."""
+    screen = painter.paper.screen
+    return [
+        [_visible_cell(screen.buffer[y][x]) for x in range(COLUMN_COUNT)] for y in range(ROW_COUNT)
+    ]
 
 
-def _seen(cell: Any) -> object:
-    shows = cell.data != " " or cell.reverse or cell.underscore
-    return cell if shows else (cell.data, cell.bg)
+def _visible_cell(cell: Any) -> object:
+    is_visible = cell.data != " " or cell.reverse or cell.underscore
+    return cell if is_visible else (cell.data, cell.bg)
 
 
 @st.composite
-def rows(draw: st.DrawFn) -> Text:
-    """A row of a few pieces in some styles; some with characters that take two cells."""
+def styled_row(draw: st.DrawFn) -> Text:
+    """Draw a row of a few styled pieces, some with characters two cells wide."""
     row = Text()
     for _ in range(draw(st.integers(0, 3))):
         glyphs = draw(st.sampled_from(("ab ", "◆│ ", "深 x")))
@@ -62,58 +64,66 @@ def rows(draw: st.DrawFn) -> Text:
     return row
 
 
-def frame(*lines: Text) -> Text:
-    padded = [*lines, *[Text("")] * (ROWS - len(lines))]
+def build_frame(*lines: Text) -> Text:
+    padded = [*lines, *[Text("")] * (ROW_COUNT - len(lines))]
     return Text("\n").join(padded)
 
 
-frames = st.lists(rows(), min_size=ROWS, max_size=ROWS).map(lambda lines: frame(*lines))
+screen_frames = st.lists(styled_row(), min_size=ROW_COUNT, max_size=ROW_COUNT).map(
+    lambda lines: build_frame(*lines)
+)
 
 
-@given(st.lists(frames, max_size=2), frames)
-def test_a_frame_looks_the_same_whatever_stood_there_before(before: list[Text], now: Text) -> None:
-    assert cells(painted(*before, now)) == cells(painted(now))
+@given(st.lists(screen_frames, max_size=2), screen_frames)
+def test_a_frame_looks_the_same_whatever_was_there_before(before: list[Text], now: Text) -> None:
+    assert read_cells(paint_frames(*before, now)) == read_cells(paint_frames(now))
 
 
-@given(st.lists(rows(), min_size=ROWS + 4, max_size=ROWS + 4), st.integers(1, 4))
-def test_rows_that_move_up_look_as_if_written_anew(lines: list[Text], by: int) -> None:
-    before, now = frame(*lines[:ROWS]), frame(*lines[by : by + ROWS])
-    assert cells(painted(before, now)) == cells(painted(now))
+@given(st.lists(styled_row(), min_size=ROW_COUNT + 4, max_size=ROW_COUNT + 4), st.integers(1, 4))
+def test_rows_that_scroll_up_look_freshly_written(lines: list[Text], by: int) -> None:
+    before, after = build_frame(*lines[:ROW_COUNT]), build_frame(*lines[by : by + ROW_COUNT])
+    assert read_cells(paint_frames(before, after)) == read_cells(paint_frames(after))
 
 
-def test_a_log_that_moves_up_is_scrolled_not_written() -> None:
+def test_a_log_that_moves_up_is_scrolled_instead_of_rewritten() -> None:
     log = [Text(f"{'abcdefghi'[turn] * 12} {turn}.") for turn in range(9)]
     title = Text("dmplay")
-    easel = painted(frame(title, *log[:5]))
-    start = easel.paper.tell()
-    easel.paint(frame(title, *log[1:6]))
-    written = easel.paper.getvalue()[start:]
-    assert easel.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
-    assert written == "\x1b[2H\x1b[M\x1b[6H\x1b[Lffffffffffff 5."
+    painter = paint_frames(build_frame(title, *log[:5]))
+    start = painter.paper.tell()
+    painter.paint(build_frame(title, *log[1:6]))
+    output = painter.paper.getvalue()[start:]
+    assert painter.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
+    assert output == "\x1b[2H\x1b[M\x1b[6H\x1b[Lffffffffffff 5."
 
 
-def test_rows_that_are_written_anew_in_fewer_bytes_are_not_moved() -> None:
+def test_rows_are_not_scrolled_if_rewriting_takes_fewer_bytes() -> None:
     title, log = Text("dmplay"), [Text(f"turn {turn}. moved on to e.") for turn in range(3)]
-    assert sent(frame(title, *log[:2]), frame(title, *log[1:])) == "\x1b[2;6H1\x1b[3;6H2"
+    assert (
+        capture_update(build_frame(title, *log[:2]), build_frame(title, *log[1:]))
+        == "\x1b[2;6H1\x1b[3;6H2"
+    )
 
 
 def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
-    before, now = frame(Text("│  h  │  @  │")), frame(Text("│  h  │  o  │"))
-    assert sent(before, now) == "\x1b[1;10Ho"
+    before, after = build_frame(Text("│  h  │  @  │")), build_frame(Text("│  h  │  o  │"))
+    assert capture_update(before, after) == "\x1b[1;10Ho"
 
 
 def test_a_filled_cell_becomes_an_empty_one_with_its_dot() -> None:
-    before = frame(Text("│").append("    2    ", "bold color(16) on color(255)").append("│"))
-    now = frame(Text("│").append("    ·    ", "dim").append("│"))
-    assert cells(painted(before, now)) == cells(painted(now))
+    before = build_frame(Text("│").append("    2    ", "bold color(16) on color(255)").append("│"))
+    after = build_frame(Text("│").append("    ·    ", "dim").append("│"))
+    assert read_cells(paint_frames(before, after)) == read_cells(paint_frames(after))
 
 
 def test_many_blanks_are_erased_and_jumped_over() -> None:
-    before, now = frame(Text("│ eight-cells │ e │")), frame(Text("│             │ o │"))
-    assert sent(before, now) == "\x1b[1;3H\x1b[11X\x1b[14Co"
+    before, after = (
+        build_frame(Text("│ eight-cells │ e │")),
+        build_frame(Text("│             │ o │")),
+    )
+    assert capture_update(before, after) == "\x1b[1;3H\x1b[11X\x1b[14Co"
 
 
-def test_the_pen_changes_in_few_codes() -> None:
+def test_a_style_change_is_encoded_in_few_codes() -> None:
     tile, other = parse_sgr_codes("1;38;5;16;48;5;255"), parse_sgr_codes("1;38;5;16;48;5;230")
     assert encode_sgr_change(tile, other) == "\x1b[48;5;230m"
     assert encode_sgr_change(tile, parse_sgr_codes("1")) == "\x1b[0;1m"
@@ -124,27 +134,27 @@ def test_the_pen_changes_in_few_codes() -> None:
     assert encode_sgr_change(parse_sgr_codes(""), parse_sgr_codes("")) == ""
 
 
-def test_a_frame_that_is_the_same_writes_nothing() -> None:
-    easel = painted(frame(Text("still")), cursor=ScreenPosition(2, 0))
-    start = easel.paper.tell()
-    easel.paint(frame(Text("still")), ScreenPosition(2, 0))
-    assert easel.paper.getvalue()[start:] == ""
+def test_an_unchanged_frame_writes_nothing() -> None:
+    painter = paint_frames(build_frame(Text("still")), cursor=ScreenPosition(2, 0))
+    start = painter.paper.tell()
+    painter.paint(build_frame(Text("still")), ScreenPosition(2, 0))
+    assert painter.paper.getvalue()[start:] == ""
 
 
-@pytest.mark.parametrize("place", [ScreenPosition(0, 0), ScreenPosition(5, 3)])
-def test_the_real_cursor_stands_where_it_is_told_and_hides_otherwise(place: ScreenPosition) -> None:
-    easel = painted(frame(Text("some")), cursor=place)
-    cursor = easel.paper.screen.cursor
-    assert (cursor.x, cursor.y, cursor.hidden) == (*place, False)
-    easel.paint(frame(Text("other")))
-    assert easel.paper.screen.cursor.hidden
+@pytest.mark.parametrize("position", [ScreenPosition(0, 0), ScreenPosition(5, 3)])
+def test_the_cursor_is_placed_as_requested_and_hidden_otherwise(position: ScreenPosition) -> None:
+    painter = paint_frames(build_frame(Text("some")), cursor=position)
+    cursor = painter.paper.screen.cursor
+    assert (cursor.x, cursor.y, cursor.hidden) == (*position, False)
+    painter.paint(build_frame(Text("other")))
+    assert painter.paper.screen.cursor.hidden
 
 
-def test_another_size_is_painted_whole() -> None:
-    easel = painted(frame(Text("before")))
-    easel.resize(COLUMNS + 6, ROWS)
-    easel.paint(frame(Text("before")))
-    assert easel.paper.text.startswith("before")
+def test_a_resized_screen_is_repainted_completely() -> None:
+    painter = paint_frames(build_frame(Text("before")))
+    painter.resize(COLUMN_COUNT + 6, ROW_COUNT)
+    painter.paint(build_frame(Text("before")))
+    assert painter.paper.text.startswith("before")
 
 
 @pytest.mark.parametrize(
@@ -155,22 +165,22 @@ def test_another_size_is_painted_whole() -> None:
         ("high-contrast", ["1;94", "", "96", ""]),
     ],
 )
-def test_a_theme_says_which_weights_and_colours_are_written(theme: str, codes: list[str]) -> None:
-    wanted = ("bold blue", "dim", "bright_cyan", "")
-    found = [row[0][1] for row in styles.to_styled_rows(frame_of(wanted), theme)]
-    assert found == codes
+def test_a_theme_determines_weights_and_colours(theme: str, codes: list[str]) -> None:
+    style_names = ("bold blue", "dim", "bright_cyan", "")
+    encoded = [row[0][1] for row in styles.to_styled_rows(build_styled_frame(style_names), theme)]
+    assert encoded == codes
 
 
-def frame_of(wanted: tuple[str, ...]) -> Text:
-    return Text("\n").join(Text("goal", style) for style in wanted)
+def build_styled_frame(style_names: tuple[str, ...]) -> Text:
+    return Text("\n").join(Text("goal", style) for style in style_names)
 
 
-def test_what_leaves_the_screen_gives_it_back() -> None:
+def test_leaving_the_screen_restores_the_terminal() -> None:
     paper = io.StringIO()
     painter = Painter(paper, "default")
     painter.enter_screen()
     painter.enable_input_reports()
     painter.leave_screen()
-    stream = pyte.Stream(pyte.Screen(COLUMNS, ROWS))
+    stream = pyte.Stream(pyte.Screen(COLUMN_COUNT, ROW_COUNT))
     stream.feed(paper.getvalue())
     assert paper.getvalue().endswith("\x1b[?2004l\x1b[m\x1b[?1049l\x1b[?25h")

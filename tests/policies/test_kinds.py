@@ -1,4 +1,4 @@
-"""Policies that choose by the state alone, and what they are taught."""
+"""Tests of the policy base classes: policies of the state, and the percept fields they require."""
 
 from dataclasses import dataclass
 from typing import ClassVar
@@ -10,12 +10,12 @@ from dmplay.chance import Array, Bools
 from dmplay.core import Memory, Percept, requires_fields
 from dmplay.policies.kinds import MAX_TABULAR_STATES, ConstantPolicy, StationaryPolicy
 
-NOTHING = np.zeros((40, 0))
+NO_UNIFORMS = np.zeros((40, 0))
 
 
 @dataclass(frozen=True)
-class Thinking(StationaryPolicy):
-    """Notes of how many states it thinks; its action is their number, as far as there are six."""
+class CountingPolicy(StationaryPolicy):
+    """A policy that records how many states it evaluates; its action is the state modulo 6."""
 
     thought: ClassVar[list[int]] = []
 
@@ -24,29 +24,29 @@ class Thinking(StationaryPolicy):
         return s.reshape(len(s), -1)[:, 0] % 6
 
 
-def test_where_states_are_few_a_choice_is_made_once_in_each_of_them() -> None:
+def test_a_policy_is_evaluated_once_for_all_states_of_a_small_problem() -> None:
     problem = dmplay.load_problem("hexworld")
-    Thinking.thought.clear()
-    policy = Thinking(problem, 0)
+    CountingPolicy.thought.clear()
+    policy = CountingPolicy(problem, 0)
     for s in (np.arange(20), np.arange(3, 20), np.array([7])):
-        assert policy.choose((s,), None, NOTHING[: len(s)]).tolist() == (s % 6).tolist()
-    assert Thinking.thought == [problem.state_count]
-    policy.choose((s,), np.ones((1, 6), bool), NOTHING[:1])  # where not all can be done
-    assert Thinking.thought == [problem.state_count, 1]
+        assert policy.choose((s,), None, NO_UNIFORMS[: len(s)]).tolist() == (s % 6).tolist()
+    assert CountingPolicy.thought == [problem.state_count]
+    policy.choose((s,), np.ones((1, 6), bool), NO_UNIFORMS[:1])  # with a legal actions mask
+    assert CountingPolicy.thought == [problem.state_count, 1]
 
 
-def test_where_they_are_many_it_is_made_in_those_that_come_up() -> None:
+def test_a_policy_is_evaluated_only_in_visited_states_of_a_large_problem() -> None:
     problem = dmplay.load_problem("predator-prey:circle", predators=3)
     assert problem.state_count == 6**4 > MAX_TABULAR_STATES
-    Thinking.thought.clear()
+    CountingPolicy.thought.clear()
     s = np.zeros((40, 4), np.int64)
-    Thinking(problem, 0).choose((s,), None, NOTHING)
-    assert Thinking.thought == [40]
+    CountingPolicy(problem, 0).choose((s,), None, NO_UNIFORMS)
+    assert CountingPolicy.thought == [40]
 
 
 @dataclass(frozen=True)
-class Curious(ConstantPolicy):
-    """Notes how many rows there are in each part of what it is taught."""
+class RecordingPolicy(ConstantPolicy):
+    """A policy that records the number of rows in each field of its percepts."""
 
     taught: ClassVar[list[list[int]]] = []
 
@@ -56,27 +56,34 @@ class Curious(ConstantPolicy):
 
 
 @dataclass(frozen=True)
-class Greedy(Curious):
-    """Looks at what it is paid alone."""
+class RewardOnlyPolicy(RecordingPolicy):
+    """A recording policy that requires only the reward."""
 
     @requires_fields("reward")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         return super().update_memory(memory, percept)
 
 
-def test_what_an_agent_does_not_look_at_is_not_copied_for_many_games() -> None:
+def test_rollouts_omit_the_percept_fields_that_a_policy_does_not_require() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    Curious.taught.clear()
-    dmplay.rollout(problem, [Curious(problem, 0), Greedy(problem, 1)], episodes=5, turn_limit=1)
-    assert Curious.taught == [[5, 5, 5, 5], [0, 0, 0, 5]]
+    RecordingPolicy.taught.clear()
+    dmplay.rollout(
+        problem,
+        [RecordingPolicy(problem, 0), RewardOnlyPolicy(problem, 1)],
+        episodes=5,
+        turn_limit=1,
+    )
+    assert RecordingPolicy.taught == [[5, 5, 5, 5], [0, 0, 0, 5]]
 
 
-def test_a_game_at_a_table_teaches_all() -> None:
+def test_sessions_pass_all_percept_fields() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    Curious.taught.clear()
+    RecordingPolicy.taught.clear()
     game = dmplay.Session(
-        problem, dmplay.SeededUniforms(1), [Curious(problem, 0), Greedy(problem, 1)]
+        problem,
+        dmplay.SeededUniforms(1),
+        [RecordingPolicy(problem, 0), RewardOnlyPolicy(problem, 1)],
     )
     game.advance()
     game.choose_policy_actions()
-    assert Curious.taught == [[1, 1, 1, 1], [1, 1, 1, 1]]
+    assert RecordingPolicy.taught == [[1, 1, 1, 1], [1, 1, 1, 1]]

@@ -1,4 +1,4 @@
-"""Tree search: it beats random play, plays any problem, and knows no more than its seat."""
+"""Tests of tree search: it plays any problem and uses only the information of its seat."""
 
 from dataclasses import dataclass
 
@@ -15,13 +15,13 @@ from dmplay.problems._reals import RealStateProblem
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.solvers.search_tree import SearchConfig
 from dmplay.solvers.uct import UctResult
-from tests.support.brought import Counted
-from tests.support.teams import dectiger, read
+from tests.support.brought import IntegerStateProblem
+from tests.support.teams import format_dectiger, parse_team_file
 
 
 @dataclass(frozen=True)
-class Walk(Counted):
-    """A step to the right pays at the end of a corridor of seven."""
+class CorridorProblem(IntegerStateProblem):
+    """A corridor of seven cells; reaching the right end pays 1."""
 
     actions = (Labels(("left", "right")),)
     state_count, placed = 7, 3
@@ -31,28 +31,29 @@ class Walk(Counted):
         return (DiscreteUniform(np.full(len(s), 5), 5),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        ahead = np.where((events[0] > 0) == (a[:, 0] == 1), 1, -1)  # one step in five goes astray
-        moved = np.where(self.terminal(s), s, np.clip(s + ahead, 0, 6))
-        pays = ((moved == 6) & (s < 6)).astype(float)
-        return Outcome(moved, pays[:, None], moved)
+        # one step in five goes the wrong way
+        step = np.where((events[0] > 0) == (a[:, 0] == 1), 1, -1)
+        next_state = np.where(self.terminal(s), s, np.clip(s + step, 0, 6))
+        rewards = ((next_state == 6) & (s < 6)).astype(float)
+        return Outcome(next_state, rewards[:, None], next_state)
 
     def terminal(self, s: Array) -> Array:
         return np.asarray(s == 6)
 
 
-class Foggy(Walk):
-    """The same where nothing is seen, and the corridor is real: there is no list of states."""
+class UnobservedCorridor(CorridorProblem):
+    """The same corridor with real states and no observations, so that states cannot be listed."""
 
     observations = (Labels(("fog",)),)
-    state_count = ContinuousStates(1)  # type: ignore[assignment] # of a Walk they could be listed
+    state_count = ContinuousStates(1)  # type: ignore[assignment]  # the base class lists its states
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         return (Normal(s, s),)
 
 
 @dataclass(frozen=True)
-class Dial(Counted):
-    """One of 500 numbers opens the safe a little, the nearer to 311 the more."""
+class SafeDialProblem(IntegerStateProblem):
+    """A problem of one turn with 500 actions; the reward falls with the distance to action 311."""
 
     actions = (Labels(map(str, range(500))),)
     state_count, placed, horizon = 1, 0, 1
@@ -62,8 +63,8 @@ class Dial(Counted):
 
 
 @dataclass(frozen=True)
-class Tide(RealStateProblem):
-    """To leave at once pays 0.55; who stays sees a drawn number, and its sign told pays 1."""
+class RevealedNumberProblem(RealStateProblem):
+    """A choice between 0.55 now and 1 later for naming the sign of a number observed in between."""
 
     actions = (Labels(("low", "high", "leave")),)
     state_count = ContinuousStates(2)
@@ -76,20 +77,22 @@ class Tide(RealStateProblem):
         return (Uniform(-np.ones(len(s)), np.ones(len(s))),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        turn, (number, act) = s[:, 0], (s[:, 1], a[:, 0])
-        pays = np.where(turn == 0, 0.55 * (act == 2), (number > 0) == (act == 1))
-        after = np.where((turn == 0) & (act != 2), 1.0, 2.0)
-        moved = np.stack([after, events[0]], axis=1)
-        return Outcome(moved, np.where(turn < 2, pays, 0.0)[:, None].astype(float), moved)
+        turn, (number, action) = s[:, 0], (s[:, 1], a[:, 0])
+        rewards = np.where(turn == 0, 0.55 * (action == 2), (number > 0) == (action == 1))
+        next_turn = np.where((turn == 0) & (action != 2), 1.0, 2.0)
+        next_state = np.stack([next_turn, events[0]], axis=1)
+        return Outcome(
+            next_state, np.where(turn < 2, rewards, 0.0)[:, None].astype(float), next_state
+        )
 
     def terminal(self, s: Array) -> Array:
         return np.asarray(s[:, 0] == 2)
 
 
-def played(problem: Problem, agent: str, episodes: int, turns: int | None) -> np.ndarray:
+def simulate_returns(problem: Problem, agent: str, episodes: int, turns: int | None) -> np.ndarray:
     policy = dmplay.load_agent(problem, 0, agent)
-    found = dmplay.rollout(problem, [policy], episodes=episodes, turn_limit=turns, seed=1)
-    return np.asarray(found.returns[:, 0])
+    result = dmplay.rollout(problem, [policy], episodes=episodes, turn_limit=turns, seed=1)
+    return np.asarray(result.returns[:, 0])
 
 
 @pytest.mark.slow
@@ -108,18 +111,18 @@ def test_search_beats_random_play(
     name: str, agent: str, episodes: int, turns: int, margin: float
 ) -> None:
     problem = dmplay.load_problem(name)
-    search = played(problem, agent, episodes, turns).mean()
-    assert search > played(problem, "random", episodes, turns).mean() + margin
+    search_mean = simulate_returns(problem, agent, episodes, turns).mean()
+    assert search_mean > simulate_returns(problem, "random", episodes, turns).mean() + margin
 
 
-def test_search_plays_a_problem_that_it_was_not_written_for() -> None:
-    found = played(Walk(), "search:simulations=60", 40, 30)
-    assert (found > 0).all()
-    assert found.mean() > played(Walk(), "random", 40, 30).mean() + 0.1
+def test_search_plays_a_user_defined_problem() -> None:
+    returns = simulate_returns(CorridorProblem(), "search:simulations=60", 40, 30)
+    assert (returns > 0).all()
+    assert returns.mean() > simulate_returns(CorridorProblem(), "random", 40, 30).mean() + 0.1
 
 
-def first_choices(problem: Problem, seat: int, agent: str, rows: int) -> np.ndarray:
-    """The first choices in games that start alike, by one luck each."""
+def choose_first_actions(problem: Problem, seat: int, agent: str, rows: int) -> np.ndarray:
+    """Return the first actions in identical games, each with another uniform."""
     search = dmplay.load_agent(problem, seat, agent)
     s = problem.sample_initial_states(np.full((rows, problem.uniform_counts.start), 0.5))
     chosen = search.choose(
@@ -130,21 +133,27 @@ def first_choices(problem: Problem, seat: int, agent: str, rows: int) -> np.ndar
     return np.asarray(chosen)
 
 
-def test_search_replies_to_whom_it_takes_the_others_to_be() -> None:
+def test_search_responds_to_the_assumed_opponents() -> None:
     problem, defect = dmplay.load_problem("prisoners-dilemma"), 1
     assert problem.format_action(1, defect) == "defect"
     for others in ("random", "always-cooperate", "always-defect"):
-        assert (first_choices(problem, 1, f"search:others={others}", 8) == defect).all()
-    assert (first_choices(problem, 1, "search", 8) != defect).all()  # to tit-for-tat
+        assert (choose_first_actions(problem, 1, f"search:others={others}", 8) == defect).all()
+    # tit-for-tat is the default opponent
+    assert (choose_first_actions(problem, 1, "search", 8) != defect).all()
 
 
-def test_search_betrays_tit_for_tat_in_the_last_round_alone() -> None:
+def test_search_defects_against_tit_for_tat_only_in_the_last_round() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    others = [dmplay.load_agent(problem, 0, "search"), dmplay.load_agent(problem, 1, "tit-for-tat")]
-    assert dmplay.rollout(problem, others, episodes=3, seed=1).returns[:, 0].tolist() == [-9.0] * 3
+    policies = [
+        dmplay.load_agent(problem, 0, "search"),
+        dmplay.load_agent(problem, 1, "tit-for-tat"),
+    ]
+    assert (
+        dmplay.rollout(problem, policies, episodes=3, seed=1).returns[:, 0].tolist() == [-9.0] * 3
+    )
 
 
-def test_search_finds_a_number_between_those_of_a_grid() -> None:
+def test_search_chooses_real_actions_between_grid_points() -> None:
     problem = dmplay.load_problem("simple-regulator")
     search = dmplay.load_agent(problem, 0, "search:depth=2,rollout=random")
     s = np.array([[4.43], [-3.21]])
@@ -153,31 +162,31 @@ def test_search_finds_a_number_between_those_of_a_grid() -> None:
     assert (chosen == np.round(chosen, 9)).all()
 
 
-def test_search_comes_near_the_best_of_many_actions() -> None:
-    chosen = first_choices(Dial(), 0, "search", 3)
+def test_search_comes_close_to_the_best_of_many_actions() -> None:
+    chosen = choose_first_actions(SafeDialProblem(), 0, "search", 3)
     assert np.abs(chosen - 311).max() <= 12  # 20 of the 500 are tried
 
 
-def test_search_tells_numbers_apart_that_nature_draws() -> None:
-    """Blind to the number to come, to stay would be worth a half."""
-    assert 2 not in first_choices(Tide(), 0, "search:simulations=800", 8)
+def test_search_distinguishes_real_valued_observations() -> None:
+    """Check that search never leaves: without the number, staying would be worth 0.5."""
+    assert 2 not in choose_first_actions(RevealedNumberProblem(), 0, "search:simulations=800", 8)
 
 
-def test_search_keeps_to_the_adviser_unless_another_action_is_surely_better() -> None:
+def test_search_prefers_the_usual_action_unless_another_is_surely_better() -> None:
     means, actions = np.array([[1.0, 1.5, 0.0], [1.0, 1.5, 0.0]]), np.tile([4, 5, 6], (2, 1))
-    found = UctResult(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
-    able = np.array([[False, True, False]] * 2)
-    kept = found.keep_usual_unless_better(able, np.array([4, 4]))
-    assert kept.tolist() == [[False, True, False], [True, False, False]]
+    result = UctResult(actions, means, np.array([[0.01] * 3, [0.04] * 3]))
+    best = np.array([[False, True, False]] * 2)
+    choices = result.keep_usual_unless_better(best, np.array([4, 4]))
+    assert choices.tolist() == [[False, True, False], [True, False, False]]
     assert (
-        found.keep_usual_unless_better(able, np.array([7, 7])).tolist() == able.tolist()
-    )  # was not tried
+        result.keep_usual_unless_better(best, np.array([7, 7])).tolist() == best.tolist()
+    )  # action 7 was not tried
 
 
 @pytest.mark.parametrize(
     "name", ["machine-replacement", "simple-regulator", "predator-prey", "rock-paper-scissors"]
 )
-def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
+def test_a_choice_is_the_same_alone_and_in_a_batch(name: str) -> None:
     problem, rows = dmplay.load_problem(name), 4
     search = dmplay.load_agent(problem, 0, "search:simulations=120,depth=6")
     s = problem.sample_initial_states(
@@ -187,13 +196,13 @@ def test_a_choice_is_the_same_alone_and_beside_others(name: str) -> None:
         search.initial_memory(problem.initial_observation(s, 0)),
         np.linspace(0.1, 0.8, rows)[:, None],
     )
-    together = search.choose(memory, None, u)
+    batch = search.choose(memory, None, u)
     for row in range(rows):
-        alone = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])
-        assert alone.tolist() == together[[row]].tolist()
+        single = search.choose(tuple(part[[row]] for part in memory), None, u[[row]])
+        assert single.tolist() == batch[[row]].tolist()
 
 
-def test_any_number_of_rows_is_searched_that_could_be_searched_alone() -> None:
+def test_a_full_batch_of_rows_fits_the_work_budget() -> None:
     for name in ("crying-baby", "prisoners-dilemma", "rock-paper-scissors", "hexworld"):
         tree = SearchConfig(
             dmplay.load_problem(name), 0, simulations=400, depth=20, ucb_constant=1.0
@@ -202,7 +211,7 @@ def test_any_number_of_rows_is_searched_that_could_be_searched_alone() -> None:
         tree.make_budget(tree.rows_per_block)
 
 
-REFUSED = {  # a problem, whom a search is to have beside it, and what is told
+REFUSED_OPTIONS = {  # problem and search option: error message
     "prisoners-dilemma others=search": "others: got 'search'",
     "hexworld rollout=search:depth=2": "rollout: got 'search:depth=2'",
     "hexworld rollout=optimol": "did you mean optimal",
@@ -211,115 +220,117 @@ REFUSED = {  # a problem, whom a search is to have beside it, and what is told
 }
 
 
-def test_search_refuses_companions_that_it_cannot_have() -> None:
-    for asked, told in REFUSED.items():
-        name, given = asked.split()
-        with pytest.raises(DmplayError, match=told):
-            dmplay.load_agent(dmplay.load_problem(name), 0, f"search:{given}")
+def test_search_refuses_invalid_policies_for_other_agents_and_rollouts() -> None:
+    for case, message in REFUSED_OPTIONS.items():
+        name, option = case.split()
+        with pytest.raises(DmplayError, match=message):
+            dmplay.load_agent(dmplay.load_problem(name), 0, f"search:{option}")
 
 
-def test_search_gives_no_values() -> None:
-    search = dmplay.load_agent(Walk(), 0, "search")
+def test_search_returns_no_action_values() -> None:
+    search = dmplay.load_agent(CorridorProblem(), 0, "search")
     assert search.action_values(search.initial_memory(np.array([3]))) is None
 
 
 def test_search_needs_a_belief_where_states_are_hidden() -> None:
-    with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden: Foggy"):
-        dmplay.load_agent(Foggy(), 0, "search")
+    with pytest.raises(
+        BadPolicy, match="search needs a belief, as states are hidden: UnobservedCorridor"
+    ):
+        dmplay.load_agent(UnobservedCorridor(), 0, "search")
 
 
-@pytest.mark.parametrize("given", ["simulations=0", "depth=0", "exploration=-1"])
-def test_search_refuses_numbers_out_of_bounds(given: str) -> None:
-    with pytest.raises(BadParameter, match=f"{given.partition('=')[0]}: got"):
-        dmplay.load_agent(Walk(), 0, f"search:{given}")
+@pytest.mark.parametrize("option", ["simulations=0", "depth=0", "exploration=-1"])
+def test_search_refuses_numbers_out_of_bounds(option: str) -> None:
+    with pytest.raises(BadParameter, match=f"{option.partition('=')[0]}: got"):
+        dmplay.load_agent(CorridorProblem(), 0, f"search:{option}")
 
 
-def test_the_luck_of_a_search_follows_from_its_uniform() -> None:
+def test_the_uniforms_of_a_search_are_expanded_from_a_single_uniform() -> None:
     u = np.array([0.25, 0.5, 0.999999999])
-    many = expand_uniforms(u, 5)
-    assert many.shape == (3, 5)
-    assert len(np.unique(many)) == 15
-    assert (expand_uniforms(u[1:2], 5) == many[1]).all()
+    expanded = expand_uniforms(u, 5)
+    assert expanded.shape == (3, 5)
+    assert len(np.unique(expanded)) == 15
+    assert (expand_uniforms(u[1:2], 5) == expanded[1]).all()
 
 
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby", "catch"])
-def test_a_choice_is_no_more_work_than_its_simulations(
+def test_a_choice_takes_at_most_simulations_times_depth_steps(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    problem, turns = dmplay.load_problem(name), [0]
+    problem, row_counts = dmplay.load_problem(name), [0]
     search = dmplay.load_agent(problem, 0, "search:simulations=50,depth=7")
     s = problem.sample_initial_states(np.full((1, problem.uniform_counts.start), 0.4))
     memory = search.initial_memory(problem.initial_observation(s, 0))
-    kind, step = type(problem), type(problem).step
+    problem_type, step = type(problem), type(problem).step
 
     def counted(self: Problem, s: Array, a: Array, u: Reals) -> Outcome:
-        turns.append(len(s))
+        row_counts.append(len(s))
         return step(self, s, a, u)
 
-    monkeypatch.setattr(kind, "step", counted)
+    monkeypatch.setattr(problem_type, "step", counted)
     search.choose(memory, None, np.array([[0.5]]))
-    assert 0 < sum(turns) <= 50 * 7
+    assert 0 < sum(row_counts) <= 50 * 7
 
 
-CARE = "multicaregiver-crying-baby"
+CAREGIVER_PROBLEM = "multicaregiver-crying-baby"
 CRYING, IGNORE = 0, 2
 
 
-def cared(agent: str, seat: int, turns: list[tuple[int, int]]) -> tuple[Policy, Memory]:
-    """What a caregiver remembers who did and heard this."""
-    policy = dmplay.load_agent(dmplay.load_problem(CARE), seat, agent)
+def remember_turns(agent: str, seat: int, turns: list[tuple[int, int]]) -> tuple[Policy, Memory]:
+    """Return a caregiver's policy and its memory after these actions and observations."""
+    policy = dmplay.load_agent(dmplay.load_problem(CAREGIVER_PROBLEM), seat, agent)
     memory = policy.initial_memory(np.full(1, -1))
-    for did, heard in turns:
-        told = Percept(np.full(1, did), np.full(1, heard), None, None)
-        memory = policy.update_memory(memory, told)
+    for action, observation in turns:
+        percept = Percept(np.full(1, action), np.full(1, observation), None, None)
+        memory = policy.update_memory(memory, percept)
     return policy, memory
 
 
-def test_search_believes_what_its_partners_make_of_what_they_hear() -> None:
-    """As exactly as 500 guesses can: the same as Bayes' rule beside the usual partner."""
+def test_the_belief_of_a_search_accounts_for_the_partners_responses() -> None:
+    """Compare 500 particles with the exact belief beside the default partner."""
     quiet = 1
     for turns in ([(IGNORE, quiet)] * 2, [(IGNORE, CRYING), (IGNORE, quiet)]):
-        _, guesses = cared("search", 1, turns)
-        _, (exact,) = cared("best-response", 1, turns)
+        _, particles = remember_turns("search", 1, turns)
+        _, (exact,) = remember_turns("best-response", 1, turns)
         hungry = float(exact[0, 3:].sum())
-        assert abs(float((guesses[-2] == 1).mean()) - hungry) < 0.05
-        assert (guesses[-1] == quiet).all()  # what the partner heard, too
+        assert abs(float((particles[-2] == 1).mean()) - hungry) < 0.05
+        assert (particles[-1] == quiet).all()  # the partner's observations
 
 
-def test_search_follows_its_belief_where_partners_do_what_nobody_guessed() -> None:
-    """The partner feeds a baby that cries, and then it cannot cry: here it did not feed."""
-    _, guesses = cared("search", 0, [(IGNORE, CRYING)] * 2)
-    assert (guesses[-2] == 1).all()
+def test_the_belief_of_a_search_remains_valid_if_partners_act_unexpectedly() -> None:
+    """The assumed partner feeds a crying baby, which then stops; this partner did not."""
+    _, particles = remember_turns("search", 0, [(IGNORE, CRYING)] * 2)
+    assert (particles[-2] == 1).all()
 
 
-def test_guesses_are_the_same_alone_and_beside_others() -> None:
-    problem, rows = dmplay.load_problem(CARE), 5
+def test_particles_are_the_same_alone_and_in_a_batch() -> None:
+    problem, rows = dmplay.load_problem(CAREGIVER_PROBLEM), 5
     search = dmplay.load_agent(problem, 0, "search:simulations=60,depth=4")
     turns = [Percept(np.full(rows, IGNORE), np.arange(rows) % 2, None, None)] * 2
-    together = search.initial_memory(np.full(rows, -1))
-    alone = [tuple(part[[row]] for part in together) for row in range(rows)]
+    batch = search.initial_memory(np.full(rows, -1))
+    singles = [tuple(part[[row]] for part in batch) for row in range(rows)]
     for turn in turns:
-        together = search.update_memory(together, turn)
+        batch = search.update_memory(batch, turn)
         for row in range(rows):
-            one = Percept(turn.action[[row]], turn.observation[[row]], None, None)
-            alone[row] = search.update_memory(alone[row], one)
-    for each, *parts in zip(together, *alone, strict=True):
-        np.testing.assert_array_equal(each, np.concatenate(parts))
+            percept = Percept(turn.action[[row]], turn.observation[[row]], None, None)
+            singles[row] = search.update_memory(singles[row], percept)
+    for whole, *parts in zip(batch, *singles, strict=True):
+        np.testing.assert_array_equal(whole, np.concatenate(parts))
 
 
 @pytest.mark.parametrize("turns", [3, 4])
-def test_search_in_a_team_does_as_well_as_its_plan_of_so_many_turns(turns: int) -> None:
-    problem = read(dectiger())
-    earned = []
+def test_search_in_a_team_earns_at_least_the_value_of_its_joint_plan(turns: int) -> None:
+    problem = parse_team_file(format_dectiger())
+    mean_returns = []
     for agent in ("joint-plan", "search:simulations=60"):
         names = [plan_for_turn_limit(problem, seat, agent, turns) for seat in range(2)]
         team = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
-        found = dmplay.rollout(problem, team, episodes=12, turn_limit=turns, seed=1)
-        earned.append(found.returns[:, 0].mean())
-    assert earned[1] >= earned[0] > 0
+        result = dmplay.rollout(problem, team, episodes=12, turn_limit=turns, seed=1)
+        mean_returns.append(result.returns[:, 0].mean())
+    assert mean_returns[1] >= mean_returns[0] > 0
 
 
-def test_two_who_search_hunt_by_the_plan_that_all_can_follow() -> None:
+def test_search_simulates_a_joint_plan_in_the_default_hunt_only() -> None:
     assert load_roster(CollaborativePredatorPrey()).simulation_agent == "joint-plan"
     for hunt in (CollaborativePredatorPrey(sighted=True), CollaborativePredatorPrey(predators=1)):
         assert load_roster(hunt).simulation_agent is None

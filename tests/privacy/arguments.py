@@ -1,6 +1,7 @@
-"""What is typed after each command: those that leave the game as it is, and those that do not.
+"""The arguments typed after each command: those that leave the game as it is, and those that do
+not.
 
-In braces stands what the game knows: an action, another action, the seat, the problem.
+The names in braces are filled in for the game: action, seat, other agent, problem, file, trust.
 """
 
 from collections.abc import Mapping, Sequence
@@ -8,13 +9,13 @@ from collections.abc import Mapping, Sequence
 from dmplay.game.formats import EXPORT_FORMATS
 from dmplay.screen.press import SCREEN_KEYS
 from dmplay.words.commands import COMMANDS
-from tests.privacy.fronts import FILE
-from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair
+from tests.privacy.fronts import TRANSCRIPT_PATH
+from tests.privacy.pairs import SHARED_TURNS, USER_PROBLEM, Pair
 
 Arguments = Mapping[str, Sequence[str]]
 
-# The game stands after them as before.
-ASKING: Arguments = {
+# These do not change the game.
+QUERY_ARGUMENTS: Arguments = {
     "act": ("", "nonsense", "{action} {action}"),
     "agent": ("", "nobody nothing"),
     "auto": ("", "2"),
@@ -42,8 +43,8 @@ ASKING: Arguments = {
     "whatif": ("", "{action}", "nonsense"),
 }
 
-# So it does after these, which are words of the command line.
-READING: Arguments = {
+# These do not change it either; they are also commands of the program.
+READING_ARGUMENTS: Arguments = {
     "agents": ("{problem}", ""),
     "branch": ("99",),
     "export": ("--svg -o game.dmt", *(f"{{file}} --{name} {{trust}}" for name in EXPORT_FORMATS)),
@@ -58,33 +59,36 @@ READING: Arguments = {
     "solve": ("rock-paper-scissors", "nothing"),
 }
 
-# The game stands elsewhere after them, or another one is played: before which turn.
-MOVING: Mapping[str, Mapping[str, int]] = {
+# These go to another turn or start another game; the number is that of the turns played by then.
+CHANGING_COMMANDS: Mapping[str, Mapping[str, int]] = {
     "undo": {"undo": 1, "undo 2": 0},
-    "redo": {"undo; redo": LOOKED_AT},
-    "reroll": {"reroll": LOOKED_AT},
+    "redo": {"undo; redo": SHARED_TURNS},
+    "reroll": {"reroll": SHARED_TURNS},
     "restart": {"restart": 0},
     "new": {"new": 0},
     "seed": {"seed 5": 0},
     "set": {"set discount 0.5; set discount 0.5": 0},
     "agent": {"agent {seat} human; agent {seat} human": 0},
     "play": {"play {problem} --turns 3": 0},
-    "load": {"load copy.dmt {trust}": LOOKED_AT},
-    "branch": {"branch": LOOKED_AT, "branch 1": 1, "branch 0": 0},
-    "replay": {"replay copy.dmt {trust}": LOOKED_AT, "replay copy.dmt {trust}; auto": LOOKED_AT},
-    "quit": {"quit": LOOKED_AT},
+    "load": {"load copy.dmt {trust}": SHARED_TURNS},
+    "branch": {"branch": SHARED_TURNS, "branch 1": 1, "branch 0": 0},
+    "replay": {
+        "replay copy.dmt {trust}": SHARED_TURNS,
+        "replay copy.dmt {trust}; auto": SHARED_TURNS,
+    },
+    "quit": {"quit": SHARED_TURNS},
 }
 
-# What is asked once more then.
-AFTER = ("look", "state", "belief", "legal", "transcript", "seed")
+# Commands typed after them.
+FOLLOW_UP_COMMANDS = ("look", "state", "belief", "legal", "transcript", "seed")
 
-# Beside the names of commands, what else is typed, or mistyped.
-BESIDE = (
+# Lines that are typed in addition to the command names, most of them mistyped.
+MISTYPED_LINES = (
     "nonsense", "{action}x", "hin", "look look", "hint; belief; look", "{other}", "12345", "-1", "",
 )  # fmt: skip
 
-# What is typed at another terminal while the game is played, or was left by a kill.
-OUTSIDE: Mapping[str, Sequence[str]] = {
+# Commands typed in another terminal while the game is played or after it was killed.
+PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "play": (
         "{problem} --seed 5 --turns 2",
         "{problem} --turns 3 --seed 5 {replayed}",
@@ -127,40 +131,52 @@ OUTSIDE: Mapping[str, Sequence[str]] = {
     "config path": ("",),
 }
 
-# What is typed there where a game is gone on with.
-TYPED = "look\nstate\nbelief\nlegal\ntranscript\nhint\nseed\n"
+# Standard input of these commands, for those that resume a game.
+STDIN_TEXT = "look\nstate\nbelief\nlegal\ntranscript\nhint\nseed\n"
 
-# The keys of the screen that neither play, nor begin a game, nor leave.
-KEYS_ASKED = [
+# The keys of the screen that do not play an action, start a game or quit.
+QUERY_KEYS = [
     f"<{key}>"
     for key in (
         "enter",
-        *(key for one in SCREEN_KEYS for key in one.keys if one.name != "quit"),
-        *(one.key for one in COMMANDS if one.key and one.name not in ("new", "restart", "quit")),
+        *(key for entry in SCREEN_KEYS for key in entry.keys if entry.name != "quit"),
+        *(
+            entry.key
+            for entry in COMMANDS
+            if entry.key and entry.name not in ("new", "restart", "quit")
+        ),
         *("up", "down", "left", "right", "home", "end", "x", "=", "escape", "backspace", "c-r"),
     )
 ]
 
 
-def words(pair: Pair, turn: int) -> dict[str, str]:
-    """What the lines to be typed before a turn speak of."""
+def make_placeholders(pair: Pair, turn: int) -> dict[str, str]:
+    """Return the values of the names in braces, for lines that are typed before a turn."""
     agents, seat = pair.problem.agents, pair.seat_index
     return {
         "action": pair.problem.format_action(seat, pair.one.actions[turn][seat]),
         "seat": agents[seat],
         "other": agents[-1],
         "problem": pair.name,
-        "file": str(FILE),
-        "trust": "--trust" if pair.name == BROUGHT else "",
+        "file": str(TRANSCRIPT_PATH),
+        "trust": "--trust" if pair.name == USER_PROBLEM else "",
     }
 
 
-def questions(pair: Pair, turn: int, *tables: Arguments) -> list[str]:
-    """All lines that leave a game as it stands."""
-    every = [f"{name} {rest}" for table in tables for name, told in table.items() for rest in told]
-    return [line.format(**words(pair, turn)).strip() for line in (*every, *BESIDE)]
+def list_queries(pair: Pair, turn: int, *tables: Arguments) -> list[str]:
+    """Return all lines that leave a game as it is."""
+    templates = [
+        f"{name} {argument}"
+        for table in tables
+        for name, arguments in table.items()
+        for argument in arguments
+    ]
+    return [
+        line.format(**make_placeholders(pair, turn)).strip()
+        for line in (*templates, *MISTYPED_LINES)
+    ]
 
 
-def moves(pair: Pair, first: int = 0, after: int = LOOKED_AT) -> list[str]:
-    """What the seat does in some turns."""
-    return [words(pair, turn)["action"] for turn in range(first, after)]
+def list_actions(pair: Pair, first: int = 0, end: int = SHARED_TURNS) -> list[str]:
+    """Return the actions of the seat in a range of turns."""
+    return [make_placeholders(pair, turn)["action"] for turn in range(first, end)]

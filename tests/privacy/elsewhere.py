@@ -1,4 +1,4 @@
-"""What is typed at another terminal while a game is played, or after it was killed."""
+"""Commands typed in another terminal while a game is played or after it was killed."""
 
 import io
 import shlex
@@ -12,87 +12,99 @@ from dmplay.cli import entry
 from dmplay.cli.app import root_command
 from dmplay.cli.errands import interpret_command
 from dmplay.game.table import GameController
-from tests.privacy.arguments import OUTSIDE, TYPED
-from tests.privacy.fronts import FILE, Told, alike, both, printed
-from tests.privacy.pairs import BROUGHT, LOOKED_AT, Pair, Side
+from tests.privacy.arguments import PROGRAM_ARGUMENTS, STDIN_TEXT
+from tests.privacy.fronts import (
+    TRANSCRIPT_PATH,
+    Response,
+    assert_indistinguishable,
+    capture_output,
+    play_both,
+)
+from tests.privacy.pairs import SHARED_TURNS, USER_PROBLEM, Pair, Side
 
-GROUP: Any = root_command()
-PROGRAM: dict[str, Any] = {
+COMMAND_GROUP: Any = root_command()
+PROGRAM_COMMANDS: dict[str, Any] = {
     name: command
-    for word, one in GROUP.commands.items()
+    for word, subgroup in COMMAND_GROUP.commands.items()
     for name, command in (
-        [(f"{word} {inner}", each) for inner, each in one.commands.items()]
-        if hasattr(one, "commands")
-        else [(word, one)]
+        [(f"{word} {inner}", subcommand) for inner, subcommand in subgroup.commands.items()]
+        if hasattr(subgroup, "commands")
+        else [(word, subgroup)]
     )
 }
-ENDS = ("over: ", '{"event": "end"')  # after which all is told
+END_MARKERS = ("over: ", '{"event": "end"')  # the end reveals everything
 
 
-def told(line: str, monkeypatch: pytest.MonkeyPatch) -> Told:
-    """What a command prints, up to the end of a game that it plays."""
+def run_line(line: str, monkeypatch: pytest.MonkeyPatch) -> Response:
+    """Run a command and return what it prints before the end of a game that it plays."""
     monkeypatch.setattr("sys.argv", ["dmplay", *shlex.split(line)])
-    monkeypatch.setattr("sys.stdin", io.StringIO(TYPED))
-    with printed() as paper:
+    monkeypatch.setattr("sys.stdin", io.StringIO(STDIN_TEXT))
+    with capture_output() as output:
         print(f"exit code {entry.run_command_line()}")
-    came = paper.taken()
-    ends = [came.find(end) for end in ENDS if end in came]
-    return Told(line, came[: min(ends, default=None)])
+    text = output.taken()
+    positions = [text.find(end) for end in END_MARKERS if end in text]
+    return Response(line, text[: min(positions, default=None)])
 
 
-def completed(twins: Pair, side: Side, monkeypatch: pytest.MonkeyPatch) -> list[Told]:
-    """What a shell is told can follow each command, while a game is played that is kept."""
-    left(twins, side, None)
-    lines = [*(f"dmplay {name} " for name in PROGRAM), f"dmplay play {twins.name} --seed "]
-    with monkeypatch.context() as world:
-        world.setenv(entry.COMPLETION_VARIABLE, "complete_zsh")
-        return [_completed(line, world) for line in lines]
+def list_completions(twins: Pair, side: Side, monkeypatch: pytest.MonkeyPatch) -> list[Response]:
+    """Return the shell's completions of each command while a saved game is being played."""
+    start_unfinished_game(twins, side, None)
+    lines = [*(f"dmplay {name} " for name in PROGRAM_COMMANDS), f"dmplay play {twins.name} --seed "]
+    with monkeypatch.context() as context:
+        context.setenv(entry.COMPLETION_VARIABLE, "complete_zsh")
+        return [_complete_line(line, context) for line in lines]
 
 
-def _completed(line: str, world: pytest.MonkeyPatch) -> Told:
-    world.setenv("_TYPER_COMPLETE_ARGS", line)
-    with printed() as paper:
+def _complete_line(line: str, monkeypatch: pytest.MonkeyPatch) -> Response:
+    monkeypatch.setenv("_TYPER_COMPLETE_ARGS", line)
+    with capture_output() as output:
         print(f"exit code {entry.run_command_line()}")
-    return Told(line, paper.taken())
+    return Response(line, output.taken())
 
 
-def left(twins: Pair, side: Side, record: Path | None = FILE) -> GameController:
-    """A game before its last turn, in the file, or in the folder of games that are kept."""
+def start_unfinished_game(
+    twins: Pair, side: Side, record: Path | None = TRANSCRIPT_PATH
+) -> GameController:
+    """Start a game and stop before its last turn, in this file or in the folder of saved games."""
     game = twins.begun(side, record)
-    for joint in side.actions[:LOOKED_AT]:
+    for joint in side.actions[:SHARED_TURNS]:
         game.choose(joint[twins.seat_index])
     return GameController(game, interpret_command)
 
 
-def asked(twins: Pair, command: str) -> Iterator[str]:
-    """What is typed at another terminal."""
+def iter_lines(twins: Pair, command: str) -> Iterator[str]:
+    """Yield the lines to type in another terminal."""
     agents = twins.problem.agents
-    replayed = " ".join(f"--seat {agent}=replay:{FILE}" for agent in agents)
-    trusts = any(param.name == "trust" for param in PROGRAM[command].params)
-    for rest in OUTSIDE[command]:
-        words = rest.format(problem=twins.name, file=FILE, replayed=replayed)
-        yield f"{command} {words}{' --trust' * (trusts and twins.name == BROUGHT)}"
+    replayed = " ".join(f"--seat {agent}=replay:{TRANSCRIPT_PATH}" for agent in agents)
+    has_trust_option = any(param.name == "trust" for param in PROGRAM_COMMANDS[command].params)
+    for template in PROGRAM_ARGUMENTS[command]:
+        arguments = template.format(problem=twins.name, file=TRANSCRIPT_PATH, replayed=replayed)
+        yield (
+            f"{command} {arguments}{' --trust' * (has_trust_option and twins.name == USER_PROBLEM)}"
+        )
 
 
-def outside(twins: Pair, monkeypatch: pytest.MonkeyPatch, command: str, *, killed: bool) -> None:
-    """Nothing that is typed elsewhere tells the games apart, in play or left."""
+def assert_no_leak_outside(
+    twins: Pair, monkeypatch: pytest.MonkeyPatch, command: str, *, killed: bool
+) -> None:
+    """Assert that no command in another terminal distinguishes the games, running or killed."""
 
-    def play(side: Side) -> list[Told]:
-        heard: list[Told] = []
-        table, begun = left(twins, side), b""
-        for line in asked(twins, command):
-            if FILE.read_bytes() != begun:
+    def play(side: Side) -> list[Response]:
+        responses: list[Response] = []
+        table, first_content = start_unfinished_game(twins, side), b""
+        for line in iter_lines(twins, command):
+            if TRANSCRIPT_PATH.read_bytes() != first_content:
                 table.end_game()
-                FILE.unlink()
-                table = left(twins, side)
-                begun = FILE.read_bytes()
+                TRANSCRIPT_PATH.unlink()
+                table = start_unfinished_game(twins, side)
+                first_content = TRANSCRIPT_PATH.read_bytes()
                 if killed:
                     assert table.game.recorder
                     table.game.recorder.close()
-            heard.append(told(line, monkeypatch))
-            for path in {*Path().glob("*.*")} - {FILE}:
+            responses.append(run_line(line, monkeypatch))
+            for path in {*Path().glob("*.*")} - {TRANSCRIPT_PATH}:
                 path.unlink()
         table.end_game()
-        return heard
+        return responses
 
-    alike(*both(twins, Path.cwd(), play))
+    assert_indistinguishable(*play_both(twins, Path.cwd(), play))

@@ -1,4 +1,4 @@
-"""The front ends with somebody before them: all that comes of each line or key, byte for byte."""
+"""The front ends with a scripted player: everything that they write for each line or key."""
 
 import io
 import os
@@ -26,215 +26,224 @@ from dmplay.terminal import Terminal
 from dmplay.words.commands import PlayerQuit
 from dmplay.words.plain import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.words.shell import Shell
-from tests.privacy.pairs import BEGUN, Pair, Side
+from tests.privacy.pairs import OPEN_GAMES, Pair, Side
 
-FILE = Path("game.dmt")
-DRAWN = Terminal(
+TRANSCRIPT_PATH = Path("game.dmt")
+SCREEN_TERMINAL = Terminal(
     full_screen=True, plain_reason="", is_interactive=True, color=True, ascii=False, width=80
 )
-IN_LINES = DRAWN._replace(full_screen=False, plain_reason="--plain", color=False)
+PLAIN_TERMINAL = SCREEN_TERMINAL._replace(full_screen=False, plain_reason="--plain", color=False)
 
 
-class Told(NamedTuple):
-    """What somebody did, and all that came of it."""
+class Response(NamedTuple):
+    """An input line or key, and all output that followed it."""
 
     done: str
     came: str
 
 
-Front = Callable[[Game, Sequence[str]], list[Told]]
-Play = Callable[[Side], list[Told]]
+FrontEnd = Callable[[Game, Sequence[str]], list[Response]]
+PlaySide = Callable[[Side], list[Response]]
 
 
-def alike(one: Sequence[Told], other: Sequence[Told]) -> None:
-    """Nothing that comes of anything tells two games apart."""
-    for first, second in zip(one, other, strict=True):
+def assert_indistinguishable(
+    responses: Sequence[Response], other_responses: Sequence[Response]
+) -> None:
+    """Assert that two games gave the same output after every input."""
+    for first, second in zip(responses, other_responses, strict=True):
         assert first == second, f"after {first.done!r} the games can be told apart"
 
 
-def apart(one: Sequence[Told], other: Sequence[Told]) -> bool:
-    """Whether anything tells two games apart."""
-    return [*one] != [*other]
+def are_distinguishable(responses: Sequence[Response], other_responses: Sequence[Response]) -> bool:
+    """Return whether any output distinguishes two games."""
+    return [*responses] != [*other_responses]
 
 
-def emptied(place: Path) -> None:
-    """Removes all that was written in a folder."""
-    for path in place.iterdir():
+def empty_folder(folder: Path) -> None:
+    """Remove everything in a folder."""
+    for path in folder.iterdir():
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     saves.prepare_folder.cache_clear()
 
 
-def both(pair: Pair, place: Path, play: Play) -> tuple[list[Told], list[Told]]:
-    """What comes of both games, each in the empty folder."""
-    heard = []
+def play_both(pair: Pair, folder: Path, play: PlaySide) -> tuple[list[Response], list[Response]]:
+    """Return the responses of both games, each played in the emptied folder."""
+    responses = []
     for side in pair.sides:
-        emptied(place)
-        heard.append(play(side))
-    while BEGUN:  # nobody goes on with any of them
-        if recorder := BEGUN.pop().recorder:
+        empty_folder(folder)
+        responses.append(play(side))
+    while OPEN_GAMES:  # none of these games is resumed
+        if recorder := OPEN_GAMES.pop().recorder:
             recorder.close()
-    return heard[0], heard[1]
+    return responses[0], responses[1]
 
 
-def readable(place: Path) -> Iterator[Told]:
-    """The files that others can read: name, and content."""
-    for folder, folders, files in os.walk(place):
-        folders[:] = sorted(each for each in folders if Path(folder, each).stat().st_mode & 0o005)
-        for path in (Path(folder, name) for name in sorted(files)):
+def iter_readable_files(folder: Path) -> Iterator[Response]:
+    """Yield the name of every file, and the content of those that other users can read."""
+    for parent, folders, files in os.walk(folder):
+        folders[:] = sorted(
+            subfolder for subfolder in folders if Path(parent, subfolder).stat().st_mode & 0o005
+        )
+        for path in (Path(parent, name) for name in sorted(files)):
             if path.stat().st_mode & 0o044:
-                yield Told(f"read {path.relative_to(place)}", path.read_text(encoding="utf-8"))
+                yield Response(f"read {path.relative_to(folder)}", path.read_text(encoding="utf-8"))
             else:
-                yield Told("names of files", str(path.relative_to(place)))
+                yield Response("names of files", str(path.relative_to(folder)))
 
 
-class Paper(io.StringIO):
-    """What is printed, taken off line by line."""
+class CapturedOutput(io.StringIO):
+    """Captured output that is read step by step."""
 
     encoding = "utf-8"
 
     def taken(self) -> str:
-        """What was printed since the last time."""
-        told = self.getvalue()
+        """Return the output since the last call."""
+        text = self.getvalue()
         self.seek(0)
         self.truncate()
-        return told
+        return text
 
 
 @contextmanager
-def printed() -> Iterator[Paper]:
-    """All that is printed, errors too."""
-    paper = Paper()
-    with redirect_stdout(paper), redirect_stderr(paper):
-        yield paper
+def capture_output() -> Iterator[CapturedOutput]:
+    """Capture standard output and standard error."""
+    output = CapturedOutput()
+    with redirect_stdout(output), redirect_stderr(output):
+        yield output
 
 
-class Typist(io.StringIO):
-    """A person who types these lines, and writes down what came of each."""
+class ScriptedInput(io.StringIO):
+    """Standard input that types these lines and records the output after each."""
 
-    def __init__(self, lines: Sequence[str], paper: Paper) -> None:
+    def __init__(self, lines: Sequence[str], output: CapturedOutput) -> None:
         super().__init__("".join(f"{line}\n" for line in lines))
-        self._paper = paper
+        self._paper = output
         self._done = "begin"
-        self.heard: list[Told] = []
+        self.heard: list[Response] = []
 
     def readline(self, size: int = -1, /) -> str:  # type: ignore[override] # of text, not of bytes
-        """The next line."""
-        self.heard.append(Told(self._done, self._paper.taken()))
+        """Return the next line."""
+        self.heard.append(Response(self._done, self._paper.taken()))
         line = super().readline()
         self._done = line.strip()
         return line
 
 
-class Endless(SentenceReporter):
-    """Sentences up to the end, which may tell all."""
+class SentencesWithoutEnd(SentenceReporter):
+    """Sentences without the end, which may reveal everything."""
 
     def report_end(self, game: Game) -> None:
-        """Says nothing."""
+        """Print nothing."""
 
 
-class EndlessObjects(JsonReporter):
-    """Data up to the end."""
+class ObjectsWithoutEnd(JsonReporter):
+    """JSON objects without the end."""
 
     def report_end(self, game: Game) -> None:
-        """Says nothing."""
+        """Print nothing."""
 
 
-def to_the_end(reporter: Reporter) -> Front:
-    """What plain lines or JSON tell, of the end too."""
+def make_line_front_end(reporter: Reporter) -> FrontEnd:
+    """Return a front end that reads lines and prints with this reporter, the end included."""
 
-    def play(game: Game, lines: Sequence[str]) -> list[Told]:
-        with printed() as paper:
-            typist = Typist(lines, paper)
-            play_by_lines(GameController(game, interpret_command), IN_LINES, typist, reporter)
-            return [*typist.heard, Told("the end", paper.taken())]
+    def play(game: Game, lines: Sequence[str]) -> list[Response]:
+        with capture_output() as output:
+            stdin = ScriptedInput(lines, output)
+            play_by_lines(GameController(game, interpret_command), PLAIN_TERMINAL, stdin, reporter)
+            return [*stdin.heard, Response("the end", output.taken())]
 
     return play
 
 
-def shell(game: Game, lines: Sequence[str]) -> list[Told]:
-    """The typed shell on a terminal: prompt, toolbar, boards and words."""
-    made = Shell(GameController(game, interpret_command), DRAWN)
-    heard = []
-    with printed() as paper:
+def play_in_shell(game: Game, lines: Sequence[str]) -> list[Response]:
+    """Play lines in the shell on a terminal: prompt, toolbar, boards and text."""
+    shell_session = Shell(GameController(game, interpret_command), SCREEN_TERMINAL)
+    responses = []
+    with capture_output() as output:
         for line in lines:
             try:
-                made.run_line(line)
+                shell_session.run_line(line)
             except PlayerQuit:
                 break
             except DmplayError as error:
                 print(error)
-            heard.append(Told(line, "\n".join([paper.taken(), made.prompt, toolbar_text(made)])))
-    return heard
+            responses.append(
+                Response(
+                    line,
+                    "\n".join([output.taken(), shell_session.prompt, toolbar_text(shell_session)]),
+                )
+            )
+    return responses
 
 
-class Canvas(Painter):
-    """A painter that writes down each frame: what a terminal is sent for it follows from it."""
+class RecordingPainter(Painter):
+    """A painter that records each frame; the bytes sent to a terminal follow from the frames."""
 
     def __init__(self, size: tuple[int, int]) -> None:
-        self.paper = Paper()
+        self.paper = CapturedOutput()
         super().__init__(self.paper, "default")
         self._dimensions = size
 
     def get_size(self) -> tuple[int, int]:
-        """The paper's."""
+        """Return the number of columns and rows."""
         return self._dimensions
 
     def paint(self, frame: Text, cursor: ScreenPosition | None = None) -> None:
-        """Writes the whole frame, its styles, and where the cursor stands."""
+        """Record the whole frame, its styles and the position of the cursor."""
         self.paper.write(f"{frame.plain}\n{frame.spans}\n{cursor}\n")
 
 
-class Looked:
-    """A screen, and all that it shows after each line or key."""
+class RecordedScreen:
+    """A screen, and everything that it shows after each line or key."""
 
     def __init__(self, game: Game, size: tuple[int, int] = (80, 24)) -> None:
-        self.screen = PlayScreen(GameController(game, interpret_command), DRAWN)
-        self.canvas = Canvas(size)
-        self.heard: list[Told] = []
+        self.screen = PlayScreen(GameController(game, interpret_command), SCREEN_TERMINAL)
+        self.canvas = RecordingPainter(size)
+        self.heard: list[Response] = []
         self._look("begin")
 
-    def do(self, done: str) -> None:
-        """Presses a `<key>`, unless it plays, or types a line into the command row."""
-        key = done.removeprefix("<").removesuffix(">")
-        if done == key:
-            run_typed_line(self.screen, done)
+    def do(self, input_text: str) -> None:
+        """Press a `<key>` unless it plays an action, or type a line into the command row."""
+        key = input_text.removeprefix("<").removesuffix(">")
+        if input_text == key:
+            run_typed_line(self.screen, input_text)
         elif self.screen.game.keyboard.find_key_action(self.screen.game.viewing_seat, key) is None:
             self.handle_key(key)
             return
-        self._look(done)
+        self._look(input_text)
 
     def handle_key(self, key: str) -> None:
-        """Presses a key, and reads to the end what it shows."""
+        """Press a key, and page through everything that it shows."""
         handle_key(self.screen, key)
         self._look(key)
         while self.screen.modes.display_mode is Mode.PAGE:
             handle_key(self.screen, "space")
             self._look(f"{key}, and more")
 
-    def _look(self, done: str) -> None:
-        """Writes down what is shown now."""
+    def _look(self, input_text: str) -> None:
+        """Record the frame that the screen shows."""
         self.canvas.invalidate()
         self.screen.paint(self.canvas)
-        seen = [self.screen.message, *self.screen.page_rows, self.canvas.paper.taken()]
-        self.heard.append(Told(done, "\n".join(seen)))
+        parts = [self.screen.message, *self.screen.page_rows, self.canvas.paper.taken()]
+        self.heard.append(Response(input_text, "\n".join(parts)))
 
 
-def on_screen(size: tuple[int, int]) -> Front:
-    """The full screen."""
+def make_screen_front_end(size: tuple[int, int]) -> FrontEnd:
+    """Return a front end on a full screen of this size."""
 
-    def play(game: Game, lines: Sequence[str]) -> list[Told]:
-        looked = Looked(game, size)
+    def play(game: Game, lines: Sequence[str]) -> list[Response]:
+        recorded = RecordedScreen(game, size)
         with suppress(PlayerQuit):
             for line in lines:
-                looked.do(line)
-        return looked.heard
+                recorded.do(line)
+        return recorded.heard
 
     return play
 
 
-FRONTS: dict[str, Front] = {
-    "screen": on_screen((80, 24)),
-    "plain": to_the_end(Endless(IN_LINES)),
-    "json": to_the_end(EndlessObjects()),
-    "shell": shell,
+FRONT_ENDS: dict[str, FrontEnd] = {
+    "screen": make_screen_front_end((80, 24)),
+    "plain": make_line_front_end(SentencesWithoutEnd(PLAIN_TERMINAL)),
+    "json": make_line_front_end(ObjectsWithoutEnd()),
+    "shell": play_in_shell,
 }

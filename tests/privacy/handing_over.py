@@ -1,15 +1,15 @@
-"""Two people before the screen, one after the other: all that is shown to one, or to both."""
+"""Two people who take turns at one screen: everything that is shown to one of them or to both."""
 
 from collections.abc import Iterator, Sequence
 from itertools import product
 
 from dmplay.game.game import Game
-from tests.privacy.fronts import FILE, Looked, Told
-from tests.privacy.pairs import LOOKED_AT, TURNS, Pair, Side
+from tests.privacy.fronts import TRANSCRIPT_PATH, RecordedScreen, Response
+from tests.privacy.pairs import SHARED_TURNS, TURN_COUNT, Pair, Side
 
 
-def keys(game: Game, action: int) -> Iterator[str]:
-    """The keys that play an action."""
+def iter_keys(game: Game, action: int) -> Iterator[str]:
+    """Yield the keys that play an action."""
     label = game.problem.actions[game.viewing_seat].labels[action]
     if game.keyboard.is_number_entry(game.viewing_seat):
         yield from (*label, "enter")
@@ -21,33 +21,36 @@ def keys(game: Game, action: int) -> Iterator[str]:
         )
 
 
-def sat(twins: Pair, side: Side, asked: Sequence[str]) -> list[Told]:
-    """What both people are shown while this seat, or nobody, may look; it asks before its last."""
-    game = twins.begun(side, FILE, alone=False)
-    looked = Looked(game)
-    heard: list[Told] = []
+def play_handover(twins: Pair, side: Side, queries: Sequence[str]) -> list[Response]:
+    """Return the responses shown while this seat, or neither person, may look.
+
+    The queries are typed before the last turn of this seat.
+    """
+    game = twins.begun(side, TRANSCRIPT_PATH, alone=False)
+    recorded = RecordedScreen(game)
+    responses: list[Response] = []
 
     def press(key: str) -> None:
-        looked.handle_key(key)
-        seen = looked.heard[-1]._replace(done="a hidden key")
-        others = (
+        recorded.handle_key(key)
+        response = recorded.heard[-1]._replace(done="a hidden key")
+        only_other_looks = (
             game.has_private_views
-            and not looked.screen.controller.awaiting_handover
+            and not recorded.screen.controller.awaiting_handover
             and game.viewing_seat != twins.seat_index
         )
-        if not others and [seen] != heard[-1:]:
-            heard.append(seen)
+        if not only_other_looks and [response] != responses[-1:]:
+            responses.append(response)
 
-    for turn, who in product(range(TURNS), range(len(side.actions[0]))):
-        if looked.screen.controller.awaiting_handover:
+    for turn, seat in product(range(TURN_COUNT), range(len(side.actions[0]))):
+        if recorded.screen.controller.awaiting_handover:
             press("enter")
-        if (turn, who) == (LOOKED_AT, twins.seat_index):
-            looked.heard.clear()
-            for line in asked:
-                looked.do(line)
-            heard += looked.heard
+        if (turn, seat) == (SHARED_TURNS, twins.seat_index):
+            recorded.heard.clear()
+            for line in queries:
+                recorded.do(line)
+            responses += recorded.heard
             assert game.choosing_seat == twins.seat_index
-        if turn < LOOKED_AT or who == 0:  # the last choice ends the game
-            for key in keys(game, side.actions[turn][who]):
+        if turn < SHARED_TURNS or seat == 0:  # the last choice ends the game
+            for key in iter_keys(game, side.actions[turn][seat]):
                 press(key)
-    return heard
+    return responses

@@ -1,4 +1,4 @@
-"""Two real games that a seat cannot tell apart: other dice, other choices of others, one sight."""
+"""Pairs of games that a seat cannot tell apart: other seeds and actions, equal observations."""
 
 from collections.abc import Iterator
 from functools import cache
@@ -18,32 +18,38 @@ from dmplay.game.request import GameRequest
 from dmplay.game.start import start_new_game
 from dmplay.policies.general import Random
 from tests.support.brought import Vault
-from tests.support.cases import CASES, MAP, WIDE, load
+from tests.support.cases import CASE_NAMES, LARGE_MAP_PROBLEMS, SMALL_MAP_HEXES, load_problem
 
-BROUGHT = f"{Vault.__module__}:{Vault.__name__}"
-GUARDED = [
-    name for name in CASES if load(name).partially_observable or len(load(name).agents) > 1
-] + [BROUGHT]
-EVERY = [  # variants play much alike
-    pytest.param(name, marks=pytest.mark.slow if ":" in name and name in CASES else ())
-    for name in GUARDED
+USER_PROBLEM = f"{Vault.__module__}:{Vault.__name__}"
+SECRET_PROBLEMS = [
+    name
+    for name in CASE_NAMES
+    if load_problem(name).partially_observable or len(load_problem(name).agents) > 1
+] + [USER_PROBLEM]
+SECRET_PROBLEM_PARAMS = [  # variants are similar, so they are slow tests
+    pytest.param(name, marks=pytest.mark.slow if ":" in name and name in CASE_NAMES else ())
+    for name in SECRET_PROBLEMS
 ]
-WIDEST = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")
-MOST = [name for name in GUARDED if name not in WIDEST]  # whose beliefs take little
-TOGETHER = [each for each in EVERY if len(dmplay.load_problem(str(each.values[0])).agents) > 1]
-FIRST = 70_000  # of the seeds that are looked through
-SEEDS = (30, 150, 600, 2500)  # how many: few at first
-SHIFTS = 3  # of what the seat does
-LOOKED_AT = 2  # turns after which both games still look the same
-TURNS = LOOKED_AT + 1  # and the last, which brings out what was hidden
-BEGUN: list[Game] = []  # games whose transcripts are open
+SLOW_BELIEF_PROBLEMS = ("collaborative-predator-prey", "collaborative-predator-prey:sighted")
+FAST_BELIEF_PROBLEMS = [name for name in SECRET_PROBLEMS if name not in SLOW_BELIEF_PROBLEMS]
+MULTI_AGENT_PARAMS = [
+    parameter
+    for parameter in SECRET_PROBLEM_PARAMS
+    if len(dmplay.load_problem(str(parameter.values[0])).agents) > 1
+]
+FIRST_SEED = 70_000  # first seed that is searched
+SEED_COUNTS = (30, 150, 600, 2500)  # numbers of seeds to search, small ones first
+ACTION_SHIFT_COUNT = 3  # number of shifts of the seat's actions
+SHARED_TURNS = 2  # number of turns after which both games look the same
+TURN_COUNT = SHARED_TURNS + 1  # the last turn reveals what was hidden
+OPEN_GAMES: list[Game] = []  # games whose transcripts are open
 
 
 class Side(NamedTuple):
-    """One of the two: its dice, and everybody's actions, the last turn's too."""
+    """One of the two games: its seed, and the actions of all agents, including the last turn."""
 
     seed: int
-    actions: tuple[tuple[int, ...], ...]  # of each seat, a turn each
+    actions: tuple[tuple[int, ...], ...]  # by turn and seat
 
 
 class Pair(NamedTuple):
@@ -63,137 +69,147 @@ class Pair(NamedTuple):
     def begun(
         self, side: Side, record: Path | None = None, *, alone: bool = True, ghost: str = ""
     ) -> Game:
-        """One of them before its first turn: the seat is a person, the others agents or people.
+        """Start one of the games: a person in the seat, agents or people in the others.
 
-        Its seed is fresh, so nobody is told it.
+        The seed counts as a new one, so it is not shown.
         """
         agents = self.problem.agents
         others = "random" if alone else "human"
-        who = {agent: others for agent in agents} | {agents[self.seat_index]: "human"}
+        players = {agent: others for agent in agents} | {agents[self.seat_index]: "human"}
         game = start_new_game(
             GameRequest(
                 self.name,
-                parameters=parameters(self.name),
+                parameters=get_parameters(self.name),
                 seed=side.seed,
-                seats=[f"{agent}={each}" for agent, each in who.items()],
-                turns=TURNS,
+                seats=[f"{agent}={player}" for agent, player in players.items()],
+                turns=TURN_COUNT,
                 record_path=record,
                 is_seed_visible=False,
                 has_fresh_seed=True,
                 ghost_agent=ghost,
             )
         )
-        BEGUN.append(game)
+        OPEN_GAMES.append(game)
         return game
 
 
-def parameters(name: str) -> dict[str, object]:
-    """A small map, where there is a map."""
-    return {"hexes": MAP} if name in WIDE else {}
+def get_parameters(name: str) -> dict[str, object]:
+    """Return the parameters of a problem: a small map if it has a map."""
+    return {"hexes": SMALL_MAP_HEXES} if name in LARGE_MAP_PROBLEMS else {}
 
 
 @cache
-def pair(name: str, seat: int) -> Pair:
-    """The first two games of which the seat knows the same; in the last turn others do others."""
-    problem = dmplay.load_problem(name, **parameters(name))
-    last = [problem.action_counts[one] // 2 for one in range(len(problem.agents))]
-    for many, shift in product(SEEDS, range(SHIFTS)):
-        known: dict[bytes, Known] = {}
-        for game in _games(problem, seat, range(FIRST, FIRST + many), shift):
-            alike = known.setdefault(game.sight, game)
-            if alike is not game and not (
-                problem.partially_observable and alike.secret == game.secret
+def find_pair(name: str, seat: int) -> Pair:
+    """Return the first two games with equal observations; other seats differ in the last turn."""
+    problem = dmplay.load_problem(name, **get_parameters(name))
+    last = [problem.action_counts[item] // 2 for item in range(len(problem.agents))]
+    for seed_count, shift in product(SEED_COUNTS, range(ACTION_SHIFT_COUNT)):
+        games_by_observations: dict[bytes, ObservedGame] = {}
+        for game in _iter_games(problem, seat, range(FIRST_SEED, FIRST_SEED + seed_count), shift):
+            match = games_by_observations.setdefault(game.sight, game)
+            if match is not game and not (
+                problem.partially_observable and match.secret == game.secret
             ):
-                one, other = alike.side, game.side
-                last[seat] = one.actions[-1][seat]
-                first = tuple(a if n == seat else 0 for n, a in enumerate(last))
+                item, twin = match.side, game.side
+                last[seat] = item.actions[-1][seat]
+                first_actions = tuple(a if n == seat else 0 for n, a in enumerate(last))
                 return Pair(
                     name,
                     problem,
                     seat,
-                    Side(one.seed, (*one.actions[:-1], first)),
-                    Side(other.seed, (*other.actions[:-1], tuple(last))),
+                    Side(item.seed, (*item.actions[:-1], first_actions)),
+                    Side(twin.seed, (*twin.actions[:-1], tuple(last))),
                 )
     raise AssertionError(f"{name}: no two games look the same to seat {seat}")
 
 
-class Known(NamedTuple):
-    """What a seat knows of a game before the last turn, the state then, and the game."""
+class ObservedGame(NamedTuple):
+    """The observations of a seat before the last turn, the state then, and the game."""
 
     sight: bytes
     secret: bytes
     side: Side
 
 
-def _games(problem: Problem, seat: int, seeds: range, shift: int) -> Iterator[Known]:
-    """The games of these seeds; the seat's actions are those of its list, from one on."""
-    s = problem.sample_initial_states(_draws(seeds, NATURE_STREAM, 0, problem.uniform_counts.start))
-    sights: list[Array] = [] if problem.partially_observable else [s]
-    played: list[Array] = []
-    able = np.ones(len(seeds), bool)
-    for turn in range(1, TURNS + 1):
-        a = _joint(problem, s, seat, seeds, turn, shift)
-        played.append(a)
+def _iter_games(problem: Problem, seat: int, seeds: range, shift: int) -> Iterator[ObservedGame]:
+    """Yield the games of these seeds, in which the seat plays its actions in cyclic order."""
+    s = problem.sample_initial_states(
+        _draw_turn_uniforms(seeds, NATURE_STREAM, 0, problem.uniform_counts.start)
+    )
+    arrays: list[Array] = [] if problem.partially_observable else [s]
+    joint_actions: list[Array] = []
+    valid = np.ones(len(seeds), bool)
+    for turn in range(1, TURN_COUNT + 1):
+        a = _choose_joint_actions(problem, s, seat, seeds, turn, shift)
+        joint_actions.append(a)
         legal = problem.legal_actions_mask(s)
         if legal is not None:
-            sights.append(legal[:, seat])
-            able &= legal[np.arange(len(seeds)), seat, a[:, seat]]
-        if turn == TURNS:
+            arrays.append(legal[:, seat])
+            valid &= legal[np.arange(len(seeds)), seat, a[:, seat]]
+        if turn == TURN_COUNT:
             break
-        rerolls = range(1 + (turn == LOOKED_AT))  # the last may be played under other dice
+        rerolls = range(1 + (turn == SHARED_TURNS))  # the last of these turns may be rerolled
         draws = [
-            _draws(seeds, NATURE_STREAM, turn, problem.uniform_counts.step, reroll)
+            _draw_turn_uniforms(seeds, NATURE_STREAM, turn, problem.uniform_counts.step, reroll)
             for reroll in rerolls
         ]
         outcomes = [problem.step(s, a, u) for u in draws]
         for outcome in outcomes:
-            sights += _sights(problem, outcome, a, seat)
+            arrays += _list_observations(problem, outcome, a, seat)
         s = outcomes[0].state
-        able &= ~problem.terminal(s)
-    told = [np.ascontiguousarray(sight.reshape(len(seeds), -1)) for sight in sights]
-    for row in np.flatnonzero(able):
-        sight = b"|".join(part[row].tobytes() for part in told)
-        actions = tuple(tuple(map(int, each[row])) for each in played)
-        yield Known(sight, s[row].tobytes(), Side(seeds[row], actions))
+        valid &= ~problem.terminal(s)
+    flat_arrays = [np.ascontiguousarray(observed.reshape(len(seeds), -1)) for observed in arrays]
+    for row in np.flatnonzero(valid):
+        observed = b"|".join(part[row].tobytes() for part in flat_arrays)
+        actions = tuple(tuple(map(int, joint[row])) for joint in joint_actions)
+        yield ObservedGame(observed, s[row].tobytes(), Side(seeds[row], actions))
 
 
-def _sights(problem: Problem, outcome: dmplay.Outcome, a: Array, seat: int) -> list[Array]:
-    """What a turn shows to a seat."""
-    seen = outcome.observations[:, seat] if problem.partially_observable else outcome.observations
-    open_ = [] if problem.partially_observable else [a]
-    return [seen, *open_, *([outcome.rewards[:, seat]] if problem.rewards_observable else [])]
+def _list_observations(
+    problem: Problem, outcome: dmplay.Outcome, a: Array, seat: int
+) -> list[Array]:
+    """Return the arrays that a turn shows to a seat."""
+    observations = (
+        outcome.observations[:, seat] if problem.partially_observable else outcome.observations
+    )
+    public_actions = [] if problem.partially_observable else [a]
+    return [
+        observations,
+        *public_actions,
+        *([outcome.rewards[:, seat]] if problem.rewards_observable else []),
+    ]
 
 
-def _joint(  # noqa: PLR0913, PLR0917 - who acts, when, and by which dice
+def _choose_joint_actions(  # noqa: PLR0913, PLR0917 - all of these determine the actions
     problem: Problem, s: Array, seat: int, seeds: range, turn: int, shift: int
 ) -> Array:
-    """What `random` does in the other seats, and what the seat does: in every game the same."""
+    """Choose random actions for other seats, and one action in all games for this seat."""
     legal, chosen = problem.legal_actions_mask(s), []
-    for one in range(len(problem.agents)):
-        policy = Random(problem, one)
-        able = None if legal is None else legal[:, one]
-        u = _draws(seeds, 1 + one, turn, policy.uniform_count)
-        chosen.append(policy.choose((), able, u))
-    many = problem.action_counts[seat]
-    turned = [(turn + shift + n) % many for n in range(many)]
-    chosen[seat][:] = next(a for a in turned if legal is None or legal[:, seat, a].any())
+    for index in range(len(problem.agents)):
+        policy = Random(problem, index)
+        mask = None if legal is None else legal[:, index]
+        u = _draw_turn_uniforms(seeds, 1 + index, turn, policy.uniform_count)
+        chosen.append(policy.choose((), mask, u))
+    action_count = problem.action_counts[seat]
+    candidates = [(turn + shift + n) % action_count for n in range(action_count)]
+    chosen[seat][:] = next(a for a in candidates if legal is None or legal[:, seat, a].any())
     return np.stack(chosen, axis=1)
 
 
 @cache
-def _draws(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) -> Array:
+def _draw_turn_uniforms(seeds: range, stream: int, turn: int, count: int, reroll: int = 0) -> Array:
     if not reroll:
-        return np.stack([_thrown(seed, stream, count)[turn] for seed in seeds])
-    each = [
+        return np.stack([_draw_game_uniforms(seed, stream, count)[turn] for seed in seeds])
+    batches = [
         generate_uniforms(seed, stream, turn, reroll=reroll, rows=1, count=count) for seed in seeds
     ]
-    return np.concatenate(each)
+    return np.concatenate(batches)
 
 
 @cache
-def _thrown(seed: int, stream: int, count: int) -> Array:
-    """The draws `[T, count]` of all turns, which are had together sooner than turn by turn."""
-    turns = range(TURNS + 1)
+def _draw_game_uniforms(seed: int, stream: int, count: int) -> Array:
+    """Return the uniforms `[T, count]` of all turns, which is faster than turn by turn."""
+    turns = range(TURN_COUNT + 1)
     return np.concatenate(
         [generate_uniforms(seed, stream, turn, rows=1, count=count) for turn in turns]
     )

@@ -1,4 +1,4 @@
-"""No front end and no command tells two games apart that a seat may not tell apart."""
+"""No front end and no command reveals which of two indistinguishable games is played."""
 
 from collections.abc import Callable
 from itertools import product
@@ -12,35 +12,58 @@ from dmplay.game.formats import EXPORT_FORMATS
 from dmplay.words.commands import COMMANDS
 from dmplay.words.plain import JsonReporter, SentenceReporter
 from tests.privacy.arguments import (
-    AFTER,
-    ASKING,
-    KEYS_ASKED,
-    MOVING,
-    READING,
-    moves,
-    questions,
-    words,
+    CHANGING_COMMANDS,
+    FOLLOW_UP_COMMANDS,
+    QUERY_ARGUMENTS,
+    QUERY_KEYS,
+    READING_ARGUMENTS,
+    list_actions,
+    list_queries,
+    make_placeholders,
 )
-from tests.privacy.fronts import FILE, FRONTS, IN_LINES, Told, alike, both, on_screen, to_the_end
-from tests.privacy.pairs import EVERY, GUARDED, LOOKED_AT, MOST, TURNS, Pair, Side, pair
-from tests.support.cases import same
+from tests.privacy.fronts import (
+    FRONT_ENDS,
+    PLAIN_TERMINAL,
+    TRANSCRIPT_PATH,
+    Response,
+    assert_indistinguishable,
+    make_line_front_end,
+    make_screen_front_end,
+    play_both,
+)
+from tests.privacy.pairs import (
+    FAST_BELIEF_PROBLEMS,
+    SECRET_PROBLEM_PARAMS,
+    SECRET_PROBLEMS,
+    SHARED_TURNS,
+    TURN_COUNT,
+    Pair,
+    Side,
+    find_pair,
+)
+from tests.support.cases import is_identical
 
-LAST = [(name, len(dmplay.load_problem(name).agents) - 1) for name in GUARDED]  # seats
-FEW = ("machine-replacement", "predator-prey:circle")
-every_guarded = pytest.mark.parametrize("name", EVERY)
-every_last_seat = pytest.mark.parametrize(("name", "seat"), LAST)
-SLOWLY = pytest.param("plain", marks=pytest.mark.slow)
-ENDING = [pytest.param(one, marks=() if one == "plain" else pytest.mark.slow) for one in FRONTS]
+LAST_SEATS = [(name, len(dmplay.load_problem(name).agents) - 1) for name in SECRET_PROBLEMS]
+SMALL_PROBLEMS = ("machine-replacement", "predator-prey:circle")
+every_secret_problem = pytest.mark.parametrize("name", SECRET_PROBLEM_PARAMS)
+every_last_seat = pytest.mark.parametrize(("name", "seat"), LAST_SEATS)
+SLOW_PLAIN = pytest.param("plain", marks=pytest.mark.slow)
+END_FRONT_ENDS = [
+    pytest.param(front_end, marks=() if front_end == "plain" else pytest.mark.slow)
+    for front_end in FRONT_ENDS
+]
 
 
-def test_every_command_and_format_is_asked_something() -> None:
-    assert {*ASKING, *READING, *MOVING} == {command.name for command in COMMANDS}
-    exported = " ".join(READING["export"])
+def test_every_command_and_format_is_covered() -> None:
+    assert {*QUERY_ARGUMENTS, *READING_ARGUMENTS, *CHANGING_COMMANDS} == {
+        command.name for command in COMMANDS
+    }
+    exported = " ".join(READING_ARGUMENTS["export"])
     assert all(f"{{file}} --{name}" in exported for name in EXPORT_FORMATS)
 
 
 def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
-    stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in GUARDED}
+    stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in SECRET_PROBLEMS}
     assert stems == {
         "", "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",
@@ -48,122 +71,167 @@ def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
     }  # fmt: skip
 
 
-@every_guarded
-def test_the_games_are_as_they_were_found_and_differ_in_what_the_seat_may_not_know(
-    name: str, place: Path
+@every_secret_problem
+def test_the_games_repeat_their_actions_and_differ_in_hidden_information(
+    name: str, game_folder: Path
 ) -> None:
-    twins, sessions = pair(name, 0), []
+    twins, sessions = find_pair(name, 0), []
     for number, side in enumerate(twins.sides):
         game = twins.begun(side, Path(f"{number}.dmt"))
-        for joint in side.actions[:LOOKED_AT]:
+        for joint in side.actions[:SHARED_TURNS]:
             game.choose(joint[0])
-        told = [turn.actions.tolist() for turn in game.session.turns]
-        assert told == [[*joint] for joint in side.actions[:LOOKED_AT]]
+        actions = [turn.actions.tolist() for turn in game.session.turns]
+        assert actions == [[*joint] for joint in side.actions[:SHARED_TURNS]]
         sessions.append(game.session)
     assert sessions[0].uniform_source != sessions[1].uniform_source
-    assert twins.problem.partially_observable == (not same(sessions[0].state, sessions[1].state))
+    assert twins.problem.partially_observable == (
+        not is_identical(sessions[0].state, sessions[1].state)
+    )
     last = [side.actions[-1] for side in twins.sides]
     assert last[0][0] == last[1][0]
-    assert all(one != other for one, other in zip(last[0][1:], last[1][1:], strict=True))
+    assert all(first != second for first, second in zip(last[0][1:], last[1][1:], strict=True))
 
 
-@pytest.mark.parametrize("front", [SLOWLY, "json", "shell"])
-@every_guarded
-def test_no_question_tells_games_apart(name: str, front: str, place: Path) -> None:
-    twins = pair(name, 0)
-    lines = [*moves(twins), *questions(twins, LOOKED_AT, ASKING)]
-    alike(*both(twins, place, lambda side: FRONTS[front](twins.begun(side, FILE), lines)))
+@pytest.mark.parametrize("front", [SLOW_PLAIN, "json", "shell"])
+@every_secret_problem
+def test_no_query_reveals_which_game_it_is(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *list_queries(twins, SHARED_TURNS, QUERY_ARGUMENTS)]
+    assert_indistinguishable(
+        *play_both(
+            twins,
+            game_folder,
+            lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines),
+        )
+    )
 
 
-@every_guarded
-def test_no_key_and_no_slip_tells_games_apart(name: str, place: Path) -> None:
-    twins = pair(name, 0)
-    lines = [*moves(twins), *questions(twins, LOOKED_AT), *KEYS_ASKED]
-    alike(*both(twins, place, lambda side: FRONTS["screen"](twins.begun(side, FILE), lines)))
+@every_secret_problem
+def test_no_key_and_no_typing_error_reveals_which_game_it_is(name: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *list_queries(twins, SHARED_TURNS), *QUERY_KEYS]
+    assert_indistinguishable(
+        *play_both(
+            twins,
+            game_folder,
+            lambda side: FRONT_ENDS["screen"](twins.begun(side, TRANSCRIPT_PATH), lines),
+        )
+    )
 
 
-@pytest.mark.parametrize("front", ["screen", SLOWLY, "json"])
-@every_guarded
-def test_no_ghost_tells_games_apart(name: str, front: str, place: Path) -> None:
-    twins = pair(name, 0)
-    lines = [*moves(twins), *AFTER]
+@pytest.mark.parametrize("front", ["screen", SLOW_PLAIN, "json"])
+@every_secret_problem
+def test_no_ghost_reveals_which_game_it_is(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *FOLLOW_UP_COMMANDS]
 
-    def play(side: Side) -> list[Told]:
-        return FRONTS[front](twins.begun(side, FILE, ghost="random"), lines)
+    def play(side: Side) -> list[Response]:
+        return FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH, ghost="random"), lines)
 
-    alike(*both(twins, place, play))
+    assert_indistinguishable(*play_both(twins, game_folder, play))
 
 
 @pytest.mark.slow
 @every_last_seat
-def test_no_question_and_no_small_screen_of_the_last_seat_tells_games_apart(
-    name: str, seat: int, place: Path
+def test_no_query_and_no_small_screen_reveals_the_game_to_the_last_seat(
+    name: str, seat: int, game_folder: Path
 ) -> None:
-    twins = pair(name, seat)
+    twins = find_pair(name, seat)
     early = [
-        *questions(twins, 0, ASKING, READING),
-        *moves(twins, 0, 1),
-        *questions(twins, 1, ASKING),
-        *moves(twins, 1),
+        *list_queries(twins, 0, QUERY_ARGUMENTS, READING_ARGUMENTS),
+        *list_actions(twins, 0, 1),
+        *list_queries(twins, 1, QUERY_ARGUMENTS),
+        *list_actions(twins, 1),
     ]
-    late = questions(twins, LOOKED_AT, ASKING)
-    small = [*moves(twins), *late, *KEYS_ASKED]
-    shell, screen = FRONTS["shell"], on_screen((40, 12))
-    alike(*both(twins, place, lambda side: shell(twins.begun(side, FILE), early + late)))
-    alike(*both(twins, place, lambda side: screen(twins.begun(side, FILE), small)))
+    late = list_queries(twins, SHARED_TURNS, QUERY_ARGUMENTS)
+    small = [*list_actions(twins), *late, *QUERY_KEYS]
+    shell, screen = FRONT_ENDS["shell"], make_screen_front_end((40, 12))
+    assert_indistinguishable(
+        *play_both(
+            twins, game_folder, lambda side: shell(twins.begun(side, TRANSCRIPT_PATH), early + late)
+        )
+    )
+    assert_indistinguishable(
+        *play_both(
+            twins, game_folder, lambda side: screen(twins.begun(side, TRANSCRIPT_PATH), small)
+        )
+    )
 
 
-def moved(twins: Pair, front: str, line: str, turn: int) -> Callable[[Side], list[Told]]:
-    """What comes of a game that a line moves elsewhere, and of a turn there."""
-    lines = [*moves(twins), "save copy.dmt", line.format(**words(twins, turn)), *AFTER]
-    lines += [*moves(twins, turn, turn + 1), *AFTER] if turn < LOOKED_AT else []
-    return lambda side: FRONTS[front](twins.begun(side, FILE), lines)
+def make_changed_game(
+    twins: Pair, front: str, line: str, turn: int
+) -> Callable[[Side], list[Response]]:
+    """Return a function that plays, types a line that changes the game, and plays on."""
+    lines = [
+        *list_actions(twins),
+        "save copy.dmt",
+        line.format(**make_placeholders(twins, turn)),
+        *FOLLOW_UP_COMMANDS,
+    ]
+    lines += (
+        [*list_actions(twins, turn, turn + 1), *FOLLOW_UP_COMMANDS] if turn < SHARED_TURNS else []
+    )
+    return lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines)
 
 
-@pytest.mark.parametrize("command", MOVING)
-def test_no_command_that_moves_a_game_tells_it_apart(command: str, place: Path) -> None:
-    for line, turn in MOVING[command].items():
-        twins = pair("multicaregiver-crying-baby", 0)
-        alike(*both(twins, place, moved(twins, "shell", line, turn)))
+@pytest.mark.parametrize("command", CHANGING_COMMANDS)
+def test_no_command_that_changes_the_game_reveals_which_it_is(
+    command: str, game_folder: Path
+) -> None:
+    for line, turn in CHANGING_COMMANDS[command].items():
+        twins = find_pair("multicaregiver-crying-baby", 0)
+        assert_indistinguishable(
+            *play_both(twins, game_folder, make_changed_game(twins, "shell", line, turn))
+        )
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("front", ["screen", "plain", "json"])
-@pytest.mark.parametrize("command", MOVING)
-def test_no_command_that_moves_a_game_tells_it_apart_at_any_front_end(
-    command: str, front: str, place: Path
+@pytest.mark.parametrize("command", CHANGING_COMMANDS)
+def test_no_command_that_changes_the_game_reveals_it_in_any_front_end(
+    command: str, front: str, game_folder: Path
 ) -> None:
-    for name, (line, turn) in product(FEW, MOVING[command].items()):
-        twins = pair(name, 0)
-        alike(*both(twins, place, moved(twins, front, line, turn)))
+    for name, (line, turn) in product(SMALL_PROBLEMS, CHANGING_COMMANDS[command].items()):
+        twins = find_pair(name, 0)
+        assert_indistinguishable(
+            *play_both(twins, game_folder, make_changed_game(twins, front, line, turn))
+        )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MOST)
-def test_no_command_that_moves_it_tells_any_game_apart(name: str, place: Path) -> None:
-    twins = pair(name, 0)
-    for places in MOVING.values():
-        for line, turn in places.items():
-            alike(*both(twins, place, moved(twins, "shell", line, turn)))
+@pytest.mark.parametrize("name", FAST_BELIEF_PROBLEMS)
+def test_no_command_that_changes_the_game_reveals_it_in_any_problem(
+    name: str, game_folder: Path
+) -> None:
+    twins = find_pair(name, 0)
+    for turns_by_line in CHANGING_COMMANDS.values():
+        for line, turn in turns_by_line.items():
+            assert_indistinguishable(
+                *play_both(twins, game_folder, make_changed_game(twins, "shell", line, turn))
+            )
 
 
-@pytest.mark.parametrize("front", ENDING)
-@every_guarded
-def test_the_end_tells_what_was_hidden(name: str, front: str, place: Path) -> None:
-    twins = pair(name, 0)
-    fronts = FRONTS | {
-        "plain": to_the_end(SentenceReporter(IN_LINES)),
-        "json": to_the_end(JsonReporter()),
+@pytest.mark.parametrize("front", END_FRONT_ENDS)
+@every_secret_problem
+def test_the_end_reveals_what_was_hidden(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    front_ends = FRONT_ENDS | {
+        "plain": make_line_front_end(SentenceReporter(PLAIN_TERMINAL)),
+        "json": make_line_front_end(JsonReporter()),
     }
-    end = moves(twins, 0, TURNS)
-    one, other = (
-        [each.came.replace(str(side.seed), "") for each in told]
-        for side, told in zip(
+    end = list_actions(twins, 0, TURN_COUNT)
+    first, second = (
+        [response.came.replace(str(side.seed), "") for response in responses]
+        for side, responses in zip(
             twins.sides,
-            both(twins, place, lambda side: fronts[front](twins.begun(side, FILE), end)),
+            play_both(
+                twins,
+                game_folder,
+                lambda side: front_ends[front](twins.begun(side, TRANSCRIPT_PATH), end),
+            ),
             strict=True,
         )
     )
-    assert one[:LOOKED_AT] == other[:LOOKED_AT]
+    assert first[:SHARED_TURNS] == second[:SHARED_TURNS]
     if twins.problem.partially_observable:
-        assert one != other
+        assert first != second

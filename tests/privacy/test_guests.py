@@ -1,4 +1,4 @@
-"""A player of Kuhn's poker cannot tell games apart in which the other holds another card."""
+"""A player of Kuhn poker cannot tell apart games in which the opponent holds another card."""
 
 from pathlib import Path
 
@@ -9,47 +9,67 @@ import dmplay
 from dmplay.chance import Array
 from dmplay.guests.history import ExternalProblem
 from dmplay.session import Session
-from tests.privacy.arguments import AFTER, ASKING, questions
-from tests.privacy.fronts import FILE, FRONTS, alike, both
+from tests.privacy.arguments import FOLLOW_UP_COMMANDS, QUERY_ARGUMENTS, list_queries
+from tests.privacy.fronts import FRONT_ENDS, TRANSCRIPT_PATH, assert_indistinguishable, play_both
 from tests.privacy.pairs import Pair, Side
 
-KUHN = "openspiel:kuhn_poker"
+KUHN_POKER = "openspiel:kuhn_poker"
 PASS, BET, WAIT = range(3)
 SEEDS = range(100)
-SLOWLY = {one: pytest.param(one, marks=pytest.mark.slow) for one in FRONTS if one != "screen"}
+SLOW_FRONT_ENDS = {
+    front_end: pytest.param(front_end, marks=pytest.mark.slow)
+    for front_end in FRONT_ENDS
+    if front_end != "screen"
+}
 
 
-def twins() -> Pair:
-    """Two deals in which the person has the same card and passes; the other bets on another."""
-    problem = dmplay.load_problem(KUHN)
+def find_twin_deals() -> Pair:
+    """Find two deals: the person passes with one card, the opponent bets with different ones."""
+    problem = dmplay.load_problem(KUHN_POKER)
     other = dmplay.load_agent(problem, 1, "random")
-    found: dict[str, int] = {}
+    seed_by_deal: dict[str, int] = {}
     for seed in SEEDS:
         game = Session(problem, dmplay.SeededUniforms(seed), [None, other])
         game.advance([PASS, None])
         game.advance([WAIT, None])
-        deal, _, played = problem.format_transcript_state(game.state).rpartition(" ")
-        if played == "pb" and deal[0] == "1":
-            found.setdefault(deal, seed)
-    one, two = found["1 0"], found["1 2"]
+        deal, _, history = problem.format_transcript_state(game.state).rpartition(" ")
+        if history == "pb" and deal[0] == "1":
+            seed_by_deal.setdefault(deal, seed)
+    first_seed, second_seed = seed_by_deal["1 0"], seed_by_deal["1 2"]
     actions = ((PASS, WAIT), (WAIT, BET), (BET, WAIT))
-    return Pair(KUHN, problem, 0, Side(one, actions), Side(two, actions))
+    return Pair(KUHN_POKER, problem, 0, Side(first_seed, actions), Side(second_seed, actions))
 
 
-@pytest.mark.parametrize("front", ["screen", *SLOWLY.values()])
-def test_nothing_that_is_asked_tells_the_other_card(front: str, place: Path) -> None:
-    pair = twins()
-    lines = ["pass", *questions(pair, 2, ASKING), *AFTER] if front != "screen" else ["1", *AFTER]
-    alike(*both(pair, place, lambda side: FRONTS[front](pair.begun(side, FILE), lines)))
+@pytest.mark.parametrize("front", ["screen", *SLOW_FRONT_ENDS.values()])
+def test_no_query_reveals_the_opponents_card(front: str, game_folder: Path) -> None:
+    pair = find_twin_deals()
+    lines = (
+        ["pass", *list_queries(pair, 2, QUERY_ARGUMENTS), *FOLLOW_UP_COMMANDS]
+        if front != "screen"
+        else ["1", *FOLLOW_UP_COMMANDS]
+    )
+    assert_indistinguishable(
+        *play_both(
+            pair,
+            game_folder,
+            lambda side: FRONT_ENDS[front](pair.begun(side, TRANSCRIPT_PATH), lines),
+        )
+    )
 
 
-def test_a_game_that_tells_the_other_card_is_found(
-    place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_game_that_reveals_the_opponents_card_is_detected(
+    game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def first(self: ExternalProblem, s: Array) -> Array:
-        return np.array([[self.format_transcript_state(one)] * 2 for one in s])
+        return np.array([[self.format_transcript_state(state)] * 2 for state in s])
 
-    pair = twins()
+    pair = find_twin_deals()
     monkeypatch.setattr(ExternalProblem, "initial_observations", first)
     with pytest.raises(AssertionError, match="can be told apart"):
-        alike(*both(pair, place, lambda side: FRONTS["plain"](pair.begun(side, FILE), ["pass"])))
+        assert_indistinguishable(
+            *play_both(
+                pair,
+                game_folder,
+                lambda side: FRONT_ENDS["plain"](pair.begun(side, TRANSCRIPT_PATH), ["pass"]),
+            )
+        )

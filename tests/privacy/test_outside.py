@@ -1,4 +1,4 @@
-"""Another terminal, another user and the shell's completion learn no secret of a game in play."""
+"""Other terminals, other users and shell completion learn no secret of a running game."""
 
 from itertools import chain
 from pathlib import Path
@@ -10,73 +10,94 @@ from dmplay.game.formats import EXPORT_FORMATS
 from dmplay.game.table import GameController
 from dmplay.words.commands import COMMANDS, run_line
 from dmplay.words.completion.candidates import complete_line
-from tests.privacy.arguments import OUTSIDE
-from tests.privacy.elsewhere import PROGRAM, completed, left, outside
-from tests.privacy.fronts import FILE, Told, alike, both, readable
-from tests.privacy.pairs import EVERY, LOOKED_AT, MOST, Side, pair
+from tests.privacy.arguments import PROGRAM_ARGUMENTS
+from tests.privacy.elsewhere import (
+    PROGRAM_COMMANDS,
+    assert_no_leak_outside,
+    list_completions,
+    start_unfinished_game,
+)
+from tests.privacy.fronts import (
+    TRANSCRIPT_PATH,
+    Response,
+    assert_indistinguishable,
+    iter_readable_files,
+    play_both,
+)
+from tests.privacy.pairs import (
+    FAST_BELIEF_PROBLEMS,
+    SECRET_PROBLEM_PARAMS,
+    SHARED_TURNS,
+    Side,
+    find_pair,
+)
 
-every_guarded = pytest.mark.parametrize("name", EVERY)
+every_secret_problem = pytest.mark.parametrize("name", SECRET_PROBLEM_PARAMS)
 
 
-def test_every_command_of_the_program_and_every_format_is_tried() -> None:
-    assert {*OUTSIDE} == {*PROGRAM}
-    assert all(f"{{file}} --{name}" in OUTSIDE["export"] for name in EXPORT_FORMATS)
+def test_every_program_command_and_format_is_covered() -> None:
+    assert {*PROGRAM_ARGUMENTS} == {*PROGRAM_COMMANDS}
+    assert all(f"{{file}} --{name}" in PROGRAM_ARGUMENTS["export"] for name in EXPORT_FORMATS)
 
 
-@pytest.mark.parametrize("command", OUTSIDE)
-def test_no_command_elsewhere_tells_a_game_in_play_apart(
-    command: str, place: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("command", PROGRAM_ARGUMENTS)
+def test_no_command_in_another_terminal_reveals_a_running_game(
+    command: str, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    outside(pair("multicaregiver-crying-baby", 0), monkeypatch, command, killed=False)
+    assert_no_leak_outside(
+        find_pair("multicaregiver-crying-baby", 0), monkeypatch, command, killed=False
+    )
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MOST)
-def test_no_command_elsewhere_tells_a_killed_game_apart(
-    name: str, place: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("name", FAST_BELIEF_PROBLEMS)
+def test_no_command_in_another_terminal_reveals_a_killed_game(
+    name: str, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for command in ("play", "resume", "replay", "shell", "verify", "export", "review", "branch"):
-        outside(pair(name, 0), monkeypatch, command, killed=True)
+        assert_no_leak_outside(find_pair(name, 0), monkeypatch, command, killed=True)
 
 
-@pytest.mark.parametrize("record", [FILE, None])
-@every_guarded
-def test_other_users_read_nothing_of_what_is_not_revealed(
-    name: str, record: Path | None, place: Path
+@pytest.mark.parametrize("record", [TRANSCRIPT_PATH, None])
+@every_secret_problem
+def test_other_users_can_read_nothing_that_is_not_revealed(
+    name: str, record: Path | None, game_folder: Path
 ) -> None:
-    """Where all is seen the dice are the same here, and only the choice is another."""
-    twins = pair(name, len(pair(name, 0).problem.agents) - 1)
+    """If everything is visible, the seeds are equal and only the choice differs."""
+    twins = find_pair(name, len(find_pair(name, 0).problem.agents) - 1)
     if not twins.problem.partially_observable:
-        same_dice = twins.other._replace(seed=twins.one.seed)
-        twins = twins._replace(other=same_dice)
+        same_seed = twins.other._replace(seed=twins.one.seed)
+        twins = twins._replace(other=same_seed)
 
-    def play(side: Side) -> list[Told]:
+    def play(side: Side) -> list[Response]:
         game = twins.begun(side, record, alone=False)
-        for action in chain(*side.actions[:LOOKED_AT], side.actions[-1][:-1]):
+        for action in chain(*side.actions[:SHARED_TURNS], side.actions[-1][:-1]):
             game.choose(action)
         for line in ("save copy.dmt", "transcript", "hint", "look"):
             run_line(GameController(game, interpret_command), line)
-        return [*readable(place)]
+        return [*iter_readable_files(game_folder)]
 
-    one, other = both(twins, place, play)
-    alike(one, other)
-    assert one
+    first, second = play_both(twins, game_folder, play)
+    assert_indistinguishable(first, second)
+    assert first
 
 
-@every_guarded
-def test_no_completion_at_the_prompt_tells_games_apart(name: str, place: Path) -> None:
-    def play(side: Side) -> list[Told]:
-        table = left(pair(name, 0), side, None)
-        lines = ["", "play hexworld --seed ", *(f"{each.name} " for each in COMMANDS)]
-        return [Told(line, " ".join(complete_line(table, line))) for line in lines]
+@every_secret_problem
+def test_no_completion_at_the_prompt_reveals_which_game_it_is(name: str, game_folder: Path) -> None:
+    def play(side: Side) -> list[Response]:
+        table = start_unfinished_game(find_pair(name, 0), side, None)
+        lines = ["", "play hexworld --seed ", *(f"{command.name} " for command in COMMANDS)]
+        return [Response(line, " ".join(complete_line(table, line))) for line in lines]
 
-    alike(*both(pair(name, 0), place, play))
+    assert_indistinguishable(*play_both(find_pair(name, 0), game_folder, play))
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", MOST)
-def test_no_completion_of_a_shell_tells_games_apart(
-    name: str, place: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("name", FAST_BELIEF_PROBLEMS)
+def test_no_shell_completion_reveals_which_game_it_is(
+    name: str, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    twins = pair(name, 0)
-    alike(*both(twins, place, lambda side: completed(twins, side, monkeypatch)))
+    twins = find_pair(name, 0)
+    assert_indistinguishable(
+        *play_both(twins, game_folder, lambda side: list_completions(twins, side, monkeypatch))
+    )

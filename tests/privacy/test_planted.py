@@ -1,4 +1,4 @@
-"""What tells games apart is found: leaks are planted, one in each place that is looked at."""
+"""Leaks are detected: each test plants one in a place that the other tests check."""
 
 from pathlib import Path
 
@@ -12,110 +12,138 @@ from dmplay.painting.painter import Painter
 from dmplay.views import generic
 from dmplay.words import commands
 from dmplay.words.commands import Command
-from tests.privacy.arguments import moves
-from tests.privacy.elsewhere import asked, completed, left, outside
-from tests.privacy.fronts import FILE, FRONTS, Told, alike, both, readable
-from tests.privacy.handing_over import sat
-from tests.privacy.pairs import BROUGHT, Pair, Side, pair
+from tests.privacy.arguments import list_actions
+from tests.privacy.elsewhere import (
+    assert_no_leak_outside,
+    iter_lines,
+    list_completions,
+    start_unfinished_game,
+)
+from tests.privacy.fronts import (
+    FRONT_ENDS,
+    TRANSCRIPT_PATH,
+    Response,
+    assert_indistinguishable,
+    iter_readable_files,
+    play_both,
+)
+from tests.privacy.handing_over import play_handover
+from tests.privacy.pairs import USER_PROBLEM, Pair, Side, find_pair
 from tests.support.brought import Vault
 
-FOUND = "can be told apart"
-every_front = pytest.mark.parametrize("front", FRONTS)
+LEAK_MESSAGE = "can be told apart"
+every_front_end = pytest.mark.parametrize("front", FRONT_ENDS)
 
 
 @pytest.fixture
 def twins() -> Pair:
-    """Two games of a user's own problem."""
-    return pair(BROUGHT, 0)
+    """Two games of a user-defined problem."""
+    return find_pair(USER_PROBLEM, 0)
 
 
-@every_front
-def test_a_command_that_tells_the_state_is_found(
-    front: str, twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
+@every_front_end
+def test_a_command_that_reveals_the_state_is_detected(
+    front: str, twins: Pair, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tell = Command("tell", "", "", lambda table, _: str(table.game.session.state))
-    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", tell)
-    lines = [*moves(twins), "tell"]
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, lambda side: FRONTS[front](twins.begun(side, FILE), lines)))
+    command = Command("tell", "", "", lambda table, _: str(table.game.session.state))
+    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", command)
+    lines = [*list_actions(twins), "tell"]
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(
+            *play_both(
+                twins,
+                game_folder,
+                lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines),
+            )
+        )
 
 
-@every_front
-def test_a_view_that_tells_the_state_is_found(
-    front: str, twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
+@every_front_end
+def test_a_view_that_reveals_the_state_is_detected(
+    front: str, twins: Pair, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """It overhears the state, which no view is given, from the problem."""
-    overheard: list[str] = []
+    """The view gets the state, which no view receives, from the problem."""
+    leaked_states: list[str] = []
 
     def terminal(self: Vault, s: Array) -> Bools:
-        overheard.append(str(s))
+        leaked_states.append(str(s))
         return np.zeros(len(s), bool)
 
     monkeypatch.setattr(Vault, "terminal", terminal)
-    monkeypatch.setattr(generic, "describe_turn", lambda view: overheard[-1])
-    monkeypatch.setattr(Narrator, "visible_turn_facts", lambda self, view: {"seen": overheard[-1]})
-    lines = moves(twins)
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, lambda side: FRONTS[front](twins.begun(side, FILE), lines)))
+    monkeypatch.setattr(generic, "describe_turn", lambda view: leaked_states[-1])
+    monkeypatch.setattr(
+        Narrator, "visible_turn_facts", lambda self, view: {"seen": leaked_states[-1]}
+    )
+    lines = list_actions(twins)
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(
+            *play_both(
+                twins,
+                game_folder,
+                lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines),
+            )
+        )
 
 
-def test_a_title_that_tells_the_dice_is_found(
-    twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_title_that_reveals_the_seed_is_detected(
+    twins: Pair, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def titled(self: Painter) -> None:
-        self.stream.write(f"\x1b]0;{playing[-1].seed}\x07")
+        self.stream.write(f"\x1b]0;{games[-1].seed}\x07")
 
-    playing: list[Game] = []
+    games: list[Game] = []
     monkeypatch.setattr(Painter, "invalidate", titled)
 
-    def play(side: Side) -> list[Told]:
-        playing.append(twins.begun(side, FILE))
-        return FRONTS["screen"](playing[-1], [])
+    def play(side: Side) -> list[Response]:
+        games.append(twins.begun(side, TRANSCRIPT_PATH))
+        return FRONT_ENDS["screen"](games[-1], [])
 
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, play))
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(*play_both(twins, game_folder, play))
 
 
 @pytest.mark.parametrize("name", ["rock-paper-scissors", "multicaregiver-crying-baby"])
-def test_a_command_that_tells_the_other_choice_is_found(
-    name: str, place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_command_that_reveals_the_other_choice_is_detected(
+    name: str, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    tell = Command("tell", "", "", lambda table, _: str(table.game._pending_choices))
-    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", tell)
-    twins = pair(name, 1)
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, lambda side: sat(twins, side, ["tell"])))
+    command = Command("tell", "", "", lambda table, _: str(table.game._pending_choices))
+    monkeypatch.setitem(commands.COMMANDS_BY_NAME, "tell", command)
+    twins = find_pair(name, 1)
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(
+            *play_both(twins, game_folder, lambda side: play_handover(twins, side, ["tell"]))
+        )
 
 
-def test_a_file_that_others_can_read_is_found(twins: Pair, place: Path) -> None:
-    def play(side: Side) -> list[Told]:
-        left(twins, side)
-        FILE.chmod(0o644)
-        return [*readable(place)]
+def test_a_file_that_other_users_can_read_is_detected(twins: Pair, game_folder: Path) -> None:
+    def play(side: Side) -> list[Response]:
+        start_unfinished_game(twins, side)
+        TRANSCRIPT_PATH.chmod(0o644)
+        return [*iter_readable_files(game_folder)]
 
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, play))
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(*play_both(twins, game_folder, play))
 
 
-def test_a_look_from_another_terminal_is_found(
-    twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_replay_in_another_terminal_is_detected(
+    twins: Pair, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    assert "replay game.dmt --json --trust" in asked(twins, "replay")
+    assert "replay game.dmt --json --trust" in iter_lines(twins, "replay")
     monkeypatch.setattr(
         "dmplay.game.playback.disclose_transcript", lambda transcript, *_, **__: transcript
     )
-    with pytest.raises(AssertionError, match=FOUND):
-        outside(twins, monkeypatch, "replay", killed=True)
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_no_leak_outside(twins, monkeypatch, "replay", killed=True)
 
 
-def test_a_completed_seed_is_found(
-    twins: Pair, place: Path, monkeypatch: pytest.MonkeyPatch
+def test_a_completed_seed_is_detected(
+    twins: Pair, game_folder: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of a game whose file says that it is over."""
+    """The seed is that of a game whose file says that it is over."""
 
-    def play(side: Side) -> list[Told]:
-        left(twins, side, None).end_game()
-        return completed(twins, side, monkeypatch)
+    def play(side: Side) -> list[Response]:
+        start_unfinished_game(twins, side, None).end_game()
+        return list_completions(twins, side, monkeypatch)
 
-    with pytest.raises(AssertionError, match=FOUND):
-        alike(*both(twins, place, play))
+    with pytest.raises(AssertionError, match=LEAK_MESSAGE):
+        assert_indistinguishable(*play_both(twins, game_folder, play))

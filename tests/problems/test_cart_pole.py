@@ -8,21 +8,21 @@ from dmplay.problems._trigonometry import compute_sine_and_cosine
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import Session
 from dmplay.solvers import riccati
-from tests.truth_kinds.course import course
+from tests.truth_kinds.course import iterate_game
 
 LEFT, RIGHT = 0, 1
 PROBLEM = dmplay.load_problem("cart-pole")
-GYM = dmplay.load_problem("cart-pole:gym")
+GYM_PROBLEM = dmplay.load_problem("cart-pole:gym")
 
 
-def stepped(state: list[float], push: int) -> tuple[list[float], float]:
-    after = PROBLEM.step(np.array([state]), np.array([[push]]), np.zeros((1, 0)))
-    return after.state[0].tolist(), float(after.rewards[0, 0])
+def step_state(state: list[float], push: int) -> tuple[list[float], float]:
+    outcome = PROBLEM.step(np.array([state]), np.array([[push]]), np.zeros((1, 0)))
+    return outcome.state[0].tolist(), float(outcome.rewards[0, 0])
 
 
 def test_a_push_from_rest_moves_the_cart_one_way_and_the_pole_the_other() -> None:
-    (x, v, theta, omega), reward = stepped([0, 0, 0, 0], RIGHT)
-    assert (x, theta) == (0, 0)  # old speeds
+    (x, v, theta, omega), reward = step_state([0, 0, 0, 0], RIGHT)
+    assert (x, theta) == (0, 0)  # positions change by the old speeds
     assert v == pytest.approx(0.02 * 400 / 41)
     assert omega == pytest.approx(-0.02 * 600 / 41)
     assert reward == 1
@@ -36,41 +36,46 @@ def test_being_at_a_limit_is_not_past_it() -> None:
 
 
 def test_the_step_that_fails_still_pays() -> None:
-    after, reward = stepped([2.39, 1.0, 0, 0], RIGHT)
-    assert after[0] > 2.4
+    next_state, reward = step_state([2.39, 1.0, 0, 0], RIGHT)
+    assert next_state[0] > 2.4
     assert reward == 1
 
 
-def test_a_fallen_pole_lies_and_pays_nothing() -> None:
+def test_a_fallen_pole_stays_down_and_pays_nothing() -> None:
     for state in ([2.5, 1.0, 0.1, 1.0], [0.0, 1.0, -0.3, -2.0]):
-        assert stepped(state, LEFT) == (state, 0.0)
+        assert step_state(state, LEFT) == (state, 0.0)
 
 
-def test_a_batch_keeps_its_fallen_rows_beside_its_standing_ones() -> None:
+def test_fallen_rows_of_a_batch_stay_unchanged_while_others_move() -> None:
     s = np.array([[0.0, 0, 0, 0], [3.0, 1, 0, 0], [0, 0, 0.05, 0]])
-    after = PROBLEM.step(s, np.array([[0], [1], [1]]), np.zeros((3, 0)))
-    assert after.rewards[:, 0].tolist() == [1, 0, 1]
-    assert after.state[1].tolist() == [3, 1, 0, 0]
-    assert after.state[2].tolist() == stepped([0, 0, 0.05, 0], RIGHT)[0]
+    outcome = PROBLEM.step(s, np.array([[0], [1], [1]]), np.zeros((3, 0)))
+    assert outcome.rewards[:, 0].tolist() == [1, 0, 1]
+    assert outcome.state[1].tolist() == [3, 1, 0, 0]
+    assert outcome.state[2].tolist() == step_state([0, 0, 0.05, 0], RIGHT)[0]
 
 
-def test_the_mass_of_the_pole_is_in_tau_only_where_gymnasium_has_it() -> None:
+def test_the_mass_of_the_pole_is_in_tau_only_as_in_gymnasium() -> None:
     s, a = np.array([[0.0, 0.0, 0.1, 2.0]]), np.array([[RIGHT]])
-    text, gym = (game.step(s, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM))
-    assert abs(text[1] - gym[1]) == pytest.approx(0.0035, abs=5e-5)
-    assert abs(text[3] - gym[3]) == pytest.approx(0.0052, abs=5e-5)
-    still = np.array([[0.0, 0.0, 0.1, 0.0]])  # the term is of omega squared
-    text, gym = (game.step(still, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM))
-    assert (text == gym).all()
+    book_state, gym_state = (
+        game.step(s, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM_PROBLEM)
+    )
+    assert abs(book_state[1] - gym_state[1]) == pytest.approx(0.0035, abs=5e-5)
+    assert abs(book_state[3] - gym_state[3]) == pytest.approx(0.0052, abs=5e-5)
+    still = np.array([[0.0, 0.0, 0.1, 0.0]])  # the term is proportional to omega squared
+    book_state, gym_state = (
+        game.step(still, a, np.zeros((1, 0))).state[0] for game in (PROBLEM, GYM_PROBLEM)
+    )
+    assert (book_state == gym_state).all()
 
 
-@pytest.mark.parametrize("game", [PROBLEM, GYM])
-def test_balance_stands_500_turns_from_every_usual_start(game: dmplay.Problem) -> None:
+@pytest.mark.parametrize("game", [PROBLEM, GYM_PROBLEM])
+def test_balance_keeps_the_pole_up_for_500_turns_from_every_start(game: dmplay.Problem) -> None:
     balance = dmplay.load_agent(game, 0, "balance")
-    played = dmplay.rollout(game, [balance], episodes=200)
-    assert (played.turn_counts == 500).all()
-    assert not played.terminated.any()
-    s = np.array(np.meshgrid(*[[-0.05, 0.05]] * 4)).reshape(4, 16).T  # the corners
+    result = dmplay.rollout(game, [balance], episodes=200)
+    assert (result.turn_counts == 500).all()
+    assert not result.terminated.any()
+    # the corners of the initial box
+    s = np.array(np.meshgrid(*[[-0.05, 0.05]] * 4)).reshape(4, 16).T
     for _ in range(500):
         a = balance.choose(balance.initial_memory(s), None, np.zeros((16, 0)))
         s = game.step(s, a[:, None], np.zeros((16, 0))).state
@@ -78,21 +83,21 @@ def test_balance_stands_500_turns_from_every_usual_start(game: dmplay.Problem) -
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("game", [PROBLEM, GYM])
+@pytest.mark.parametrize("game", [PROBLEM, GYM_PROBLEM])
 @pytest.mark.parametrize("agent", ["balance", "regulate"])
-def test_the_pole_stands_10_000_turns_from_every_usual_start(
-    game: dmplay.Problem, agent: str
-) -> None:
-    played = dmplay.rollout(
+def test_agents_keep_the_pole_up_for_10_000_turns(game: dmplay.Problem, agent: str) -> None:
+    result = dmplay.rollout(
         game, [dmplay.load_agent(game, 0, agent)], episodes=200, turn_limit=10_000, seed=3
     )
-    assert (played.turn_counts == 10_000).all()
-    assert not played.terminated.any()
+    assert (result.turn_counts == 10_000).all()
+    assert not result.terminated.any()
 
 
-@pytest.mark.parametrize("changed", [{"length": 0.15}, {"length": 4, "mass_pole": 0.5}])
-def test_the_regulator_fits_its_pole_where_fixed_weights_do_not(changed: dict[str, float]) -> None:
-    game = dmplay.load_problem("cart-pole", **changed)
+@pytest.mark.parametrize("settings", [{"length": 0.15}, {"length": 4, "mass_pole": 0.5}])
+def test_the_regulator_adapts_to_poles_for_which_fixed_weights_fail(
+    settings: dict[str, float],
+) -> None:
+    game = dmplay.load_problem("cart-pole", **settings)
     fixed, fitted = (
         dmplay.rollout(game, [dmplay.load_agent(game, 0, name)], episodes=40, turn_limit=500)
         for name in ("balance", "regulate")
@@ -105,7 +110,7 @@ def test_the_regulator_solves_the_riccati_equation() -> None:
     system = riccati.linearize_dynamics(PROBLEM, LEFT, RIGHT, 4)
     a, b = system
     half, total = 0.5, 1.1
-    angular = 9.8 / (half * (4 / 3 - 0.1 / total))  # of theta, with no push (F.1)
+    angular = 9.8 / (half * (4 / 3 - 0.1 / total))  # of theta, without a push (F.1)
     assert a[3] == pytest.approx([0, 0, 0.02 * angular, 1], rel=1e-6)
     assert b[1, 0] > 0
     assert b[3, 0] < 0
@@ -116,42 +121,42 @@ def test_the_regulator_solves_the_riccati_equation() -> None:
     assert (b.T @ cost @ a / (1.0 + b.T @ cost @ b))[0] == pytest.approx(k, rel=1e-6)
 
 
-def test_a_regulator_of_the_shortest_turns_weighs_as_one_without_turns_would() -> None:
-    told = [LinearQuadraticPolicy(CartPole(dt=dt), 0).regulator for dt in (1e-4, 1e-5, 1e-6)]
-    assert all(found.riccati_residual < 1e-12 for found in told)
-    gains = np.array([found.gain for found in told])
+def test_regulator_gains_converge_as_the_time_step_goes_to_zero() -> None:
+    regulators = [LinearQuadraticPolicy(CartPole(dt=dt), 0).regulator for dt in (1e-4, 1e-5, 1e-6)]
+    assert all(regulator.riccati_residual < 1e-12 for regulator in regulators)
+    gains = np.array([regulator.gain for regulator in regulators])
     assert np.diff(gains[:, 3])[1] == pytest.approx(np.diff(gains[:, 3])[0] / 10, rel=0.01)
 
 
-def test_a_cost_that_grows_by_the_same_each_turn_is_given_up_without_weights() -> None:
+def test_a_cost_that_grows_without_bound_yields_zero_gains() -> None:
     drifting = riccati.LinearDynamics(np.eye(4), np.zeros((4, 1)))
-    found = riccati.solve_riccati(drifting, np.eye(4), 1.0)
-    assert found.sweep_count == 2**50  # as HOPELESS is 1e15
-    assert found.gain.tolist() == [0, 0, 0, 0]
-    assert found.spectral_radius == 1
+    result = riccati.solve_riccati(drifting, np.eye(4), 1.0)
+    assert result.sweep_count == 2**50  # because MAX_COST is 1e15
+    assert result.gain.tolist() == [0, 0, 0, 0]
+    assert result.spectral_radius == 1
 
 
 @pytest.mark.parametrize("push", [1e-6, 1e6])
-def test_a_strong_cart_is_held_whatever_a_push_costs(push: float) -> None:
-    found = LinearQuadraticPolicy(CartPole(force=1e6), 0, push=push).regulator
-    assert found.riccati_residual < 1e-10
-    assert found.spectral_radius == pytest.approx(0.98665, abs=1e-5)
+def test_a_strong_cart_is_stabilised_for_every_push_cost(push: float) -> None:
+    regulator = LinearQuadraticPolicy(CartPole(force=1e6), 0, push=push).regulator
+    assert regulator.riccati_residual < 1e-10
+    assert regulator.spectral_radius == pytest.approx(0.98665, abs=1e-5)
 
 
-def test_a_pole_at_the_bounds_of_its_parameters_moves_by_numbers() -> None:
-    least = {"mass_cart": 1e-6, "length": 1e-6, "dt": 1e-6}
-    most = {"gravity": 1e6, "force": 1e6, "mass_pole": 1e6, "dt": 1e6}
+def test_extreme_parameters_give_finite_states_and_gains() -> None:
+    lowest = {"mass_cart": 1e-6, "length": 1e-6, "dt": 1e-6}
+    highest = {"gravity": 1e6, "force": 1e6, "mass_pole": 1e6, "dt": 1e6}
     for pole in (
-        dmplay.load_problem("cart-pole", **least),
-        dmplay.load_problem("cart-pole", **least | most),
+        dmplay.load_problem("cart-pole", **lowest),
+        dmplay.load_problem("cart-pole", **lowest | highest),
     ):
         assert isinstance(pole, CartPole)
         assert np.isfinite(LinearQuadraticPolicy(pole, 0).regulator.gain).all()
-        pushed = pole.step(np.full((1, 4), 0.05), np.array([[RIGHT]]), np.zeros((1, 0)))
-        assert np.isfinite(pushed.state).all()
+        outcome = pole.step(np.full((1, 4), 0.05), np.array([[RIGHT]]), np.zeros((1, 0)))
+        assert np.isfinite(outcome.state).all()
 
 
-def test_a_push_that_moves_nothing_leaves_the_regulator_without_weights() -> None:
+def test_a_push_without_force_leaves_the_regulator_without_gains() -> None:
     still = dmplay.load_problem("cart-pole", force=0)
     regulate = dmplay.load_agent(still, 0, "regulate")
     chosen = regulate.choose(
@@ -162,19 +167,19 @@ def test_a_push_that_moves_nothing_leaves_the_regulator_without_weights() -> Non
         dmplay.load_agent(PROBLEM, 0, "regulate:push=0")
 
 
-def test_alternate_takes_turns() -> None:
+def test_alternate_pushes_right_and_left_by_turns() -> None:
     game = Session(
         PROBLEM, dmplay.SeededUniforms(1), [dmplay.load_agent(PROBLEM, 0, "alternate:first=right")]
     )
     assert [int(game.advance().actions[0]) for _ in range(4)] == [RIGHT, LEFT, RIGHT, LEFT]
 
 
-def test_alternate_refuses_a_first_push_that_is_none() -> None:
+def test_alternate_rejects_an_invalid_first_push() -> None:
     with pytest.raises(BadParameter, match="first: got 'up', expected one of left, right"):
         dmplay.load_agent(PROBLEM, 0, "alternate:first=up")
 
 
-def test_a_state_is_read_back_to_the_last_bit() -> None:
+def test_a_formatted_state_is_parsed_back_bit_for_bit() -> None:
     s = PROBLEM.sample_initial_states(np.array([[0.123456789, 0.5, 0.987654321, 0.0]]))[0]
     assert (PROBLEM.parse_state(PROBLEM.format_state(s)) == s).all()
     assert PROBLEM.format_state(np.array([0.0, -0.5, 1e-17, 2.0])) == "0.0 -0.5 1e-17 2.0"
@@ -186,9 +191,9 @@ def test_the_limits_are_parameters_in_metres_and_degrees() -> None:
     assert wide.terminal(states).tolist() == [False, False, True, True]
 
 
-def test_every_processor_gives_these_bits_after_500_turns() -> None:
+def test_the_state_after_500_turns_has_these_bits_on_every_processor() -> None:
     balance = dmplay.load_agent(PROBLEM, 0, "balance")
-    *_, (final, _) = course(PROBLEM, balance, [0.01, -0.02, 0.03, 0.04], 500)
+    *_, (final, _) = iterate_game(PROBLEM, balance, [0.01, -0.02, 0.03, 0.04], 500)
     assert (
         PROBLEM.format_state(final)
         == "-0.04700439100598123 0.36170604624184344 0.0022100259780529685 -0.353492414904413"
@@ -196,23 +201,23 @@ def test_every_processor_gives_these_bits_after_500_turns() -> None:
 
 
 @pytest.mark.parametrize("angle", [0.1, 0.78, 4.0, 1000.0])
-def test_sine_and_cosine_are_the_librarys_to_the_last_bit_or_two(angle: float) -> None:
+def test_sine_and_cosine_match_numpy_to_the_last_bit_or_two(angle: float) -> None:
     x = np.linspace(-angle, angle, 10_001)
     sine, cosine = compute_sine_and_cosine(x)
     assert np.abs(sine - np.sin(x)).max() < 3e-16
     assert np.abs(cosine - np.cos(x)).max() < 3e-16
 
 
-def test_an_angle_has_the_same_sine_beside_any_other() -> None:
+def test_the_sine_of_an_angle_does_not_depend_on_the_batch() -> None:
     small = np.array([-0.0, 0.1, -0.7])
-    alone = np.array(compute_sine_and_cosine(small))
-    beside = np.array(compute_sine_and_cosine(np.append(small, 2.0)))
-    assert alone.tobytes() == beside[:, :3].tobytes()
+    expected = np.array(compute_sine_and_cosine(small))
+    batch = np.array(compute_sine_and_cosine(np.append(small, 2.0)))
+    assert expected.tobytes() == batch[:, :3].tobytes()
     for row, angle in enumerate([*small.tolist(), 2.0]):
-        assert np.array(compute_sine_and_cosine(angle)).tobytes() == beside[:, row].tobytes()
+        assert np.array(compute_sine_and_cosine(angle)).tobytes() == batch[:, row].tobytes()
 
 
-def test_the_regulator_knows_for_how_long_a_pole_stands_after_each_push() -> None:
+def test_regulator_values_are_the_turns_until_the_pole_falls_after_each_push() -> None:
     regulate = dmplay.load_agent(PROBLEM, 0, "regulate")
     leans = [[0, 0, np.radians(lean), rate] for lean, rate in ((0, 0), (11, 0.2), (8, 1.2))]
     starts = np.array([*leans, [3.0, 0, 0, 0]])

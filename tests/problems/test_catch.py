@@ -9,50 +9,50 @@ from dmplay.core import Percept
 from dmplay.policies.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
 from dmplay.session import Session
-from tests.support.returns import earns
+from tests.support.returns import assert_policy_earns
 
 CATCH = Catch()
-UNIFORM = np.full((1, 4), 0.25)
+UNIFORM_BELIEF = np.full((1, 4), 0.25)
 
 
-def throw(proficiency: int, distance: int, u: float) -> tuple[int, float, int]:
-    """The proficiency, the reward and the observation of one throw."""
+def throw_ball(proficiency: int, distance: int, u: float) -> tuple[int, float, int]:
+    """Return the proficiency, the reward and the observation of one throw."""
     s, a = (
         np.array([CATCH.state_names.index(str(proficiency))]),
         CATCH.parse_action(0, str(distance)),
     )
     outcome = CATCH.step(s, np.array([[int(a)]]), np.array([[u]]))
-    after = int(CATCH.format_state(outcome.state[0]))
-    return after, float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
+    next_proficiency = int(CATCH.format_state(outcome.state[0]))
+    return next_proficiency, float(outcome.rewards[0, 0]), int(outcome.observations[0, 0])
 
 
 def test_a_dropped_throw_of_a_hundred_metres_pays_nothing() -> None:
-    assert throw(20, 100, 0.005) == (20, 0.0, DROPPED)
+    assert throw_ball(20, 100, 0.005) == (20, 0.0, DROPPED)
 
 
 def test_the_luckiest_catch_of_a_hundred_metres_pays_a_hundred() -> None:
     assert 1 / (1 + math.exp(80 / 15)) == pytest.approx(0.0048, abs=1e-4)
-    assert throw(20, 100, 0.004) == (20, 100.0, CAUGHT)
+    assert throw_ball(20, 100, 0.004) == (20, 100.0, CAUGHT)
 
 
-def test_half_the_throws_over_the_proficiency_are_caught() -> None:
-    assert throw(60, 60, 0.499999999) == (60, 60.0, CAUGHT)
-    assert throw(60, 60, 0.5) == (60, 0.0, DROPPED)
+def test_half_of_the_throws_at_the_distance_of_the_proficiency_are_caught() -> None:
+    assert throw_ball(60, 60, 0.499999999) == (60, 60.0, CAUGHT)
+    assert throw_ball(60, 60, 0.5) == (60, 0.0, DROPPED)
 
 
 def test_even_ten_metres_may_be_dropped() -> None:
-    assert throw(80, 10, 0.99) == (80, 10.0, CAUGHT)
-    assert throw(80, 10, 0.999) == (80, 0.0, DROPPED)
+    assert throw_ball(80, 10, 0.99) == (80, 10.0, CAUGHT)
+    assert throw_ball(80, 10, 0.999) == (80, 0.0, DROPPED)
 
 
-def test_the_reward_is_seen_and_follows_from_the_throw_and_what_is_seen() -> None:
+def test_rewards_are_observed_and_follow_from_throws_and_catches() -> None:
     session = Session(CATCH, dmplay.SeededUniforms(4), [dmplay.load_agent(CATCH, 0, "random")])
     while not session.over:
         session.advance()
     view = session.view(0)
     assert view.turns_played == 10
     assert view.end_reason == "horizon"
-    caught = [int(seen) == CAUGHT for seen in view.observations[1:]]
+    caught = [int(observation) == CAUGHT for observation in view.observations[1:]]
     distances = [10.0 * (action + 1) for action in view.actions]
     assert tuple(view.rewards or ()) == tuple(np.where(caught, distances, 0.0))
     assert any(caught)
@@ -70,56 +70,56 @@ def test_the_agents_follow_the_exact_belief() -> None:
         )
 
 
-def test_the_greedy_throws_fifty_metres_first() -> None:
+def test_the_greedy_agent_throws_fifty_metres_first() -> None:
     greedy = Greedy(CATCH, 0)
-    assert greedy.choose((UNIFORM,), None, np.zeros((1, 0))) == CATCH.parse_action(0, "50")
-    values = greedy.action_values((UNIFORM,))[0]
-    assert values[4] == pytest.approx(25)  # at the middle of the proficiencies half are caught
+    assert greedy.choose((UNIFORM_BELIEF,), None, np.zeros((1, 0))) == CATCH.parse_action(0, "50")
+    values = greedy.action_values((UNIFORM_BELIEF,))[0]
+    assert values[4] == pytest.approx(25)  # half are caught at the mean proficiency
 
 
-def test_thompson_throws_the_best_distance_of_the_proficiency_that_it_draws() -> None:
+def test_thompson_throws_the_best_distance_for_the_sampled_proficiency() -> None:
     u = np.array([[0.0], [0.25], [0.5], [0.75]])
-    chosen = ThompsonSampling(CATCH, 0).choose((np.repeat(UNIFORM, 4, axis=0),), None, u)
+    chosen = ThompsonSampling(CATCH, 0).choose((np.repeat(UNIFORM_BELIEF, 4, axis=0),), None, u)
     best = np.argmax(CATCH.tables.rewards[:, :, 0], axis=1)
     np.testing.assert_array_equal(chosen, best)
     assert [CATCH.format_action(0, a) for a in chosen] == ["30", "40", "50", "60"]
 
 
-def test_a_catch_speaks_for_the_proficient() -> None:
-    after = belief.update_belief(CATCH, UNIFORM[0], [9], [CAUGHT]).belief
-    assert (np.diff(after) > 0).all()
+def test_a_catch_raises_the_belief_in_high_proficiencies() -> None:
+    posterior = belief.update_belief(CATCH, UNIFORM_BELIEF[0], [9], [CAUGHT]).belief
+    assert (np.diff(posterior) > 0).all()
 
 
-def after(policy: Optimal, *throws: tuple[str, int]) -> str:
-    """The throw chosen after these throws and outcomes."""
+def choose_after_throws(policy: Optimal, *throws: tuple[str, int]) -> str:
+    """Return the throw chosen after these throws and their outcomes."""
     memory = policy.initial_memory(np.array([-1]))
-    for distance, seen in throws:
+    for distance, observation in throws:
         action = int(CATCH.parse_action(0, distance))
-        turn = Percept(np.array([action]), np.array([seen]), None, None)
-        memory = policy.update_memory(memory, turn)
+        percept = Percept(np.array([action]), np.array([observation]), None, None)
+        memory = policy.update_memory(memory, percept)
     return CATCH.format_action(0, policy.choose(memory, None, np.zeros((1, 0)))[0])
 
 
 def test_the_optimal_thrower_goes_up_after_catches_and_down_after_drops() -> None:
     policy = Optimal(CATCH, 0)
-    assert after(policy) == "50"
-    assert after(policy, ("50", CAUGHT)) == "50"
-    assert after(policy, ("50", CAUGHT), ("50", CAUGHT)) == "60"
-    assert after(policy, ("50", DROPPED)) == "40"
-    assert after(policy, ("50", DROPPED), ("40", DROPPED)) == "30"
+    assert choose_after_throws(policy) == "50"
+    assert choose_after_throws(policy, ("50", CAUGHT)) == "50"
+    assert choose_after_throws(policy, ("50", CAUGHT), ("50", CAUGHT)) == "60"
+    assert choose_after_throws(policy, ("50", DROPPED)) == "40"
+    assert choose_after_throws(policy, ("50", DROPPED), ("40", DROPPED)) == "30"
 
 
 def test_the_last_throw_is_the_greedy_one() -> None:
     b = np.random.default_rng(2).dirichlet(np.ones(4), 50)
-    done = np.full(50, 9)
+    turns_done = np.full(50, 9)
     optimal, greedy = (
-        Optimal(CATCH, 0).action_values((b, done)),
+        Optimal(CATCH, 0).action_values((b, turns_done)),
         Greedy(CATCH, 0).action_values((b,)),
     )
     np.testing.assert_allclose(optimal, greedy, atol=1e-8)
 
 
-def test_a_belief_is_searched_once() -> None:
+def test_each_belief_is_searched_only_once() -> None:
     policy = Optimal(CATCH, 0, horizon=4)
     memory = policy.initial_memory(np.full(3, -1))
     policy.action_values(memory)
@@ -129,17 +129,17 @@ def test_a_belief_is_searched_once() -> None:
     assert len(policy._q_cache[4]) == 1
 
 
-def test_games_with_as_many_turns_to_go_are_looked_at_together() -> None:
+def test_rows_with_different_turns_left_are_valued_like_single_rows() -> None:
     policy, b = Optimal(CATCH, 0, horizon=4), np.array([[0.3, 0.3, 0.2, 0.2], [0.6, 0, 0, 0.4]])
     memory = b[[0, 1, 0, 1, 0]], np.array([1, 2, 3, 3, 1])
     chosen = policy.choose(memory, None, np.zeros((5, 0)))
     assert [CATCH.format_action(0, a) for a in chosen] == ["50", "50", "40", "60", "50"]
-    alone = [
-        policy.finite_horizon_values(b[[row]], left)[0]
-        for row, left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
+    expected = [
+        policy.finite_horizon_values(b[[row]], turns_left)[0]
+        for row, turns_left in ((0, 3), (1, 2), (0, 1), (1, 1), (0, 3))
     ]
-    np.testing.assert_array_equal(policy.action_values(memory), alone)
+    np.testing.assert_array_equal(policy.action_values(memory), expected)
 
 
-def test_the_optimal_thrower_earns_what_it_values() -> None:
-    earns(CATCH, Optimal(CATCH, 0), 171.179057, turns=10)
+def test_the_optimal_thrower_earns_its_estimated_value() -> None:
+    assert_policy_earns(CATCH, Optimal(CATCH, 0), 171.179057, turns=10)

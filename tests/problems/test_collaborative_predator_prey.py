@@ -14,88 +14,90 @@ from dmplay.problems._hunt import STANDARD_HEXES
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.words.commands import run_line
-from tests.support.screens import seated
+from tests.support.screens import make_session_game
 
 E, NE, NW, W, SW, SE = range(6)
 PREY, NOTHING = 0, 1
-NAME = "collaborative-predator-prey"
-PROBLEM = dmplay.load_problem(NAME)
-STRAIGHT = 0.0  # a draw that does not slip
+PROBLEM_NAME = "collaborative-predator-prey"
+PROBLEM = dmplay.load_problem(PROBLEM_NAME)
+NO_SLIP = 0.0  # a uniform for which no predator slips
 
 
-def outcomes(
+def list_outcomes(
     problem: Problem, state: str, actions: list[int]
 ) -> tuple[dict[str, float], np.ndarray]:
-    """The probability of each next state, and the rewards, which no draw changes."""
-    p, after = dmplay.enumerate_outcomes(
+    """Return the probability of each next state, and the rewards, which no uniform changes."""
+    p, outcome = dmplay.enumerate_outcomes(
         problem, problem.parse_state(state)[None], np.array([actions])
     )
-    found: dict[str, float] = {}
-    for weight, s in zip(p[0], after.state[0], strict=True):
+    probabilities: dict[str, float] = {}
+    for weight, s in zip(p[0], outcome.state[0], strict=True):
         if weight > 0:
-            found[problem.format_state(s)] = found.get(problem.format_state(s), 0.0) + float(weight)
-    assert (after.rewards[0] == after.rewards[0, 0]).all()
-    return found, after.rewards[0, 0]
+            probabilities[problem.format_state(s)] = probabilities.get(
+                problem.format_state(s), 0.0
+            ) + float(weight)
+    assert (outcome.rewards[0] == outcome.rewards[0, 0]).all()
+    return probabilities, outcome.rewards[0, 0]
 
 
-def certain(**parameters: Any) -> Problem:
-    """Nobody slips, so that only the prey is uncertain."""
-    return dmplay.load_problem(NAME, slip=0.0, **parameters)
+def load_without_slips(**parameters: Any) -> Problem:
+    """Load the problem without slips, so that only the prey moves at random."""
+    return dmplay.load_problem(PROBLEM_NAME, slip=0.0, **parameters)
 
 
 def test_a_free_prey_moves_to_a_neighbour_without_a_predator() -> None:
-    found, rewards = outcomes(certain(), "(1,0) (4,1) (2,0)", [E, E])
-    assert found == pytest.approx({"(2,0) (4,1) (3,0)": 0.5, "(2,0) (4,1) (1,1)": 0.5})
+    probabilities, rewards = list_outcomes(load_without_slips(), "(1,0) (4,1) (2,0)", [E, E])
+    assert probabilities == pytest.approx({"(2,0) (4,1) (3,0)": 0.5, "(2,0) (4,1) (1,1)": 0.5})
     assert rewards.tolist() == [-1, -1]
 
 
-def test_where_a_predator_was_is_closed_even_if_it_leaves() -> None:
-    found, _ = outcomes(certain(), "(1,1) (3,0) (2,0)", [NW, W])
-    assert found == pytest.approx({"(0,2) (2,0) (1,0)": 1})
+def test_the_prey_avoids_a_hex_even_if_its_predator_leaves() -> None:
+    probabilities, _ = list_outcomes(load_without_slips(), "(1,1) (3,0) (2,0)", [NW, W])
+    assert probabilities == pytest.approx({"(0,2) (2,0) (1,0)": 1})
 
 
 def test_a_prey_without_a_free_neighbour_stays() -> None:
-    found, _ = outcomes(certain(), "(-1,1) (1,0) (0,0)", [NE, NE])
-    assert found == pytest.approx({"(-1,2) (1,1) (0,0)": 1})
-    lonely = certain(predators=1, hexes=[[0, 0], [5, 5]])
-    found, _ = outcomes(lonely, "(5,5) (0,0)", [E])
-    assert found == pytest.approx({"(5,5) (0,0)": 1})
+    probabilities, _ = list_outcomes(load_without_slips(), "(-1,1) (1,0) (0,0)", [NE, NE])
+    assert probabilities == pytest.approx({"(-1,2) (1,1) (0,0)": 1})
+    single_predator = load_without_slips(predators=1, hexes=[[0, 0], [5, 5]])
+    probabilities, _ = list_outcomes(single_predator, "(5,5) (0,0)", [E])
+    assert probabilities == pytest.approx({"(5,5) (0,0)": 1})
 
 
-def test_a_capture_pays_the_whole_team_and_holds_only_the_captor() -> None:
-    found, rewards = outcomes(certain(), "(2,0) (3,0) (2,0)", [E, E])
-    assert found == pytest.approx(
+def test_a_capture_pays_the_whole_team_and_stops_only_the_captor() -> None:
+    probabilities, rewards = list_outcomes(load_without_slips(), "(2,0) (3,0) (2,0)", [E, E])
+    assert probabilities == pytest.approx(
         {f"(2,0) (4,0) {format_hex(hex_)}": 1 / 12 for hex_ in STANDARD_HEXES}
     )
     assert rewards.tolist() == [10, 10]
 
 
-def test_a_capture_by_both_pays_no_more() -> None:
-    _, rewards = outcomes(PROBLEM, "(2,0) (2,0) (2,0)", [E, E])
+def test_a_capture_by_both_pays_the_same() -> None:
+    _, rewards = list_outcomes(PROBLEM, "(2,0) (2,0) (2,0)", [E, E])
     assert rewards.tolist() == [10, 10]
 
 
-def test_a_turn_is_three_draws_in_every_state() -> None:
+def test_a_turn_uses_three_uniforms_in_every_state() -> None:
     assert PROBLEM.uniform_counts == (3, 3)
-    assert dmplay.load_problem(NAME, predators=4).uniform_counts == (5, 5)
+    assert dmplay.load_problem(PROBLEM_NAME, predators=4).uniform_counts == (5, 5)
 
 
-def test_a_predator_senses_the_prey_from_its_own_and_the_next_hex() -> None:
-    s = np.array([PROBLEM.parse_state(one) for one in ("(2,0) (3,0) (2,0)", "(1,1) (4,0) (2,0)")])
+def test_a_predator_senses_the_prey_on_its_own_and_adjacent_hexes() -> None:
+    s = np.array([PROBLEM.parse_state(text) for text in ("(2,0) (3,0) (2,0)", "(1,1) (4,0) (2,0)")])
     assert PROBLEM.observe(s).tolist() == [[PREY, PREY], [PREY, NOTHING]]  # type: ignore[attr-defined]
 
 
-def test_a_sighted_predator_sees_its_hex_too() -> None:
-    problem = dmplay.load_problem(f"{NAME}:sighted")
+def test_a_sighted_predator_also_observes_its_hex() -> None:
+    problem = dmplay.load_problem(f"{PROBLEM_NAME}:sighted")
     s, a = problem.parse_state("(0,0) (1,2) (3,0)")[None], np.array([[E, SW]])
-    after = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.0]]))
-    assert problem.format_state(after.state[0]) == "(1,0) (1,1) (4,0)"
+    outcome = problem.step(s, a, np.array([[NO_SLIP, NO_SLIP, 0.0]]))
+    assert problem.format_state(outcome.state[0]) == "(1,0) (1,1) (4,0)"
     (labels, _) = problem.observations
     assert isinstance(labels, Labels)
-    assert [labels[o] for o in after.observations[0]] == ["nothing (1,0)", "nothing (1,1)"]
-    near = problem.step(s, a, np.array([[STRAIGHT, STRAIGHT, 0.9]]))
-    assert problem.format_state(near.state[0]) == "(1,0) (1,1) (2,0)"
-    assert [labels[o] for o in near.observations[0]] == ["prey (1,0)", "prey (1,1)"]
+    assert [labels[o] for o in outcome.observations[0]] == ["nothing (1,0)", "nothing (1,1)"]
+    near_outcome = problem.step(s, a, np.array([[NO_SLIP, NO_SLIP, 0.9]]))
+    assert problem.format_state(near_outcome.state[0]) == "(1,0) (1,1) (2,0)"
+    assert [labels[o] for o in near_outcome.observations[0]] == ["prey (1,0)", "prey (1,1)"]
     assert len(labels) == 24
 
 
@@ -107,124 +109,146 @@ def test_the_team_shares_its_reward_and_does_not_see_the_state() -> None:
 
 @pytest.mark.parametrize(
     ("name", "seat"),
-    [(f"{NAME}:triangle", 0), (f"{NAME}:circle", 1), (f"{NAME}:sighted", 1), (NAME, 0)],
+    [
+        (f"{PROBLEM_NAME}:triangle", 0),
+        (f"{PROBLEM_NAME}:circle", 1),
+        (f"{PROBLEM_NAME}:sighted", 1),
+        (PROBLEM_NAME, 0),
+    ],
 )
-def test_the_belief_of_a_seat_is_that_of_bayes_rule_with_random_partners(
-    name: str, seat: int
-) -> None:
+def test_a_seat_updates_its_belief_by_bayes_rule_with_random_partners(name: str, seat: int) -> None:
     problem = dmplay.load_problem(name)
     policy = dmplay.load_agent(problem, seat, "chase-belief")
-    told = belief.initial_belief(problem)
+    expected = belief.initial_belief(problem)
     memory = policy.initial_memory(np.full(2, -1))
     s = problem.sample_initial_states(np.array([[0.1, 0.5, 0.8]]))
     for turn, a in enumerate((E, SW, NW)):
         joint = np.array([[a, W] if seat == 0 else [W, a]])
-        after = problem.step(s, joint, np.array([[0.3, 0.75, 0.1 * turn]]))
-        s, seen = after.state, after.observations[0, seat]
-        memory = policy.update_memory(memory, Percept(np.full(2, a), np.full(2, seen), None, None))
+        outcome = problem.step(s, joint, np.array([[0.3, 0.75, 0.1 * turn]]))
+        s, observation = outcome.state, outcome.observations[0, seat]
+        memory = policy.update_memory(
+            memory, Percept(np.full(2, a), np.full(2, observation), None, None)
+        )
         actions: list[int | None] = [None, None]
         observations: list[int | None] = [None, None]
-        actions[seat], observations[seat] = a, int(seen)
-        told = belief.update_belief(problem, told, actions, observations).belief
+        actions[seat], observations[seat] = a, int(observation)
+        expected = belief.update_belief(problem, expected, actions, observations).belief
         for row in memory[0]:
-            assert row == pytest.approx(told, abs=1e-12)
-        assert told[problem.state_indices(s)[0]] > 0
+            assert row == pytest.approx(expected, abs=1e-12)
+        assert expected[problem.state_indices(s)[0]] > 0
 
 
-def test_an_observation_that_cannot_be_is_refused() -> None:
-    problem = dmplay.load_problem(f"{NAME}:triangle")  # every hex is next to every other
+def test_an_impossible_observation_is_rejected() -> None:
+    problem = dmplay.load_problem(
+        f"{PROBLEM_NAME}:triangle"
+    )  # every hex is adjacent to every other
     policy = dmplay.load_agent(problem, 0, "chase-belief")
-    memory = policy.initial_memory(np.array([-1]))
+    initial_memory = policy.initial_memory(np.array([-1]))
     with pytest.raises(ImpossibleObservation):
-        policy.update_memory(memory, Percept(np.array([E]), np.array([NOTHING]), None, None))
+        policy.update_memory(
+            initial_memory, Percept(np.array([E]), np.array([NOTHING]), None, None)
+        )
 
 
-def test_chase_belief_goes_to_where_the_prey_most_likely_is() -> None:
+def test_chase_belief_moves_to_the_most_likely_hex_of_the_prey() -> None:
     policy = dmplay.load_agent(PROBLEM, 0, "chase-belief")
     beliefs = np.zeros((2, 1728))
-    for row, (one, other) in enumerate(
+    for row, (likely_state, unlikely_state) in enumerate(
         [("(1,2) (4,0) (2,0)", "(0,0) (4,0) (4,0)"), ("(3,0) (4,0) (0,0)", "(3,0) (0,0) (3,1)")]
     ):
-        beliefs[row, PROBLEM.state_indices(PROBLEM.parse_state(one)[None])] = 0.6
-        beliefs[row, PROBLEM.state_indices(PROBLEM.parse_state(other)[None])] = 0.4
+        beliefs[row, PROBLEM.state_indices(PROBLEM.parse_state(likely_state)[None])] = 0.6
+        beliefs[row, PROBLEM.state_indices(PROBLEM.parse_state(unlikely_state)[None])] = 0.4
     assert policy.choose((beliefs,), None, np.zeros((2, 0))).tolist() == [SW, W]
 
 
-def test_sweep_goes_to_and_fro_and_turns_where_it_loses_the_prey() -> None:
+def test_sweep_moves_back_and_forth_and_turns_when_it_loses_the_prey() -> None:
     policy = dmplay.load_agent(PROBLEM, 1, "sweep")
     memory = policy.initial_memory(np.array([-1]))
-    course = []
-    for seen in (NOTHING, NOTHING, NOTHING, NOTHING, PREY, NOTHING, NOTHING):
+    actions = []
+    for observation in (NOTHING, NOTHING, NOTHING, NOTHING, PREY, NOTHING, NOTHING):
         a = policy.choose(memory, None, np.zeros((1, 0)))
-        course.append(int(a[0]))
-        memory = policy.update_memory(memory, Percept(a, np.array([seen]), None, None))
-    assert course == [W, W, W, E, E, W, E]
+        actions.append(int(a[0]))
+        memory = policy.update_memory(memory, Percept(a, np.array([observation]), None, None))
+    assert actions == [W, W, W, E, E, W, E]
 
 
-@pytest.mark.parametrize("name", [NAME, f"{NAME}:circle", f"{NAME}:triangle", f"{NAME}:sighted"])
+@pytest.mark.parametrize(
+    "name",
+    [PROBLEM_NAME, f"{PROBLEM_NAME}:circle", f"{PROBLEM_NAME}:triangle", f"{PROBLEM_NAME}:sighted"],
+)
 def test_a_sweeping_team_catches_more_than_chance(name: str) -> None:
     problem = dmplay.load_problem(name)
-    swept, random = (
+    sweep_result, random_result = (
         dmplay.rollout(
-            problem, [dmplay.load_agent(problem, i, one) for i in range(2)], episodes=1000
+            problem, [dmplay.load_agent(problem, i, agent_name) for i in range(2)], episodes=1000
         )
-        for one in ("sweep", "random")
+        for agent_name in ("sweep", "random")
     )
-    assert swept.total_rewards[:, 0].mean() > random.total_rewards[:, 0].mean()
-    assert (swept.total_rewards[:, 0] == swept.total_rewards[:, 1]).all()
+    assert sweep_result.total_rewards[:, 0].mean() > random_result.total_rewards[:, 0].mean()
+    assert (sweep_result.total_rewards[:, 0] == sweep_result.total_rewards[:, 1]).all()
 
 
 @pytest.mark.slow
 def test_a_team_that_chases_its_beliefs_catches_more_than_one_that_sweeps() -> None:
-    chased, swept = (
-        dmplay.rollout(PROBLEM, [dmplay.load_agent(PROBLEM, i, one) for i in range(2)], episodes=60)
-        for one in ("chase-belief", "sweep")
+    chase_result, sweep_result = (
+        dmplay.rollout(
+            PROBLEM, [dmplay.load_agent(PROBLEM, i, agent_name) for i in range(2)], episodes=60
+        )
+        for agent_name in ("chase-belief", "sweep")
     )
-    assert chased.total_rewards[:, 0].mean() > swept.total_rewards[:, 0].mean()
+    assert chase_result.total_rewards[:, 0].mean() > sweep_result.total_rewards[:, 0].mean()
 
 
 def test_a_long_belief_is_shown_but_not_recorded() -> None:
-    game = seated(NAME, dmplay.Session(PROBLEM, dmplay.SeededUniforms(5)), ["human", "human"])
+    game = make_session_game(
+        PROBLEM_NAME, dmplay.Session(PROBLEM, dmplay.SeededUniforms(5)), ["human", "human"]
+    )
     game.session.advance([E, W])
-    (_, told) = game.view().beliefs or ()
-    assert told == pytest.approx(
+    (_, seat_belief) = game.view().beliefs or ()
+    assert seat_belief == pytest.approx(
         belief.update_belief(
             PROBLEM, belief.initial_belief(PROBLEM), [E, None], [NOTHING, None]
         ).belief
     )
     assert "belief" not in game.narrator.visible_turn_facts(game.snapshot())
-    words = run_line(GameController(game), "belief")
-    assert words.count("(") == 8 * 3
-    assert "1720 other states" in words
-    small = dmplay.Session(dmplay.load_problem(f"{NAME}:triangle"), dmplay.SeededUniforms(5))
+    text = run_line(GameController(game), "belief")
+    assert text.count("(") == 8 * 3
+    assert "1720 other states" in text
+    small = dmplay.Session(
+        dmplay.load_problem(f"{PROBLEM_NAME}:triangle"), dmplay.SeededUniforms(5)
+    )
     assert "belief" in collect_turn_facts(small)
 
 
 @pytest.mark.slow
-def test_qmdp_is_worth_what_the_planner_who_sees_all_is_until_it_acts() -> None:
+def test_qmdp_values_are_below_full_information_and_certainty_leads_to_the_prey() -> None:
     for seat in range(2):
         policy = dmplay.load_agent(PROBLEM, seat, "qmdp")
         values = policy.action_values(policy.initial_memory(np.array([-1])))
         assert values is not None
-        assert values.max() < 21.0506  # the mean of the best over all states
-        sure = np.zeros((1, 1728))
-        sure[0, PROBLEM.state_indices(PROBLEM.parse_state("(1,2) (4,0) (2,0)")[None])] = 1.0
-        assert int(policy.choose((sure,), None, np.zeros((1, 0)))[0]) == (SW if seat == 0 else W)
+        assert values.max() < 21.0506  # the mean of the optimal values over all states
+        certain_belief = np.zeros((1, 1728))
+        certain_belief[0, PROBLEM.state_indices(PROBLEM.parse_state("(1,2) (4,0) (2,0)")[None])] = (
+            1.0
+        )
+        assert int(policy.choose((certain_belief,), None, np.zeros((1, 0)))[0]) == (
+            SW if seat == 0 else W
+        )
 
 
 @pytest.mark.slow
-def test_a_team_that_plans_for_sight_catches_more_than_one_that_chases() -> None:
-    sighted = dmplay.load_problem(f"{NAME}:circle", sighted=True)
-    planned, chased = (
+def test_a_sighted_team_catches_more_by_qmdp_than_by_chase_belief() -> None:
+    sighted = dmplay.load_problem(f"{PROBLEM_NAME}:circle", sighted=True)
+    qmdp_result, chase_result = (
         dmplay.rollout(
-            sighted, [dmplay.load_agent(sighted, i, one) for i in range(2)], episodes=300
+            sighted, [dmplay.load_agent(sighted, i, agent_name) for i in range(2)], episodes=300
         )
-        for one in ("qmdp", "chase-belief")
+        for agent_name in ("qmdp", "chase-belief")
     )
-    assert planned.returns[:, 0].mean() > chased.returns[:, 0].mean()
+    assert qmdp_result.returns[:, 0].mean() > chase_result.returns[:, 0].mean()
 
 
-def test_the_reactive_team_senses_nothing_at_first_and_draws_by_its_rule() -> None:
+def test_a_reactive_agent_starts_without_a_sensed_prey_and_samples_its_rule() -> None:
     policy = dmplay.load_agent(PROBLEM, 0, "reactive")
     u = (np.arange(1000)[:, None] + 0.5) / 1000
     first, nothing, near = (
@@ -232,62 +256,70 @@ def test_the_reactive_team_senses_nothing_at_first_and_draws_by_its_rule() -> No
         for o in (-1, NOTHING, PREY)
     )
     assert first.tolist() == nothing.tolist()
-    assert nothing[[NE, NW]].sum() == 0  # to and fro along the rows, and now and then down
-    assert near[[E, W, SW]].sum() < 10  # near the prey across them
+    assert nothing[[NE, NW]].sum() == 0  # back and forth along the rows, and sometimes down
+    assert near[[E, W, SW]].sum() < 10  # near the prey, across the rows
 
 
-def test_a_sighted_reactive_team_goes_by_the_same_sense() -> None:
-    sighted = dmplay.load_problem(f"{NAME}:sighted")
+def test_a_sighted_reactive_agent_ignores_its_hex() -> None:
+    sighted = dmplay.load_problem(f"{PROBLEM_NAME}:sighted")
     u = (np.arange(100)[:, None] + 0.5) / 100
-    blind, seeing = (dmplay.load_agent(one, 1, "reactive") for one in (PROBLEM, sighted))
+    blind_agent, sighted_agent = (
+        dmplay.load_agent(problem, 1, "reactive") for problem in (PROBLEM, sighted)
+    )
     for sense in (PREY, NOTHING):
         for hex_ in (0, 11):
-            told = policy_choice(seeing, 12 * sense + hex_, u)
-            assert told == policy_choice(blind, sense, u)
+            actions = choose_actions(sighted_agent, 12 * sense + hex_, u)
+            assert actions == choose_actions(blind_agent, sense, u)
 
 
-def policy_choice(policy: Policy, observation: int, u: np.ndarray) -> list[int]:
+def choose_actions(policy: Policy, observation: int, u: np.ndarray) -> list[int]:
     return [int(a) for a in policy.choose((np.full(len(u), observation),), None, u)]
 
 
 def test_a_reactive_team_catches_more_than_chance() -> None:
-    for name in (NAME, f"{NAME}:circle"):
+    for name in (PROBLEM_NAME, f"{PROBLEM_NAME}:circle"):
         problem = dmplay.load_problem(name)
-        reacted, random = (
+        reactive_result, random_result = (
             dmplay.rollout(
-                problem, [dmplay.load_agent(problem, i, one) for i in range(2)], episodes=300
+                problem, [dmplay.load_agent(problem, i, agent_name) for i in range(2)], episodes=300
             )
-            for one in ("reactive", "random")
+            for agent_name in ("reactive", "random")
         )
-        assert reacted.returns[:, 0].mean() > random.returns[:, 0].mean()
+        assert reactive_result.returns[:, 0].mean() > random_result.returns[:, 0].mean()
 
 
-def test_teams_that_cannot_be_planned_are_refused_and_advised_by_the_chase() -> None:
-    three, endless = dmplay.load_problem(NAME, predators=3), dmplay.load_problem(NAME, discount=1.0)
-    for problem in (three, endless):
+def test_teams_without_a_plan_are_rejected_and_get_hints_from_chase_belief() -> None:
+    three_predators, undiscounted = (
+        dmplay.load_problem(PROBLEM_NAME, predators=3),
+        dmplay.load_problem(PROBLEM_NAME, discount=1.0),
+    )
+    for problem in (three_predators, undiscounted):
         assert load_roster(problem, 0).hint_provider == "chase-belief"
         for agent in ("qmdp", "reactive"):
             with pytest.raises(BadPolicy):
                 dmplay.load_agent(problem, 0, agent)
-    assert load_roster(dmplay.load_problem(NAME, predators=26), 0).hint_provider == "chase-belief"
+    assert (
+        load_roster(dmplay.load_problem(PROBLEM_NAME, predators=26), 0).hint_provider
+        == "chase-belief"
+    )
     assert load_roster(PROBLEM, 0).hint_provider == "qmdp"
 
 
-def test_a_map_too_large_for_a_list_of_where_the_prey_goes_is_refused_at_once() -> None:
-    wide = dmplay.load_problem(NAME, hexes=[[q, 0] for q in range(91)])
+def test_a_map_too_large_for_the_moves_of_the_prey_is_rejected_at_once() -> None:
+    wide = dmplay.load_problem(PROBLEM_NAME, hexes=[[q, 0] for q in range(91)])
     assert isinstance(wide, CollaborativePredatorPrey)
     with pytest.raises(BudgetExceeded, match="where the prey goes: 1,046 MB, more than 512"):
         _ = wide.prey_move_probabilities
 
 
-def test_two_who_always_sense_the_prey_are_advised_to_sweep() -> None:
-    """Planning for sight, both would stand still for the same reason, and the prey avoids them."""
-    triangle = dmplay.load_problem(f"{NAME}:triangle")
+def test_hints_sweep_if_both_predators_always_sense_the_prey() -> None:
+    """By QMDP both would stand still for the same reason, and the prey would avoid them."""
+    triangle = dmplay.load_problem(f"{PROBLEM_NAME}:triangle")
     assert load_roster(triangle, 1).hint_provider == "sweep"
-    swept, planned = (
+    sweep_result, qmdp_result = (
         dmplay.rollout(
-            triangle, [dmplay.load_agent(triangle, i, one) for i in range(2)], episodes=100
+            triangle, [dmplay.load_agent(triangle, i, agent_name) for i in range(2)], episodes=100
         )
-        for one in ("sweep", "qmdp")
+        for agent_name in ("sweep", "qmdp")
     )
-    assert swept.returns[:, 0].mean() > planned.returns[:, 0].mean() + 20
+    assert sweep_result.returns[:, 0].mean() > qmdp_result.returns[:, 0].mean() + 20

@@ -13,52 +13,61 @@ from dmplay.solvers import value_iteration
 BABY = CryingBaby()
 FEED, SING, IGNORE = range(3)
 CRYING, QUIET = 0, 1
-SWITCH = 1645 / 5832  # where feeding takes over from ignoring
+SWITCH_BELIEF = 1645 / 5832  # belief in hunger above which feeding is better than ignoring
 
 
-def beliefs(*hungry: float) -> tuple[np.ndarray]:
+def make_beliefs(*hungry: float) -> tuple[np.ndarray]:
     return (np.array([[1 - b, b] for b in hungry]),)
 
 
-def chosen(policy: PomdpOptimalPolicy | RecedingHorizonPolicy | Qmdp, *hungry: float) -> list[int]:
-    found: list[int] = policy.choose(beliefs(*hungry), None, np.zeros((len(hungry), 0))).tolist()
-    return found
+def choose_actions(
+    policy: PomdpOptimalPolicy | RecedingHorizonPolicy | Qmdp, *hungry: float
+) -> list[int]:
+    actions: list[int] = policy.choose(
+        make_beliefs(*hungry), None, np.zeros((len(hungry), 0))
+    ).tolist()
+    return actions
 
 
-def test_the_optimal_caregiver_feeds_from_the_switch_on_and_never_sings() -> None:
+def test_the_optimal_caregiver_feeds_above_the_switch_and_never_sings() -> None:
     policy = PomdpOptimalPolicy(BABY, 0)
-    assert chosen(policy, 0, 0.2, SWITCH - 1e-6, SWITCH + 1e-6, 0.5, 1) == [IGNORE] * 3 + [FEED] * 3
-    assert SING not in chosen(policy, *np.linspace(0, 1, 101))
+    assert (
+        choose_actions(policy, 0, 0.2, SWITCH_BELIEF - 1e-6, SWITCH_BELIEF + 1e-6, 0.5, 1)
+        == [IGNORE] * 3 + [FEED] * 3
+    )
+    assert SING not in choose_actions(policy, *np.linspace(0, 1, 101))
 
 
-def test_the_optimal_values_are_those_of_the_unending_game() -> None:
-    (q,) = PomdpOptimalPolicy(BABY, 0).action_values(beliefs(0.2))
+def test_the_optimal_values_are_those_of_the_infinite_horizon() -> None:
+    (q,) = PomdpOptimalPolicy(BABY, 0).action_values(make_beliefs(0.2))
     np.testing.assert_allclose(q, [-21.674934966510314, -20.76015771901436, -20.69461911882182])
 
 
 def test_a_tie_goes_to_the_first_action() -> None:
-    assert chosen(PomdpOptimalPolicy(BABY, 0), SWITCH) == [FEED]
+    assert choose_actions(PomdpOptimalPolicy(BABY, 0), SWITCH_BELIEF) == [FEED]
 
 
-def test_a_plan_of_one_turn_sees_no_use_in_feeding() -> None:
-    assert chosen(RecedingHorizonPolicy(BABY, 0, horizon=1), 0, 0.5, 1) == [IGNORE] * 3
-    assert chosen(RecedingHorizonPolicy(BABY, 0), 0, 0.5, 1) == [IGNORE, FEED, FEED]
+def test_a_plan_of_one_turn_never_feeds() -> None:
+    assert choose_actions(RecedingHorizonPolicy(BABY, 0, horizon=1), 0, 0.5, 1) == [IGNORE] * 3
+    assert choose_actions(RecedingHorizonPolicy(BABY, 0), 0, 0.5, 1) == [IGNORE, FEED, FEED]
 
 
-def test_a_plan_without_discount_sings() -> None:
-    assert chosen(RecedingHorizonPolicy(CryingBaby(discount=1.0), 0, horizon=4), 0.21) == [SING]
+def test_an_undiscounted_plan_sings() -> None:
+    assert choose_actions(RecedingHorizonPolicy(CryingBaby(discount=1.0), 0, horizon=4), 0.21) == [
+        SING
+    ]
 
 
-def test_ten_turns_ahead_the_corners_are_worth_what_figure_f10_draws() -> None:
+def test_values_for_ten_turns_match_figure_f10() -> None:
     sated, hungry = (
-        RecedingHorizonPolicy(BABY, 0, horizon=10).action_values(beliefs(0, 1)).max(axis=1)
+        RecedingHorizonPolicy(BABY, 0, horizon=10).action_values(make_beliefs(0, 1)).max(axis=1)
     )
     assert sated == pytest.approx(-9.6857, abs=5e-5)
     assert hungry == pytest.approx(-23.0552, abs=5e-5)
 
 
-def test_qmdp_values_nothing_that_only_shows_the_state() -> None:
-    q = Qmdp(BABY, 0).action_values(beliefs(0, 0.5, 1))
+def test_qmdp_gives_no_value_to_information() -> None:
+    q = Qmdp(BABY, 0).action_values(make_beliefs(0, 0.5, 1))
     np.testing.assert_allclose(q[:, SING], q[:, IGNORE] - 0.5)
     np.testing.assert_allclose(q[1], (q[0] + q[2]) / 2)
     np.testing.assert_allclose(
@@ -66,30 +75,30 @@ def test_qmdp_values_nothing_that_only_shows_the_state() -> None:
     )
 
 
-def test_an_unending_game_without_discount_has_no_optimum() -> None:
+def test_an_undiscounted_infinite_game_has_no_optimum() -> None:
     baby = CryingBaby(discount=1.0)
     for policy in (PomdpOptimalPolicy(baby, 0), Qmdp(baby, 0)):
         with pytest.raises(BadPolicy, match="below 1"):
-            policy.action_values(beliefs(0.5))
+            policy.action_values(make_beliefs(0.5))
     assert load_roster(baby, 0).hint_provider == "plan"
     assert load_roster(BABY, 0).hint_provider == "optimal"
 
 
-def test_no_turn_cannot_be_planned() -> None:
+def test_a_plan_of_zero_turns_is_rejected() -> None:
     with pytest.raises(BadParameter, match="horizon: got 0, expected a number at least 1"):
         dmplay.load_agent(BABY, 0, "plan:horizon=0")
 
 
-def test_a_cry_after_ignoring_a_sated_baby_is_worth_ignoring_once() -> None:
+def test_a_cry_after_ignoring_a_sated_baby_leads_to_feeding() -> None:
     policy = PomdpOptimalPolicy(BABY, 0)
-    turn = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
-    memory = policy.update_memory(beliefs(0.0), turn)
+    percept = Percept(np.array([IGNORE]), np.array([CRYING]), None, None)
+    memory = policy.update_memory(make_beliefs(0.0), percept)
     assert memory[0][0, 1] == pytest.approx(8 / 17)  # 0.1 * 0.8 against 0.9 * 0.1
     assert policy.choose(memory, None, np.zeros((1, 0))) == FEED
 
 
-def test_the_optimal_caregiver_earns_what_it_values() -> None:
+def test_the_optimal_caregiver_earns_its_estimated_value() -> None:
     policy = dmplay.load_agent(BABY, 0, "optimal")
     returns = rollout(BABY, [policy], episodes=1000, turn_limit=150, seed=8).returns[:, 0]
-    (value,) = PomdpOptimalPolicy(BABY, 0).action_values(beliefs(0.5)).max(axis=1)
+    (value,) = PomdpOptimalPolicy(BABY, 0).action_values(make_beliefs(0.5)).max(axis=1)
     assert abs(returns.mean() - value) < 4 * returns.std() / np.sqrt(1000)

@@ -11,7 +11,7 @@ GAME = RockPaperScissors()
 ROCK, PAPER, SCISSORS = range(3)
 
 
-def played(first: str, second: str, rounds: int) -> list[tuple[int, int]]:
+def play_rounds(first: str, second: str, rounds: int) -> list[tuple[int, int]]:
     agents = [dmplay.load_agent(GAME, seat, name) for seat, name in enumerate((first, second))]
     session = Session(GAME, dmplay.SeededUniforms(1), agents, turn_limit=rounds)
     while not session.over:
@@ -33,25 +33,25 @@ def test_no_reward_is_minus_zero() -> None:
     assert not np.signbit(GAME.payoffs[GAME.payoffs == 0]).any()
 
 
-def test_beating_the_last_of_one_who_does_the_same_goes_round() -> None:
-    assert played("beat-last", "beat-last", 4) == [(0, 0), (1, 1), (2, 2), (0, 0)]
+def test_two_beat_last_agents_cycle_through_the_actions() -> None:
+    assert play_rounds("beat-last", "beat-last", 4) == [(0, 0), (1, 1), (2, 2), (0, 0)]
 
 
-def test_frequency_answers_the_commonest_action_and_breaks_ties_by_order() -> None:
+def test_frequency_beats_the_commonest_action_and_breaks_ties_by_order() -> None:
     frequency = FictitiousPlay(GAME, 1)
     memory = (np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [2, 2, 2], [0, 3, 0]]),)
-    worth = [[0, 0, 0], [0, 1, -1], [-0.5, 0.5, 0], [0, 0, 0], [-1, 0, 1]]
-    assert frequency.action_values(memory).tolist() == worth
+    expected = [[0, 0, 0], [0, 1, -1], [-0.5, 0.5, 0], [0, 0, 0], [-1, 0, 1]]
+    assert frequency.action_values(memory).tolist() == expected
     chosen = frequency.choose(memory, None, np.zeros((5, 0)))
     assert chosen.tolist() == [ROCK, PAPER, PAPER, ROCK, SCISSORS]
 
 
-def test_beating_the_last_beats_frequency_twice_in_ten_rounds() -> None:
-    rounds = played("beat-last", "frequency", 10)
+def test_beat_last_is_ahead_of_frequency_by_two_after_ten_rounds() -> None:
+    rounds = play_rounds("beat-last", "frequency", 10)
     assert sum(GAME.payoffs[a, b, 0] for a, b in rounds) == 2
 
 
-def test_it_is_a_simple_game_in_public() -> None:
+def test_it_is_a_fully_observable_simple_game() -> None:
     assert GAME.kind == "simple game"
     assert not GAME.partially_observable
     assert load_roster(GAME, 1).default_partner == "frequency"

@@ -11,12 +11,12 @@ from dmplay.solvers.linear_regulator import OPTIMAL_POLICY, LinearGaussianPolicy
 PROBLEM = SimpleRegulator()
 
 
-def test_the_successor_is_the_sum_and_what_two_uniforms_add() -> None:
+def test_the_next_state_is_the_sum_plus_noise_from_two_uniforms() -> None:
     s, a = np.array([[0.5], [-2.0]]), np.array([[-0.25], [3.0]])
     u = np.array([[0.0, 0.3], [1 - np.exp(-2.0), 0.5]])  # radius 0; radius 2, straight down
-    after = PROBLEM.step(s, a, u)
-    assert after.state[:, 0] == pytest.approx([0.25, 1.0 - 0.1 * 2])
-    assert after.rewards[:, 0].tolist() == [-0.25, -4.0]
+    outcome = PROBLEM.step(s, a, u)
+    assert outcome.state[:, 0] == pytest.approx([0.25, 1.0 - 0.1 * 2])
+    assert outcome.rewards[:, 0].tolist() == [-0.25, -4.0]
 
 
 def test_without_noise_the_optimal_agent_is_at_zero_after_one_turn() -> None:
@@ -26,7 +26,7 @@ def test_without_noise_the_optimal_agent_is_at_zero_after_one_turn() -> None:
     assert game.state[0] == pytest.approx(0.0, abs=5e-10)  # actions have nine decimals
 
 
-def test_the_optimal_action_is_kept_to_the_interval_and_to_nine_decimals() -> None:
+def test_the_optimal_action_is_clipped_and_rounded_to_nine_decimals() -> None:
     policy = dmplay.load_agent(PROBLEM, 0, "optimal")
     memory = policy.initial_memory(np.array([[0.1234567891234], [-25.0], [0.0], [12.0]]))
     chosen = policy.choose(memory, None, np.zeros((4, 0)))
@@ -48,18 +48,18 @@ def test_a_gaussian_that_draws_wide_stays_in_the_interval() -> None:
     assert policy.choose(policy.initial_memory(np.zeros((2, 1))), None, u).tolist() == [10.0, -10.0]
 
 
-def test_games_of_the_gaussian_agent_have_the_return_that_its_value_predicts() -> None:
+def test_the_mean_return_of_the_gaussian_agent_matches_its_value() -> None:
     policy = LinearGaussianPolicy(-0.9, 0.05)
     agent = dmplay.load_agent(PROBLEM, 0, "gaussian:theta1=-0.9,theta2=0.05")
-    played = dmplay.rollout(PROBLEM, [agent], episodes=20_000, seed=3)
-    told = linear_regulator.evaluate_finite_horizon(PROBLEM, policy, 20).compute_gaussian_mean(
+    result = dmplay.rollout(PROBLEM, [agent], episodes=20_000, seed=3)
+    predicted = linear_regulator.evaluate_finite_horizon(PROBLEM, policy, 20).compute_gaussian_mean(
         0.3, 0.1
     )
-    error = played.returns.std() / np.sqrt(len(played.returns))
-    assert abs(played.returns.mean() - told) < 4 * error
+    error = result.returns.std() / np.sqrt(len(result.returns))
+    assert abs(result.returns.mean() - predicted) < 4 * error
 
 
-def test_a_value_without_end_needs_a_discount_and_a_policy_that_stays() -> None:
+def test_an_infinite_horizon_value_requires_a_discount_and_a_stable_policy() -> None:
     assert linear_regulator.evaluate_infinite_horizon(PROBLEM, OPTIMAL_POLICY).evaluate_at(
         0.0
     ) == pytest.approx(-0.09)
@@ -78,10 +78,10 @@ def test_an_action_is_a_number_of_the_interval() -> None:
             PROBLEM.parse_action(0, text)
 
 
-def test_undiscounted_differs_in_the_discount_alone() -> None:
+def test_undiscounted_differs_only_in_the_discount() -> None:
     assert dmplay.load_problem("simple-regulator:undiscounted") == SimpleRegulator(discount=1.0)
 
 
-def test_a_state_is_read_back_to_the_last_bit() -> None:
+def test_a_formatted_state_is_parsed_back_bit_for_bit() -> None:
     s = PROBLEM.sample_initial_states(np.array([[0.123456789, 0.987654321]]))[0]
     assert (PROBLEM.parse_state(PROBLEM.format_state(s)) == s).all()

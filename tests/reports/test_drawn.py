@@ -1,4 +1,4 @@
-"""The screens of a recorded game in another form: what comes again is drawn once."""
+"""Tests of the screens of a transcript in another form: rows that repeat are rendered once."""
 
 from collections import Counter
 from pathlib import Path
@@ -7,31 +7,37 @@ from dmplay.game.playback import Playback
 from dmplay.reports.export import ScreenRenderer, iter_screens
 from dmplay.screen.shown import Viewport
 from dmplay.styles import ScreenLine, to_plain_text
-from tests.support.games import recorded
+from tests.support.games import record_game
 
-TURNS = 150
+TURN_COUNT = 150
 
 
-def test_a_turn_draws_its_title_and_a_row_of_the_log_and_boards_are_drawn_once(
+def test_a_turn_renders_its_title_and_log_row_and_boards_are_rendered_once(
     tmp_path: Path,
 ) -> None:
-    recorded(tmp_path / "g.dmt", "hexworld", "random", turns=TURNS, settings=["rewards=[]"])
-    room, often = Viewport(80, 24), Counter[str]()
+    record_game(tmp_path / "g.dmt", "hexworld", "random", turns=TURN_COUNT, settings=["rewards=[]"])
+    viewport, render_counts = Viewport(80, 24), Counter[str]()
 
     def draw(row: ScreenLine) -> str:
-        often[to_plain_text(row)] += 1
+        render_counts[to_plain_text(row)] += 1
         return to_plain_text(row)
 
-    drawn, log, game = ScreenRenderer(room, draw, "\n"), list[str](), Playback(tmp_path / "g.dmt")
-    written = [drawn.render_screen(game, game.snapshot(), log)]
-    for before in game.iter_agent_turns():
-        log.append(game.narrator.describe_change(game.snapshot(), before))
-        written.append(drawn.render_screen(game, game.snapshot(), log))
-    of_turns = sum(many for row, many in often.items() if "turn " in row)
-    shown = "".join(written).count("\n")
-    assert of_turns < 2.5 * TURNS
-    assert often.total() - of_turns < shown / 3
-    assert max(many for row, many in often.items() if "Space step" in row) < TURNS / 10
-    assert often[" "] == 1
-    alike = [*map(str, iter_screens(Playback(tmp_path / "g.dmt"), room))]
-    assert written == alike
+    renderer, log, game = (
+        ScreenRenderer(viewport, draw, "\n"),
+        list[str](),
+        Playback(tmp_path / "g.dmt"),
+    )
+    rendered = [renderer.render_screen(game, game.snapshot(), log)]
+    for previous in game.iter_agent_turns():
+        log.append(game.narrator.describe_change(game.snapshot(), previous))
+        rendered.append(renderer.render_screen(game, game.snapshot(), log))
+    turn_renders = sum(count for row, count in render_counts.items() if "turn " in row)
+    line_count = "".join(rendered).count("\n")
+    assert turn_renders < 2.5 * TURN_COUNT
+    assert render_counts.total() - turn_renders < line_count / 3
+    assert (
+        max(count for row, count in render_counts.items() if "Space step" in row) < TURN_COUNT / 10
+    )
+    assert render_counts[" "] == 1
+    expected = [*map(str, iter_screens(Playback(tmp_path / "g.dmt"), viewport))]
+    assert rendered == expected

@@ -1,4 +1,4 @@
-"""The table of problems equals table F.1 of the book, but where a decision says otherwise."""
+"""Tests of the problem list, which equals table F.1 of the book with documented exceptions."""
 
 import json
 import sys
@@ -18,10 +18,10 @@ from dmplay.reports import problems as reports
 from dmplay.reports.reviewing import review_transcript
 from dmplay.reports.tables import format_table
 from dmplay.terminal import TerminalOptions
-from tests.files.sources import TIGER, kept
+from tests.files.sources import TIGER_TEXT, write_text_file
 
 # Table F.1 as printed: agents, states, actions, observations, discount.
-PRINTED = {
+TABLE_F1 = {
     "hexworld": ("-", "varies", "6", "-", "0.9"),
     "2048": ("-", "unbounded", "4", "-", "1"),
     "cart-pole": ("-", "in R^4", "2", "-", "1"),
@@ -38,11 +38,11 @@ PRINTED = {
     "multicaregiver-crying-baby": ("2", "2", "3 per agent", "2 per agent", "0.9"),
     "collaborative-predator-prey": ("varies", "varies", "6 per agent", "2 per agent", "0.9"),
 }
-EXCEPTIONS = {
+TABLE_F1_EXCEPTIONS = {
     ("collision-avoidance", "states"): "in R^4",  # decision 6.9: four variables are listed
     ("simple-regulator", "discount"): "0.9",  # the variant `undiscounted` has the other
 }
-KINDS = {
+PROBLEMS_BY_KIND = {
     "MDP": {"hexworld", "2048", "cart-pole", "mountain-car", "simple-regulator"}
     | {"collision-avoidance"},
     "POMDP": {"crying-baby", "machine-replacement", "catch"},
@@ -53,18 +53,22 @@ KINDS = {
 }
 
 
-@pytest.mark.parametrize("name", PRINTED)
-def test_a_line_of_the_list_is_the_printed_line(name: str) -> None:
+@pytest.mark.parametrize("name", TABLE_F1)
+def test_a_summary_equals_its_row_of_table_f1(name: str) -> None:
     columns = ("agents", "states", "actions", "observations", "discount")
-    expected = dict(zip(columns, PRINTED[name], strict=True))
-    expected |= {column: told for (one, column), told in EXCEPTIONS.items() if one == name}
+    expected = dict(zip(columns, TABLE_F1[name], strict=True))
+    expected |= {
+        column: value for (problem, column), value in TABLE_F1_EXCEPTIONS.items() if problem == name
+    }
     assert problem_summary(dmplay.load_problem(name)) == expected
 
 
 def test_the_list_has_every_problem_with_its_derived_kind() -> None:
-    listed = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
-    assert listed == {name: kind for kind, names in KINDS.items() for name in names}
-    assert set(listed) == set(PRINTED)
+    kind_by_problem = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
+    assert kind_by_problem == {
+        name: kind for kind, names in PROBLEMS_BY_KIND.items() for name in names
+    }
+    assert set(kind_by_problem) == set(TABLE_F1)
 
 
 @pytest.mark.parametrize(
@@ -79,35 +83,35 @@ def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
     assert f"\nactions       {actions}\n" in str(reports.load_problem_info(name))
 
 
-@pytest.mark.parametrize("name", PRINTED)
-def test_info_says_source_decisions_parameters_agents_and_keys(name: str) -> None:
-    told = str(reports.load_problem_info(name))
-    assert "Source: appendix F." in told
-    assert "Decision" in told
+@pytest.mark.parametrize("name", TABLE_F1)
+def test_info_contains_source_decisions_parameters_agents_and_keys(name: str) -> None:
+    info = str(reports.load_problem_info(name))
+    assert "Source: appendix F." in info
+    assert "Decision" in info
     for word in ("parameters", "agents", "random", "keys", "variants"):
-        assert word in told
-    for one in reports.load_problem_info(name).parameters.values():
-        assert one["meaning"]
+        assert word in info
+    for parameter in reports.load_problem_info(name).parameters.values():
+        assert parameter["meaning"]
 
 
-def test_info_loads_no_package_of_others(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "axelrod", None)  # who loads it fails
+def test_info_imports_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "axelrod", None)  # an import would fail
     assert "axelrod" in reports.load_problem_info("prisoners-dilemma").players
 
 
-def listed(kind: str, width: int) -> str:
+def format_list(kind: str, width: int) -> str:
     return str(reports.report_problem_table(kind, TerminalOptions(width=width)))
 
 
-def test_a_list_without_room_says_what_it_leaves_out() -> None:
-    assert "no room for discount; --width or --json has all" in listed("POMDP", 60)
-    assert "no room" not in listed("POMDP", 100)
-    rows = listed("", 12).replace(" ", "").split("\n")
+def test_a_narrow_list_names_the_columns_it_omits() -> None:
+    assert "no room for discount; --width or --json has all" in format_list("POMDP", 60)
+    assert "no room" not in format_list("POMDP", 100)
+    rows = format_list("", 12).replace(" ", "").split("\n")
     assert {"2048", "cart-pole", "travelers-di"} <= {*rows}
 
 
 @pytest.mark.parametrize(
-    ("env", "wish", "drawn"),
+    ("env", "color_option", "coloured"),
     [
         ({"CLICOLOR_FORCE": "1"}, "auto", True),
         ({"NO_COLOR": "1", "FORCE_COLOR": "1"}, "auto", False),
@@ -115,10 +119,10 @@ def test_a_list_without_room_says_what_it_leaves_out() -> None:
         ({}, "auto", False),
     ],
 )
-def test_the_list_is_coloured_as_everything_is(
+def test_the_list_respects_the_colour_settings(
     env: dict[str, str],
-    wish: str,
-    drawn: bool,
+    color_option: str,
+    coloured: bool,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
@@ -126,46 +130,46 @@ def test_the_list_is_coloured_as_everything_is(
         monkeypatch.delenv(name, raising=False)
     for name, value in env.items():
         monkeypatch.setenv(name, value)
-    wishes = TerminalOptions(color=wish, width=80)
-    execute_result(Printout(reports.report_problem_table("MDP", wishes), wishes))
-    assert ("\x1b[" in capsys.readouterr().out) == drawn
+    options = TerminalOptions(color=color_option, width=80)
+    execute_result(Printout(reports.report_problem_table("MDP", options), options))
+    assert ("\x1b[" in capsys.readouterr().out) == coloured
 
 
-def test_a_kept_game_is_listed_by_the_names_that_find_its_problem_and_agents_from_here(
+def test_a_saved_game_is_listed_with_names_relative_to_the_current_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a" / "state"))
     monkeypatch.chdir(tmp_path)
-    kept(tmp_path, "tiger.pomdp", TIGER)
+    write_text_file(tmp_path, "tiger.pomdp", TIGER_TEXT)
     start_new_game(GameRequest("./tiger.pomdp", seed=7)).finish()
-    (told,) = json.loads(games.report_saved_games(json=True))
-    assert (told["problem"], told["seats"]) == ("tiger.pomdp", {"agent": "human"})
+    (row,) = json.loads(games.report_saved_games(json=True))
+    assert (row["problem"], row["seats"]) == ("tiger.pomdp", {"agent": "human"})
     with pytest.raises(UnknownName, match="unknown kind 'gams'; did you mean games"):
-        listed("gams", 80)
+        format_list("gams", 80)
 
 
-def test_a_review_says_that_nobody_played(tmp_path: Path) -> None:
+def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
     start_new_game(
         GameRequest("hexworld", seed=7, agent="random", turns=1, record_path=tmp_path / "g.dmt")
     ).finish()
-    told = review_transcript(ReplayRequest(tmp_path / "g.dmt"))
-    assert told == "review: no person plays in this game"
+    message = review_transcript(ReplayRequest(tmp_path / "g.dmt"))
+    assert message == "review: no person plays in this game"
 
 
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
-def test_the_list_has_as_many_columns_as_there_is_room_for(width: int) -> None:
-    known = reports.problem_table_rows()
-    headings, *rows = listed("", width).partition("\nno room")[0].split("\n")
-    many = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
-    assert headings.split() == list(known[0])[:many]
-    assert len(rows) == len(known)
+def test_the_list_has_the_columns_that_fit_the_width(width: int) -> None:
+    facts = reports.problem_table_rows()
+    headings, *rows = format_list("", width).partition("\nno room")[0].split("\n")
+    column_count = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
+    assert headings.split() == list(facts[0])[:column_count]
+    assert len(rows) == len(facts)
     assert not any("…" in row or len(row) > width for row in rows)
 
 
-def test_a_column_is_as_wide_as_what_a_terminal_shows_of_it() -> None:
+def test_a_column_is_as_wide_as_its_displayed_text() -> None:
     names = ("a\x1b[31mb", "\u540d\u524d", "e\u0301", "plain")
-    told = format_table([{"file": name, "n": 1} for name in names]).split("\n")
-    assert told == [
+    lines = format_table([{"file": name, "n": 1} for name in names]).split("\n")
+    assert lines == [
         "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
         "plain       1",
     ]  # fmt: skip

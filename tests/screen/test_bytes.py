@@ -1,4 +1,4 @@
-"""A key costs few bytes: what a terminal is sent after it, over a game of every problem."""
+"""Tests that a key press sends few bytes to the terminal, in a game of every problem."""
 
 import io
 from itertools import cycle, islice
@@ -17,9 +17,9 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.screen.shown import KEY_HINT_TURNS
 from dmplay.terminal import Terminal
 
-MOST = 300  # bytes of a key, in the median
-MANY = 40  # keys
-KEYS: dict[str, tuple[str, ...]] = {
+MAX_MEDIAN_BYTES = 300  # sent after a key press
+KEY_COUNT = 40
+KEYS_BY_PROBLEM: dict[str, tuple[str, ...]] = {
     "2048": ("left", "down"),
     "cart-pole": ("left", "right"),
     "catch": ("6", "0", "enter", "4", "0", "enter"),
@@ -38,26 +38,30 @@ KEYS: dict[str, tuple[str, ...]] = {
 }
 
 
-class Counted(Painter):
-    """A painter of 80 columns and 24 rows, whose bytes are counted."""
+class FixedSizePainter(Painter):
+    """A painter of 80 columns and 24 rows."""
 
     def get_size(self) -> tuple[int, int]:
-        """Always the same."""
+        """Return the fixed size."""
         return (80, 24)
 
 
 @pytest.mark.usefixtures("coarse")
 @pytest.mark.parametrize("name", problem_names())
-def test_half_of_all_keys_cost_no_more_than_is_allowed(name: str, tmp_path: Path) -> None:
-    game = start_new_game(GameRequest(name, seed=8, turns=2 * MANY, record_path=tmp_path / "g.dmt"))
-    paper = io.StringIO()
-    painter = Counted(paper, "default", erases_with_color=True)
+def test_the_median_key_press_sends_at_most_the_allowed_bytes(name: str, tmp_path: Path) -> None:
+    game = start_new_game(
+        GameRequest(name, seed=8, turns=2 * KEY_COUNT, record_path=tmp_path / "g.dmt")
+    )
+    stream = io.StringIO()
+    painter = FixedSizePainter(stream, "default", erases_with_color=True)
     screen = PlayScreen(GameController(game), Terminal(True, "", True, True, False, motion=False))
     screen.paint(painter)
-    spent = []
-    for key in islice(cycle(KEYS[name]), MANY):
-        before = paper.tell()
+    byte_counts = []
+    for key in islice(cycle(KEYS_BY_PROBLEM[name]), KEY_COUNT):
+        start = stream.tell()
         handle_key(screen, key)
         screen.paint(painter)
-        spent.append(len(paper.getvalue()[before:].encode()))
-    assert median(spent[KEY_HINT_TURNS + 1 :]) <= MOST, "once the board names no keys"
+        byte_counts.append(len(stream.getvalue()[start:].encode()))
+    assert median(byte_counts[KEY_HINT_TURNS + 1 :]) <= MAX_MEDIAN_BYTES, (
+        "once the board names no keys"
+    )

@@ -1,4 +1,4 @@
-"""An agent that never answers, and does not even count its work, ends nobody's game badly."""
+"""Tests of agents and problems that never answer: the game can still be ended cleanly."""
 
 import json
 import os
@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.games import values, verified
-from tests.support.programs import ended, started
+from tests.support.games import assert_verified, read_values
+from tests.support.programs import start_dmplay, wait_for_exit
 from tests.support.terminals import CTRL_C, CTRL_D, ENTER, Terminal
 
 pytestmark = pytest.mark.slow
 
-AGENTS = """\
+AGENTS_SOURCE = """\
 import time
 from pathlib import Path
 
@@ -57,30 +57,30 @@ class Deep(Busy):
         while True:
             budget.spend(1, 0.42)
 """
-ENDLESS = ("Busy", "Asleep", "Deep")
-SIGNALS = [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
-every_agent = pytest.mark.parametrize("agent", ENDLESS)
-every_signal = pytest.mark.parametrize(("number", "code"), SIGNALS)
+ENDLESS_AGENTS = ("Busy", "Asleep", "Deep")
+SIGNALS_AND_CODES = [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
+every_agent = pytest.mark.parametrize("agent", ENDLESS_AGENTS)
+every_signal = pytest.mark.parametrize(("number", "code"), SIGNALS_AND_CODES)
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    """Where these agents are."""
-    (tmp_path / "agents.py").write_text(AGENTS)
+    """A folder that contains the agents' module."""
+    (tmp_path / "agents.py").write_text(AGENTS_SOURCE)
     return tmp_path
 
 
-def against(agent: str, *words: str) -> tuple[str, ...]:
-    """A game with this agent in a seat."""
+def make_arguments(agent: str, *options: str) -> tuple[str, ...]:
+    """Return the arguments of a game against this agent."""
     game = ("prisoners-dilemma", "--vs", f"./agents.py:{agent}", "--seed", "7")
-    return (*game, "-o", "game.dmt", *words)
+    return (*game, "-o", "game.dmt", *options)
 
 
-def reason(folder: Path) -> str:
-    """How the game ended, by its whole transcript."""
+def read_end_reason(folder: Path) -> str:
+    """Verify the transcript and return the reason why the game ended."""
     path = folder / "game.dmt"
-    verified(path)
-    return str(json.loads(values(path, "end")[0])["reason"])
+    assert_verified(path)
+    return str(json.loads(read_values(path, "end")[0])["reason"])
 
 
 @every_agent
@@ -88,64 +88,64 @@ def reason(folder: Path) -> str:
 def test_a_signal_ends_a_game_while_an_agent_thinks(
     agent: str, number: int, code: int, folder: Path
 ) -> None:
-    with Terminal(*against(agent), folder=folder) as terminal:
+    with Terminal(*make_arguments(agent), folder=folder) as terminal:
         terminal.ready().press("c", f"agents.py:{agent} is thinking").signal(number)
         assert terminal.ended() == code
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
-    assert reason(folder) == "interrupted"
+    assert read_end_reason(folder) == "interrupted"
 
 
 @every_agent
-def test_a_game_is_left_while_an_agent_thinks_and_what_was_typed_is_not_played(
+def test_quitting_while_an_agent_thinks_discards_the_typed_actions(
     agent: str, folder: Path
 ) -> None:
-    with Terminal(*against(agent), folder=folder) as terminal:
+    with Terminal(*make_arguments(agent), folder=folder) as terminal:
         terminal.ready().press("c", f"agents.py:{agent} is thinking").press("ddd").calm()
         assert terminal.press("q").ended() == 0
         assert terminal.left_clean()
-    assert reason(folder) == "quit"
-    assert values(folder / "game.dmt", "actions") == []
+    assert read_end_reason(folder) == "quit"
+    assert read_values(folder / "game.dmt", "actions") == []
 
 
-def test_a_move_is_cancelled_and_the_game_goes_on_and_ends_as_it_should(folder: Path) -> None:
-    with Terminal(*against("Busy"), folder=folder) as terminal:
+def test_a_cancelled_turn_does_not_end_the_game(folder: Path) -> None:
+    with Terminal(*make_arguments("Busy"), folder=folder) as terminal:
         terminal.ready().press("c", "agents.py:Busy is thinking").press(CTRL_C, "does not stop")
         terminal.press("d", "agents.py:Busy is thinking").press(CTRL_C, "does not stop")
         assert terminal.press(CTRL_C).ended() == 130
         assert terminal.left_clean()
-    assert reason(folder) == "interrupted"
+    assert read_end_reason(folder) == "interrupted"
 
 
 @every_agent
 @every_signal
-@pytest.mark.parametrize("words", [("--plain",), ("--json",), ("--quiet",)], ids=" ".join)
-def test_a_signal_ends_a_game_in_lines_while_an_agent_thinks(
-    agent: str, number: int, code: int, words: tuple[str, ...], folder: Path
+@pytest.mark.parametrize("options", [("--plain",), ("--json",), ("--quiet",)], ids=" ".join)
+def test_a_signal_ends_a_plain_game_while_an_agent_thinks(
+    agent: str, number: int, code: int, options: tuple[str, ...], folder: Path
 ) -> None:
     seats = ("--agent", "random")
-    program = started(folder, *against(agent, *seats, *words))
+    program = start_dmplay(folder, *make_arguments(agent, *seats, *options))
     while not (folder / "asked").exists():
         assert program.is_alive()
         program.join(0.01)
     assert program.pid
     os.kill(program.pid, number)
-    assert ended(program) == code
-    assert reason(folder) == "interrupted"
+    assert wait_for_exit(program) == code
+    assert read_end_reason(folder) == "interrupted"
 
 
-def test_ctrl_c_in_the_shell_stops_an_agent_that_thinks_and_the_shell_goes_on(
+def test_ctrl_c_in_the_shell_stops_a_thinking_agent_but_not_the_shell(
     folder: Path,
 ) -> None:
     with Terminal("shell", folder=folder) as terminal:
-        terminal.ready().press(f"play {' '.join(against('Busy'))}{ENTER}", "t0]>").calm()
+        terminal.ready().press(f"play {' '.join(make_arguments('Busy'))}{ENTER}", "t0]>").calm()
         terminal.press(f"cooperate{ENTER}").until((folder / "asked").exists)
         terminal.press(CTRL_C, "interrupted.").until("t0]>").calm().press(CTRL_D)
         assert terminal.ended() == 0
-    assert reason(folder) == "quit"
+    assert read_end_reason(folder) == "quit"
 
 
-def test_a_problem_that_never_says_what_happens_is_left(folder: Path) -> None:
+def test_a_game_whose_problem_never_returns_can_be_quit(folder: Path) -> None:
     (folder / "stuck.py").write_text(
         "from dataclasses import dataclass\n\n"
         "from dmplay.problems.hexworld import HexWorld\n\n\n"
@@ -156,8 +156,8 @@ def test_a_problem_that_never_says_what_happens_is_left(folder: Path) -> None:
         "            pass\n"
         "        return super().move(s, a, events)\n"
     )
-    words = ("./stuck.py:Stuck", "--seed", "7", "-o", "game.dmt")
-    with Terminal(*words, folder=folder) as terminal:
+    arguments = ("./stuck.py:Stuck", "--seed", "7", "-o", "game.dmt")
+    with Terminal(*arguments, folder=folder) as terminal:
         terminal.ready().press("1").calm().press(CTRL_C)
         assert terminal.ended() == 130
         assert terminal.left_clean()

@@ -1,4 +1,4 @@
-"""What signals, kills and another person at the same terminal do to a game of keys."""
+"""Tests of signals, kills and hand-overs between players in games at a terminal."""
 
 import json
 import os
@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.games import values, verified
-from tests.support.programs import run
+from tests.support.games import assert_verified, read_values
+from tests.support.programs import run_dmplay
 from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
@@ -27,7 +27,7 @@ pytestmark = pytest.mark.slow
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
 )
-def test_a_signal_ends_the_game_with_its_code_and_a_whole_transcript(
+def test_a_signal_ends_the_game_with_its_code_and_a_complete_transcript(
     number: int, code: int, tmp_path: Path
 ) -> None:
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
@@ -35,19 +35,19 @@ def test_a_signal_ends_the_game_with_its_code_and_a_whole_transcript(
         assert terminal.ended() == code
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
-    end = json.loads(values(verified(tmp_path / "game.dmt"), "end")[0])
+    end = json.loads(read_values(assert_verified(tmp_path / "game.dmt"), "end")[0])
     assert (end["reason"], end["turns"]) == ("interrupted", 1)
 
 
-def test_ctrl_c_ends_the_game_as_its_signal_does(tmp_path: Path) -> None:
+def test_ctrl_c_ends_the_game_like_sigint(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").press(CTRL_C)
         assert terminal.ended() == 130
         assert terminal.left_clean()
-    verified(tmp_path / "game.dmt")
+    assert_verified(tmp_path / "game.dmt")
 
 
-EARLY = """
+EARLY_SIGNAL_CODE = """
 import os, signal
 from dmplay.__main__ import main
 from dmplay.screen.toolkit import Stage
@@ -60,8 +60,8 @@ main()
 """
 
 
-def test_a_signal_that_comes_before_the_screen_listens_is_heeded(tmp_path: Path) -> None:
-    command = (sys.executable, "-c", EARLY)
+def test_a_signal_before_the_screen_handles_signals_ends_the_game(tmp_path: Path) -> None:
+    command = (sys.executable, "-c", EARLY_SIGNAL_CODE)
     with Terminal("hexworld", "--seed", "7", folder=tmp_path, command=command) as terminal:
         assert terminal.ended() == 129
         assert terminal.left_clean()
@@ -72,22 +72,22 @@ def test_a_signal_that_comes_before_the_screen_listens_is_heeded(tmp_path: Path)
 @pytest.mark.parametrize(
     ("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
 )
-def test_a_signal_before_the_first_key_leaves_the_terminal_as_it_was(
+def test_a_signal_before_the_first_key_restores_the_terminal(
     number: int, code: int, wait: int, tmp_path: Path
 ) -> None:
-    # Before the program is called, which tells so here, a signal is the interpreter's affair.
-    up = "from dmplay.__main__ import main; print('up', flush=True); main()"
-    command = (sys.executable, "-c", up)
+    # Before main() is called the interpreter handles signals, so wait until main() is reached.
+    code_with_marker = "from dmplay.__main__ import main; print('up', flush=True); main()"
+    command = (sys.executable, "-c", code_with_marker)
     with Terminal("hexworld", "--seed", "7", folder=tmp_path, command=command) as terminal:
         terminal.until(lambda: b"up" in terminal.raw)
         time.sleep(wait / 1000)
         terminal.signal(number)
         assert terminal.ended() == code
         assert terminal.left_clean()
-        assert '/dmplay/__main__.py"' not in terminal.printed  # nothing of ours is traced back
+        assert '/dmplay/__main__.py"' not in terminal.printed  # no traceback into dmplay
 
 
-SLOW = """
+SLOW_IMPORT_SOURCE = """
 import time
 from dmplay.problems.crying_baby import CryingBaby
 class Slow:
@@ -99,15 +99,17 @@ class Named:
 class Baby(CryingBaby):
     \'\'\'A baby.\'\'\'
 """
-ENDLESS = """
+ENDLESS_IMPORT_SOURCE = """
 print("importing", flush=True)
 while True:
     pass
 """
 
 
-@pytest.mark.parametrize("content", [SLOW, ENDLESS], ids=["slow", "endless"])
-def test_ctrl_c_while_a_file_is_imported_ends_as_ever(content: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "content", [SLOW_IMPORT_SOURCE, ENDLESS_IMPORT_SOURCE], ids=["slow", "endless"]
+)
+def test_ctrl_c_while_a_file_is_imported_exits_with_130(content: str, tmp_path: Path) -> None:
     (tmp_path / "slow.py").write_text(content)
     with Terminal("./slow.py", folder=tmp_path) as terminal:
         terminal.until(lambda: b"importing" in terminal.raw).signal(signal.SIGINT)
@@ -116,8 +118,10 @@ def test_ctrl_c_while_a_file_is_imported_ends_as_ever(content: str, tmp_path: Pa
 
 
 @contextmanager
-def in_a_shell(folder: Path) -> Iterator[Terminal]:
-    """A game that a shell began, after its first turn; at the end it is left, and was in order."""
+def play_in_shell(folder: Path) -> Iterator[Terminal]:
+    """Start a game from a shell and yield after its first turn; then quit and verify the
+    transcript.
+    """
     bash = ("bash", "--norc", "--noprofile", "-i")
     with Terminal(command=bash, folder=folder, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>").press("stty -a > before\r").calm()
@@ -127,24 +131,24 @@ def in_a_shell(folder: Path) -> Iterator[Terminal]:
         terminal.press("q", "transcript: game.dmt").calm()
         terminal.press("echo code=$?\r", "code=0").press("exit\r")
         assert terminal.ended() == 0
-    verified(folder / "game.dmt")
+    assert_verified(folder / "game.dmt")
 
 
-def stop(terminal: Terminal, *, outside: bool) -> None:
-    """Stops the game by its key, or as another program would."""
-    if outside:
+def stop_game(terminal: Terminal, *, by_signal: bool) -> None:
+    """Stop the game by its key, or by a signal as another program would."""
+    if by_signal:
         os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGTSTP)
     else:
         terminal.press(CTRL_Z)
     terminal.until("Stopped").calm()
 
 
-@pytest.mark.parametrize("outside", [False, True])
-def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
-    outside: bool, tmp_path: Path
+@pytest.mark.parametrize("by_signal", [False, True])
+def test_a_stopped_game_restores_the_terminal_and_fg_resumes_it(
+    by_signal: bool, tmp_path: Path
 ) -> None:
-    with in_a_shell(tmp_path) as terminal:
-        stop(terminal, outside=outside)
+    with play_in_shell(tmp_path) as terminal:
+        stop_game(terminal, by_signal=by_signal)
         assert terminal.raw.rfind(b"\x1b[?1049l") > terminal.raw.rfind(b"\x1b[?1049h")
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
         terminal.press("stty -a > after\r").calm().press("fg\r", "turn 1 ").calm()
@@ -152,23 +156,23 @@ def test_a_stopped_game_gives_the_terminal_back_and_fg_goes_on(
     assert (tmp_path / "before").read_text() == (tmp_path / "after").read_text()
 
 
-@pytest.mark.parametrize("outside", [False, True])
-def test_a_game_stops_at_once_while_a_command_is_typed_which_goes_on(
-    outside: bool, tmp_path: Path
+@pytest.mark.parametrize("by_signal", [False, True])
+def test_a_game_stops_while_a_command_is_typed_and_fg_restores_the_command(
+    by_signal: bool, tmp_path: Path
 ) -> None:
-    with in_a_shell(tmp_path) as terminal:
+    with play_in_shell(tmp_path) as terminal:
         terminal.press(":").press("hint", ":hint").calm()
-        stop(terminal, outside=outside)
+        stop_game(terminal, by_signal=by_signal)
         terminal.press("fg\r", ":hint").calm()
         assert terminal.raw.rfind(b"\x1b[?25h") > terminal.raw.rfind(b"\x1b[?25l")
         terminal.press(ENTER, "hint (optimal)")
 
 
 @pytest.mark.parametrize("typing", [False, True])
-def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
+def test_a_game_stopped_by_sigstop_takes_the_terminal_back_after_fg(
     typing: bool, tmp_path: Path
 ) -> None:
-    with in_a_shell(tmp_path) as terminal:
+    with play_in_shell(tmp_path) as terminal:
         if typing:
             terminal.press(":").press("hint", ":hint").calm()
         os.kill(os.tcgetpgrp(terminal.child.child_fd), signal.SIGSTOP)
@@ -179,25 +183,25 @@ def test_a_game_that_was_stopped_unasked_takes_the_terminal_again(
         terminal.press("h", "turn 2 ")
 
 
-def test_two_who_hear_different_things_take_turns_before_a_plain_terminal(tmp_path: Path) -> None:
-    words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
-    with Terminal(*words, folder=tmp_path) as terminal:
+def test_plain_mode_hands_over_between_players_with_different_observations(tmp_path: Path) -> None:
+    arguments = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.until("caregiver1 action>").press(f"feed; belief{ENTER}")
         terminal.until("caregiver2 is next: nobody else should look now. Enter goes on.")
         assert "feed" not in terminal.text
-        assert "caregiver1" not in terminal.text  # what this one saw is wiped
+        assert "caregiver1" not in terminal.text  # the first caregiver's output is cleared
         terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
         terminal.until("caregiver1 is next").press(ENTER)
         terminal.until("turn 1. quiet. chose feed.").calm().press(f"{CTRL_D}")
         assert terminal.ended() == 0
 
 
-def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Path) -> None:
+def test_the_shell_hands_over_between_players_with_different_observations(tmp_path: Path) -> None:
     with Terminal("shell", folder=tmp_path) as terminal:
-        play = "play multicaregiver-crying-baby --vs human --seed 3"
-        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        command = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
         terminal.press(f"feed; belief{ENTER}", "caregiver2 is next: nobody else should look now.")
-        assert "heard" not in terminal.text  # the board of the one before is wiped
+        assert "heard" not in terminal.text  # the first caregiver's board is cleared
         terminal.press(ENTER, "t0 caregiver2]>").calm().press(f"sing{ENTER}", "caregiver1 is next")
         assert "chose" not in terminal.calm().text
         terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
@@ -207,10 +211,10 @@ def test_two_who_hear_different_things_have_a_curtain_in_the_shell(tmp_path: Pat
         assert terminal.left_clean()
 
 
-def test_who_leaves_the_screen_for_the_shell_is_shown_nothing_of_the_next(tmp_path: Path) -> None:
+def test_leaving_the_screen_for_the_shell_shows_nothing_of_the_next_player(tmp_path: Path) -> None:
     with Terminal("shell", folder=tmp_path) as terminal:
-        play = "play multicaregiver-crying-baby --vs human --seed 3"
-        terminal.ready().press(f"{play}{ENTER}", "t0 caregiver1]>").calm()
+        command = "play multicaregiver-crying-baby --vs human --seed 3"
+        terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
         terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press("i", "caregiver2 is next")
         terminal.press(ENTER, "you: caregiver2").press("f", "caregiver1 is next").calm()
         terminal.press("q", "caregiver1 is next: nobody else should look now. Enter goes on.")
@@ -219,18 +223,18 @@ def test_who_leaves_the_screen_for_the_shell_is_shown_nothing_of_the_next(tmp_pa
         assert terminal.ended() == 0
 
 
-def test_a_script_of_two_who_hear_different_things_waits_for_nobody(tmp_path: Path) -> None:
+def test_a_script_for_two_players_does_not_wait_for_a_handover(tmp_path: Path) -> None:
     lines = "play multicaregiver-crying-baby --vs human --seed 3\nfeed; sing\nfeed\n"
-    given = [word for line in lines.split("\n") if line for word in ("-e", line)]
-    with Terminal(*given, folder=tmp_path) as terminal:
+    arguments = [word for line in lines.split("\n") if line for word in ("-e", line)]
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         assert terminal.ended() == 0
         assert "is next: nobody" not in terminal.printed
-    piped = run(tmp_path, "shell", stdin=lines)
-    assert "caregiver1 chose" not in piped.stderr
-    assert piped.returncode == 0
+    result = run_dmplay(tmp_path, "shell", stdin=lines)
+    assert "caregiver1 chose" not in result.stderr
+    assert result.returncode == 0
 
 
-def test_keys_typed_before_the_toolkit_is_there_are_played_and_never_echoed(
+def test_keys_typed_before_the_screen_is_ready_are_played_but_not_echoed(
     tmp_path: Path,
 ) -> None:
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
@@ -238,32 +242,32 @@ def test_keys_typed_before_the_toolkit_is_there_are_played_and_never_echoed(
         terminal.press("hh", "turn 2 ").calm()
         assert "hh" not in terminal.text
         assert terminal.press("q").ended() == 0
-    verified(tmp_path / "game.dmt")
+    assert_verified(tmp_path / "game.dmt")
 
 
-def test_a_killed_game_of_keys_keeps_every_turn_and_goes_on_with_the_same_dice(
+def test_a_killed_game_keeps_every_turn_and_resumes_with_the_same_uniforms(
     tmp_path: Path,
 ) -> None:
     keys = "hyulnbhh"
     for name, pieces in (("whole", [keys]), ("killed", [keys[:4], keys[4:]])):
         turn = 0
         for number, piece in enumerate(pieces):
-            words = ("resume",) if number else ("hexworld", "--seed", "7", "-o")
-            with Terminal(*words, f"{name}.dmt", folder=tmp_path) as terminal:
+            arguments = ("resume",) if number else ("hexworld", "--seed", "7", "-o")
+            with Terminal(*arguments, f"{name}.dmt", folder=tmp_path) as terminal:
                 terminal.ready()
-                for turn, key in enumerate(piece, turn + 1):  # noqa: B020 - goes on counting
+                for turn, key in enumerate(piece, turn + 1):  # noqa: B020 - continues the count
                     terminal.press(key, f"turn {turn} ")
                 if piece is not pieces[-1]:
                     terminal.signal(signal.SIGKILL)
                     assert terminal.ended() == 137
-                    assert values(tmp_path / "killed.dmt", "turn")[-1] == "4"
+                    assert read_values(tmp_path / "killed.dmt", "turn")[-1] == "4"
                 else:
                     assert terminal.press("q").ended() == 0
     assert (tmp_path / "killed.dmt").read_bytes() == (tmp_path / "whole.dmt").read_bytes()
-    verified(tmp_path / "killed.dmt")
+    assert_verified(tmp_path / "killed.dmt")
 
 
-def test_resume_alone_takes_the_game_that_was_killed(tmp_path: Path) -> None:
+def test_resume_without_a_file_resumes_the_killed_game(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").signal(signal.SIGKILL)
         assert terminal.ended() == 137

@@ -1,4 +1,4 @@
-"""Slides of 2048 are seen to happen, in a few steps that nobody waits for."""
+"""Tests of the slide animation of 2048: it takes a few steps and never delays a key."""
 
 import pytest
 from prompt_toolkit.input import create_pipe_input
@@ -11,93 +11,106 @@ from dmplay.screen.motion import ANIMATION_STEPS
 from dmplay.screen.press import handle_key
 from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
-from tests.support.screens import Easel, Paper, Watched, game, play
+from tests.support.screens import (
+    EmulatedPainter,
+    EmulatedScreen,
+    ScriptedScreen,
+    make_game,
+    play_keys,
+)
 
-FULL = Terminal(True, "", True, True, False)
-LONG = 60.0  # seconds: no step comes while a test runs
-CORNER = ("down", "left", "down", "left")
+FULL_SCREEN = Terminal(True, "", True, True, False)
+LONG_STEP_SECONDS = 60.0  # longer than a test, so that no step happens by itself
+CORNER_KEYS = ("down", "left", "down", "left")
 
 
-def screen(*seats: str, motion: bool = True, speed: float = 2.0, name: str = "2048") -> PlayScreen:
-    return PlayScreen(GameController(game(name, *seats)), FULL._replace(motion=motion), speed)
+def make_screen(
+    *seats: str, motion: bool = True, speed: float = 2.0, name: str = "2048"
+) -> PlayScreen:
+    return PlayScreen(
+        GameController(make_game(name, *seats)), FULL_SCREEN._replace(motion=motion), speed
+    )
 
 
-def looks(shown: PlayScreen) -> list[str]:
-    """What is on the screen, step after step, until nothing moves."""
-    easel = Easel(Paper(), 80, 24)
-    easel.enter_screen()
-    found = []
+def render_steps(play_screen: PlayScreen) -> list[str]:
+    """Return the text of the screen after each step, until nothing moves."""
+    painter = EmulatedPainter(EmulatedScreen(), 80, 24)
+    painter.enter_screen()
+    texts = []
     while True:
-        shown.paint(easel)
-        found.append(easel.paper.text)
-        if not shown.animation.is_running:
-            return found
-        shown.animation.advance()
+        play_screen.paint(painter)
+        texts.append(painter.paper.text)
+        if not play_screen.animation.is_running:
+            return texts
+        play_screen.animation.advance()
 
 
-def test_a_slide_is_seen_in_a_few_steps_and_ends_as_one_without_them() -> None:
-    moving, still = screen(), screen(motion=False)
-    for key in CORNER:
+def test_a_slide_takes_a_few_steps_and_ends_like_one_without_animation() -> None:
+    moving, still = make_screen(), make_screen(motion=False)
+    for key in CORNER_KEYS:
         handle_key(moving, key)
         handle_key(still, key)
-        steps = looks(moving)
+        steps = render_steps(moving)
         assert len({*steps}) == len(steps) == ANIMATION_STEPS + 1
-        assert looks(still) == steps[-1:]
+        assert render_steps(still) == steps[-1:]
 
 
-def test_a_key_cuts_the_slide_before_it_short() -> None:
-    moving, still = screen(), screen(motion=False)
-    for key in (*CORNER, ":"):
+def test_a_key_ends_the_previous_slide_early() -> None:
+    moving, still = make_screen(), make_screen(motion=False)
+    for key in (*CORNER_KEYS, ":"):
         handle_key(moving, key)
         handle_key(still, key)
     assert not moving.animation.is_running
-    assert looks(moving) == looks(still)
+    assert render_steps(moving) == render_steps(still)
 
 
-class Hasty(Watched):
-    """A screen that is given its next key at every step."""
+class ImpatientScreen(ScriptedScreen):
+    """A screen that receives its next key at every step of the animation."""
 
     def paint(self, painter: Painter) -> None:
-        """Paints, and looks at once."""
-        self.animation.step_seconds = LONG
+        """Paint, and take the next key immediately."""
+        self.animation.step_seconds = LONG_STEP_SECONDS
         PlayScreen.paint(self, painter)
         self._look(None)
 
 
 def test_no_key_waits_for_a_slide() -> None:
-    played, paper = game("2048"), Paper()
+    current_game, paper = make_game("2048"), EmulatedScreen()
     with create_pipe_input() as pipe:
-        hasty = Hasty(played, CORNER, pipe, paper, motion=True)
-        hasty.thinking_delay_seconds = LONG
-        toolkit.run_event_loop(hasty, Easel(paper, 80, 24), pipe)
-    assert len(played.session.turns) == len(CORNER)
-    assert len(hasty.frames) == 1 + len(CORNER), "every key has its frame, and none a second"
+        impatient_screen = ImpatientScreen(current_game, CORNER_KEYS, pipe, paper, motion=True)
+        impatient_screen.thinking_delay_seconds = LONG_STEP_SECONDS
+        toolkit.run_event_loop(impatient_screen, EmulatedPainter(paper, 80, 24), pipe)
+    assert len(current_game.session.turns) == len(CORNER_KEYS)
+    assert len(impatient_screen.frames) == 1 + len(CORNER_KEYS), (
+        "every key has its frame, and none a second"
+    )
 
 
-def test_steps_come_by_themselves() -> None:
-    assert play(game("2048"), *CORNER).last == looks(_after(CORNER))[-1]
+def test_animation_steps_happen_without_keys() -> None:
+    assert (
+        play_keys(make_game("2048"), *CORNER_KEYS).last
+        == render_steps(_make_still_screen(CORNER_KEYS))[-1]
+    )
 
 
-def _after(keys: tuple[str, ...]) -> PlayScreen:
-    still = screen(motion=False)
+def _make_still_screen(keys: tuple[str, ...]) -> PlayScreen:
+    still = make_screen(motion=False)
     for key in keys:
         handle_key(still, key)
     return still
 
 
-@pytest.mark.parametrize(("speed", "moves"), [(2.0, True), (20.0, False)])
-def test_agents_that_play_faster_than_a_slide_are_not_seen_to_slide(
-    speed: float, moves: bool
-) -> None:
-    watched = screen("corner", speed=speed)
-    step_agents(watched)
-    assert watched.animation.is_running == moves
+@pytest.mark.parametrize(("speed", "is_animated"), [(2.0, True), (20.0, False)])
+def test_agents_faster_than_a_slide_are_not_animated(speed: float, is_animated: bool) -> None:
+    play_screen = make_screen("corner", speed=speed)
+    step_agents(play_screen)
+    assert play_screen.animation.is_running == is_animated
 
 
-def test_what_is_taken_back_does_not_slide_and_other_problems_stand_still() -> None:
-    moving, other = screen(), screen(name="hexworld")
+def test_undone_turns_and_other_problems_are_not_animated() -> None:
+    moving, other = make_screen(), make_screen(name="hexworld")
     for key in ("down", "backspace"):
         handle_key(moving, key)
     handle_key(other, "l")
     assert (len(moving.game.session.turns), len(other.game.session.turns)) == (0, 1)
-    assert [shown.animation.is_running for shown in (moving, other)] == [False, False]
+    assert [play_screen.animation.is_running for play_screen in (moving, other)] == [False, False]

@@ -1,12 +1,12 @@
-"""Whole games by real keys in a real terminal: turns, what is taken back, words, help and hints."""
+"""Tests of whole games by real keys in a real terminal: turns, undo, commands, help and hints."""
 
 import json
 from pathlib import Path
 
 import pytest
 
-from tests.support.games import values, verified
-from tests.support.programs import run
+from tests.support.games import assert_verified, read_values
+from tests.support.programs import run_dmplay
 from tests.support.terminals import (
     BACKSPACE,
     CTRL_D,
@@ -25,10 +25,10 @@ from tests.support.terminals import (
 pytestmark = pytest.mark.slow
 
 
-def test_hexworld_by_its_six_letters_is_the_game_of_the_same_words(tmp_path: Path) -> None:
-    typed = "w\nnw\nne\ne\nse\nsw\nquit\n"
-    piped = run(tmp_path, "hexworld", "--seed", "7", "-o", "piped.dmt", stdin=typed)
-    assert piped.returncode == 0
+def test_the_keys_and_the_words_of_hexworld_write_the_same_transcript(tmp_path: Path) -> None:
+    commands = "w\nnw\nne\ne\nse\nsw\nquit\n"
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "piped.dmt", stdin=commands)
+    assert result.returncode == 0
     with Terminal("hexworld", "--seed", "7", "-o", "keys.dmt", folder=tmp_path) as terminal:
         terminal.ready()
         for turn, key in enumerate("hyulnb", 1):
@@ -37,7 +37,7 @@ def test_hexworld_by_its_six_letters_is_the_game_of_the_same_words(tmp_path: Pat
         assert "transcript: keys.dmt" in terminal.text
         assert terminal.left_clean()
     assert (tmp_path / "keys.dmt").read_bytes() == (tmp_path / "piped.dmt").read_bytes()
-    verified(tmp_path / "keys.dmt")
+    assert_verified(tmp_path / "keys.dmt")
 
 
 def test_a_whole_game_of_2048_is_played_with_the_arrows(tmp_path: Path) -> None:
@@ -49,12 +49,12 @@ def test_a_whole_game_of_2048_is_played_with_the_arrows(tmp_path: Path) -> None:
             terminal.press((LEFT + DOWN) * 10 + RIGHT + DOWN + UP + DOWN).calm(0.05)
         terminal.until("over: terminal after")
         assert terminal.press("q").ended() == 0
-    end = json.loads(values(verified(tmp_path / "game.dmt"), "end")[0])
+    end = json.loads(read_values(assert_verified(tmp_path / "game.dmt"), "end")[0])
     assert end["reason"] == "terminal"
     assert end["turns"] > 50
 
 
-def test_a_slide_that_moves_nothing_says_so_and_is_no_turn(tmp_path: Path) -> None:
+def test_a_slide_that_moves_nothing_is_reported_and_is_not_a_turn(tmp_path: Path) -> None:
     with Terminal("2048", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.ready()
         for arrow in (DOWN, LEFT, DOWN, LEFT) * 20:
@@ -63,86 +63,93 @@ def test_a_slide_that_moves_nothing_says_so_and_is_no_turn(tmp_path: Path) -> No
                 break
         terminal.until("is not legal")
         assert terminal.press("q").ended() == 0
-    verified(tmp_path / "game.dmt")
+    assert_verified(tmp_path / "game.dmt")
 
 
-def test_a_crying_baby_is_cared_for_by_letters_and_its_state_shown_at_the_end(
+def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(
     tmp_path: Path,
 ) -> None:
-    words = ("crying-baby", "--seed", "7", "--turns", "3", "-o", "game.dmt")
-    with Terminal(*words, folder=tmp_path) as terminal:
+    arguments = ("crying-baby", "--seed", "7", "--turns", "3", "-o", "game.dmt")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("f", "turn 1/3").press("s", "turn 2/3")
         assert "state" not in terminal.text
         assert "return" not in terminal.text
         terminal.press("i", "turn limit after 3 turns")
         terminal.press("\r", "truly sated").until("turn 3 of 3: chose ignore, the best.")
         assert terminal.press("q").ended() == 0
-    told = [json.loads(one)["agent"] for one in values(verified(tmp_path / "game.dmt"), "actions")]
-    assert told == ["feed", "sing", "ignore"]
+    actions = [
+        json.loads(line)["agent"]
+        for line in read_values(assert_verified(tmp_path / "game.dmt"), "actions")
+    ]
+    assert actions == ["feed", "sing", "ignore"]
 
 
-def test_a_first_choice_of_two_can_be_taken_back(tmp_path: Path) -> None:
-    words = ("prisoners-dilemma", "--vs", "human", "--seed", "7", "-o", "game.dmt")
-    with Terminal(*words, folder=tmp_path) as terminal:
+def test_the_first_choice_of_two_players_can_be_undone(tmp_path: Path) -> None:
+    arguments = ("prisoners-dilemma", "--vs", "human", "--seed", "7", "-o", "game.dmt")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("d", "agent2 chooses").press(BACKSPACE, "your choice is taken back")
         terminal.press("c", "agent2 chooses").press("c", "turn 1/10").press("q")
         assert terminal.ended() == 0
-    assert values(tmp_path / "game.dmt", "actions") == [
+    assert read_values(tmp_path / "game.dmt", "actions") == [
         '{"agent1": "cooperate", "agent2": "cooperate"}'
     ]
-    assert values(tmp_path / "game.dmt", "undo") == []
+    assert read_values(tmp_path / "game.dmt", "undo") == []
 
 
 def test_grim_never_forgives(tmp_path: Path) -> None:
-    words = ("prisoners-dilemma", "--vs", "grim", "--seed", "7", "-o", "game.dmt")
-    with Terminal(*words, folder=tmp_path) as terminal:
+    arguments = ("prisoners-dilemma", "--vs", "grim", "--seed", "7", "-o", "game.dmt")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready()
         for turn, key in enumerate("cdcccccccc", 1):
             terminal.press(key, f"turn {turn}/10")
         terminal.until("turn limit after 10 turns").press("q")
         assert terminal.ended() == 0
-    told = map(json.loads, values(verified(tmp_path / "game.dmt"), "actions"))
-    assert "".join(one["agent2"][0] for one in told) == "ccdddddddd"
+    joint_actions = map(json.loads, read_values(assert_verified(tmp_path / "game.dmt"), "actions"))
+    assert (
+        "".join(action_by_agent["agent2"][0] for action_by_agent in joint_actions) == "ccdddddddd"
+    )
 
 
 def test_an_agent_is_watched_step_by_step(tmp_path: Path) -> None:
-    words = ("hexworld", "--agent", "optimal", "--seed", "7", "-o", "game.dmt")
-    with Terminal(*words, folder=tmp_path) as terminal:
+    arguments = ("hexworld", "--agent", "optimal", "--seed", "7", "-o", "game.dmt")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press(" ", "turn 1 ").press(RIGHT, "turn 2 ").press("q")
         assert terminal.ended() == 0
-    verified(tmp_path / "game.dmt")
+    assert_verified(tmp_path / "game.dmt")
 
 
-def test_a_recording_is_stepped_through_forth_and_back(tmp_path: Path) -> None:
-    piped = run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nundo\nnw\n")
-    assert piped.returncode == 0
+def test_a_replay_is_stepped_forward_and_back(tmp_path: Path) -> None:
+    result = run_dmplay(
+        tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nundo\nnw\n"
+    )
+    assert result.returncode == 0
     with Terminal("replay", "g.dmt", folder=tmp_path) as terminal:
         terminal.ready().press(" ", "turn 1 ").press(" ", "turn 2 ").press(" ", "turn 1 ")
         terminal.press(BACKSPACE, "turn 2 ").press("q")
         assert terminal.ended() == 0
 
 
-def test_autoplay_goes_on_by_itself_and_stops_at_a_fault_of_the_recording(tmp_path: Path) -> None:
-    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nw\n")
+def test_autoplay_of_a_replay_stops_at_an_error_in_the_transcript(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nw\nw\n")
     text = (tmp_path / "g.dmt").read_text()
     (tmp_path / "bad.dmt").write_text(text.replace("turn: 3", "turn: 4"))
-    for name, seen in (("g.dmt", "quit after 3 turns"), ("bad.dmt", "got turn 4, expected 3")):
+    for name, message in (("g.dmt", "quit after 3 turns"), ("bad.dmt", "got turn 4, expected 3")):
         with Terminal("replay", name, "--speed", "50", folder=tmp_path) as terminal:
-            terminal.ready().press("A", seen).press("q")
+            terminal.ready().press("A", message).press("q")
             assert terminal.ended() == 0
 
 
-def test_a_speed_of_nothing_is_refused(tmp_path: Path) -> None:
+def test_a_speed_of_zero_or_less_is_refused(tmp_path: Path) -> None:
     for speed in ("0", "-1"):
-        done = run(tmp_path, "hexworld", "--agent", "optimal", "--speed", speed)
-        assert done.returncode == 2
-        assert "--speed" in done.stderr
+        result = run_dmplay(tmp_path, "hexworld", "--agent", "optimal", "--speed", speed)
+        assert result.returncode == 2
+        assert "--speed" in result.stderr
 
 
-# Taking back
+# Undo
 
 
-def test_undo_redo_and_reroll_stand_in_the_transcript_which_verifies(tmp_path: Path) -> None:
+def test_undo_redo_and_reroll_are_recorded_and_the_transcript_verifies(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", "-o", "game.dmt", folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").press("h", "turn 2 ")
         terminal.press(BACKSPACE, "undone. turn 1.").press(CTRL_R, "turn 2 ")
@@ -150,29 +157,29 @@ def test_undo_redo_and_reroll_stand_in_the_transcript_which_verifies(tmp_path: P
         terminal.press(":").press("undo 2", ":undo 2").press(ENTER, "undone. turn 0.")
         terminal.press("l", "turn 1 ").press("q")
         assert terminal.ended() == 0
-    path = verified(tmp_path / "game.dmt")
+    path = assert_verified(tmp_path / "game.dmt")
     lines = path.read_text().splitlines()
     blocks = [line for line in lines if line.startswith(("turn", "undo", "reroll"))]
     assert blocks == [
         "turn: 0", "turn: 1", "turn: 2", "undo: 1", "turn: 2", "reroll: 1", "turn: 2", "undo: 2",
         "turn: 1",
     ]  # fmt: skip
-    draws = values(path, "draws")
-    assert draws[2] == draws[3] != draws[4]
+    uniforms = read_values(path, "draws")
+    assert uniforms[2] == uniforms[3] != uniforms[4]
 
 
-def test_a_strict_game_takes_nothing_back(tmp_path: Path) -> None:
-    words = ("hexworld", "--seed", "7", "--strict", "-o", "game.dmt")
-    with Terminal(*words, folder=tmp_path) as terminal:
+def test_a_strict_game_refuses_undo(tmp_path: Path) -> None:
+    arguments = ("hexworld", "--seed", "7", "--strict", "-o", "game.dmt")
+    with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").press(BACKSPACE, "undo: this game is strict")
         terminal.press("q")
         assert terminal.ended() == 0
 
 
-# The command row, help and hints
+# The command prompt, help and hints
 
 
-def test_the_command_row_takes_words_and_escape_closes_it(tmp_path: Path) -> None:
+def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press("h", "turn 1 ").press(":").press("undo", ":undo")
         terminal.press(ESCAPE, lambda: ":undo" not in terminal.text).calm()

@@ -1,4 +1,6 @@
-"""What takes long is thought beside the screen: shown, cancelled, and left, the game unharmed."""
+"""Tests of slow computations in the background: they are shown, and can be cancelled or
+abandoned.
+"""
 
 import io
 from collections.abc import Iterator, Sequence
@@ -18,153 +20,155 @@ from dmplay.terminal import Terminal
 from dmplay.thought import TaskCancelled, TaskInfo, run_cancellable
 from dmplay.words.plain import SentenceReporter, play_by_lines
 from tests.support.brought import Heap
-from tests.support.screens import Played, play, press, seated
-from tests.support.thinkers import BEGUN, RELEASED, Deep, Vast
+from tests.support.screens import ScreenRun, make_session_game, play_keys, press_keys
+from tests.support.thinkers import PROGRESS_EVENT, RELEASE_EVENT, SlowAgent, SlowHeap
 
-SHARE = "share"
+WAIT_FOR_PROGRESS = "share"
 DILEMMA = problems.resolve_problem("prisoners-dilemma", {}).problem
 
 
 @pytest.fixture(autouse=True)
-def _released() -> Iterator[None]:
-    """Nobody thinks on after a test."""
-    RELEASED.clear()
-    BEGUN.clear()
+def _thinking_events() -> Iterator[None]:
+    """Clear the events before a test, and release every thinking agent after it."""
+    RELEASE_EVENT.clear()
+    PROGRESS_EVENT.clear()
     yield
-    RELEASED.set()
+    RELEASE_EVENT.set()
 
 
-def against(*agents: Deep) -> Game:
-    """A dilemma of a person and an agent, or of agents alone."""
+def make_dilemma(*agents: SlowAgent) -> Game:
+    """Make a prisoner's dilemma of a person and an agent, or of two agents."""
     people = [None] * (2 - len(agents))
     session = Session(DILEMMA, SeededUniforms(5), [*people, *agents], turn_limit=4)
-    return seated("prisoners-dilemma", session, [*[HUMAN] * len(people), *["deep"] * len(agents)])
+    return make_session_game(
+        "prisoners-dilemma", session, [*[HUMAN] * len(people), *["deep"] * len(agents)]
+    )
 
 
-def heap() -> Game:
-    return seated("heap", Session(Vast(), SeededUniforms(5), turn_limit=2), [HUMAN])
+def make_heap_game() -> Game:
+    return make_session_game("heap", Session(SlowHeap(), SeededUniforms(5), turn_limit=2), [HUMAN])
 
 
-def played(game: Game, *keys: str, motion: bool = True) -> Played:
-    """Keys, each after a frame, and what is not there at once is a thought."""
-    return press(game, waited(keys), (80, 24), moment=0.0, motion=motion)
+def press_with_waits(game: Game, *keys: str, motion: bool = True) -> ScreenRun:
+    """Press keys, each after a frame; every slow computation is shown immediately."""
+    return press_keys(game, iter_keys_with_waits(keys), (80, 24), moment=0.0, motion=motion)
 
 
-def waited(keys: Sequence[str]) -> Iterator[str]:
-    """Keys, with frames between until the share is shown where a key is to wait for it."""
+def iter_keys_with_waits(keys: Sequence[str]) -> Iterator[str]:
+    """Yield keys; for WAIT_FOR_PROGRESS, yield empty keys until the computation has begun."""
     for key in keys:
-        while key == SHARE and not BEGUN.is_set():
+        while key == WAIT_FOR_PROGRESS and not PROGRESS_EVENT.is_set():
             yield ""
-        yield "" if key == SHARE else key
+        yield "" if key == WAIT_FOR_PROGRESS else key
 
 
-def until_judged(game: Game) -> Iterator[str]:
-    """Keys that end a heap, then frames until it was looked back at, and one after that."""
+def iter_keys_until_reviewed(game: Game) -> Iterator[str]:
+    """Yield keys that end a heap game, empty keys until its review is ready, and one more key."""
     yield from ("1", "1")
     while not game.review_lines:
         yield ""
     yield "z"
 
 
-def test_an_agent_that_thinks_is_named_with_the_share_that_is_done() -> None:
-    game = against(Deep())
-    frames = played(game, "c", SHARE, "c-c").frames
-    shown = next(frame for frame in frames if "42%" in frame)
-    assert " deep is thinking ... 42%. Ctrl-C cancels\n" in shown
-    assert "turn 0/4" in shown
-    assert "c cooperate  d defect" in shown
+def test_a_thinking_agent_is_named_with_its_progress() -> None:
+    game = make_dilemma(SlowAgent())
+    frames = press_with_waits(game, "c", WAIT_FOR_PROGRESS, "c-c").frames
+    progress_frame = next(frame for frame in frames if "42%" in frame)
+    assert " deep is thinking ... 42%. Ctrl-C cancels\n" in progress_frame
+    assert "turn 0/4" in progress_frame
+    assert "c cooperate  d defect" in progress_frame
     assert "cancelled" in frames[-1]
 
 
-def test_without_motion_a_thought_is_told_once() -> None:
-    shown = played(against(Deep()), "c", "c-c", motion=False)
-    assert shown.written.count("deep is thinking ... Ctrl-C cancels") == 1
-    assert "%" not in shown.written
+def test_without_motion_thinking_is_reported_once() -> None:
+    result = press_with_waits(make_dilemma(SlowAgent()), "c", "c-c", motion=False)
+    assert result.written.count("deep is thinking ... Ctrl-C cancels") == 1
+    assert "%" not in result.written
 
 
 @pytest.mark.parametrize("key", ["c-c", "escape", "backspace"])
-def test_a_move_that_is_cancelled_is_asked_for_again_and_is_the_same(key: str) -> None:
-    game, other = against(Deep()), against(Deep())
-    assert "cancelled" in played(game, "c", "d", "x", key).last
+def test_a_cancelled_turn_can_be_played_again_with_the_same_actions(key: str) -> None:
+    game, other = make_dilemma(SlowAgent()), make_dilemma(SlowAgent())
+    assert "cancelled" in press_with_waits(game, "c", "d", "x", key).last
     assert game.session.turns == []
-    RELEASED.set()
-    assert "turn 1/4" in play(game, "c").last
+    RELEASE_EVENT.set()
+    assert "turn 1/4" in play_keys(game, "c").last
     other.choose(0)
     assert [*game.session.turns[0].actions] == [*other.session.turns[0].actions]
     assert len(game.session.turns) == 1
 
 
 @pytest.mark.parametrize("key", ["q", "c-d"])
-@pytest.mark.parametrize("heeds", [True, False])
-def test_who_thinks_can_be_left(key: str, heeds: bool) -> None:
-    game = against(Deep(heeds=heeds))
-    assert played(game, "c", "?", key).code == 0
+@pytest.mark.parametrize("stops_when_cancelled", [True, False])
+def test_a_game_can_be_quit_while_an_agent_thinks(key: str, stops_when_cancelled: bool) -> None:
+    game = make_dilemma(SlowAgent(heeds=stops_when_cancelled))
+    assert press_with_waits(game, "c", "?", key).code == 0
     assert game.session.turns == []
 
 
-def test_an_agent_that_does_not_stop_is_left_alone_and_never_moves_for_it() -> None:
-    game = against(Deep(heeds=False))
-    last = played(game, "c", "c-c").last
+def test_an_agent_that_ignores_cancelling_is_abandoned_and_its_action_dropped() -> None:
+    game = make_dilemma(SlowAgent(heeds=False))
+    last = press_with_waits(game, "c", "c-c").last
     assert "cancelled, but it does not stop: it slows dmplay down until you leave" in last
-    RELEASED.set()
-    assert "turn 1/4" in play(game, "d").last
+    RELEASE_EVENT.set()
+    assert "turn 1/4" in play_keys(game, "d").last
     assert game.session.turns[0].actions[0] == 1
     assert len(game.session.turns) == 1
 
 
-def test_agents_that_play_by_themselves_are_stopped_while_they_think() -> None:
-    game = against(Deep(), Deep())
-    shown = played(game, "P", SHARE, "P", "z")
-    assert any("deep is thinking ... 42%" in frame for frame in shown.frames)
-    assert "z: no such key" in shown.last
+def test_autoplay_can_be_paused_while_an_agent_thinks() -> None:
+    game = make_dilemma(SlowAgent(), SlowAgent())
+    result = press_with_waits(game, "P", WAIT_FOR_PROGRESS, "P", "z")
+    assert any("deep is thinking ... 42%" in frame for frame in result.frames)
+    assert "z: no such key" in result.last
     assert game.session.turns == []
 
 
-def test_a_hint_is_cancelled_by_an_action_which_is_played() -> None:
-    game = heap()
-    shown = played(game, "tab", SHARE, "tab", "1")
-    assert any("thinking of a hint ... 25%. Ctrl-C cancels" in frame for frame in shown.frames)
-    assert "turn 1/2" in shown.last
+def test_a_hint_is_cancelled_by_playing_an_action() -> None:
+    game = make_heap_game()
+    result = press_with_waits(game, "tab", WAIT_FOR_PROGRESS, "tab", "1")
+    assert any("thinking of a hint ... 25%. Ctrl-C cancels" in frame for frame in result.frames)
+    assert "turn 1/2" in result.last
     assert len(game.session.turns) == 1
 
 
-@pytest.mark.parametrize("asks", ["tab", "V"])
+@pytest.mark.parametrize("request_key", ["tab", "V"])
 @pytest.mark.parametrize("key", ["c-c", "escape"])
-def test_advice_is_cancelled_and_the_game_goes_on(asks: str, key: str) -> None:
-    game = heap()
-    shown = played(game, asks, key, "z")
-    assert any(frame.endswith(": command") and "\n cancelled\n" in frame for frame in shown.frames)
-    assert "z: no such key" in shown.last
+def test_a_cancelled_hint_or_overlay_does_not_end_the_game(request_key: str, key: str) -> None:
+    game = make_heap_game()
+    result = press_with_waits(game, request_key, key, "z")
+    assert any(frame.endswith(": command") and "\n cancelled\n" in frame for frame in result.frames)
+    assert "z: no such key" in result.last
     assert game.session.turns == []
 
 
-def test_a_command_can_be_typed_in_place_of_a_hint() -> None:
-    assert "turn 1. " in played(heap(), "tab", ":", "one enter").last
+def test_a_command_can_be_typed_while_a_hint_is_computed() -> None:
+    assert "turn 1. " in press_with_waits(make_heap_game(), "tab", ":", "one enter").last
 
 
-def test_a_hint_asked_for_in_words_is_cancelled_as_well() -> None:
-    shown = played(heap(), ":", "hint enter", SHARE, "c-c")
-    assert any("thinking of a hint ... 25%" in frame for frame in shown.frames)
-    assert "\n cancelled\n" in shown.last
+def test_a_hint_requested_by_command_can_be_cancelled() -> None:
+    result = press_with_waits(make_heap_game(), ":", "hint enter", WAIT_FOR_PROGRESS, "c-c")
+    assert any("thinking of a hint ... 25%" in frame for frame in result.frames)
+    assert "\n cancelled\n" in result.last
 
 
-def test_a_game_that_is_over_is_shown_while_it_is_looked_back_at() -> None:
-    shown = played(heap(), "1", "1", "L")
-    looks = next(frame for frame in shown.frames if "looking back at your moves" in frame)
-    assert "over: turn limit after 2 turns" in looks
-    assert "looking back" not in shown.last
-    assert "review:" not in shown.last
+def test_a_finished_game_is_shown_while_it_is_reviewed() -> None:
+    result = press_with_waits(make_heap_game(), "1", "1", "L")
+    review_frame = next(frame for frame in result.frames if "looking back at your moves" in frame)
+    assert "over: turn limit after 2 turns" in review_frame
+    assert "looking back" not in result.last
+    assert "review:" not in result.last
 
 
-def test_what_is_over_before_it_is_cancelled_is_looked_back_at() -> None:
-    RELEASED.set()
-    game = heap()
-    assert "review: " in press(game, until_judged(game), (80, 24), moment=0.0).last
+def test_a_review_that_is_ready_before_it_is_cancelled_is_shown() -> None:
+    RELEASE_EVENT.set()
+    game = make_heap_game()
+    assert "review: " in press_keys(game, iter_keys_until_reviewed(game), (80, 24), moment=0.0).last
 
 
 @dataclass(frozen=True)
-class Interrupted(Heap):
-    """A heap of which somebody who thinks gets a Ctrl-C."""
+class InterruptedHeap(Heap):
+    """A heap that raises KeyboardInterrupt when the chances of several states are computed."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         if len(s) > 1:
@@ -172,41 +176,50 @@ class Interrupted(Heap):
         return super().chance(s, a)
 
 
-@pytest.mark.parametrize("asks", ["hint", "values", "policy"])
-def test_ctrl_c_while_a_hint_is_thought_of_stays_in_the_game_in_lines(
-    asks: str, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("command", ["hint", "values", "policy"])
+def test_ctrl_c_during_a_hint_does_not_end_a_plain_game(
+    command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table = GameController(
-        seated("heap", Session(Interrupted(), SeededUniforms(5), turn_limit=2), [HUMAN])
+        make_session_game(
+            "heap", Session(InterruptedHeap(), SeededUniforms(5), turn_limit=2), [HUMAN]
+        )
     )
     plain = Terminal(False, "--plain", True, False, False)
-    play_by_lines(table, plain, io.StringIO(f"{asks}\none\nquit\n"), SentenceReporter(plain))
-    told = capsys.readouterr().out.split("\n")
-    assert told[2] == "action> cancelled."
-    assert told[3].startswith("action> turn 1. ")
+    play_by_lines(table, plain, io.StringIO(f"{command}\none\nquit\n"), SentenceReporter(plain))
+    lines = capsys.readouterr().out.split("\n")
+    assert lines[2] == "action> cancelled."
+    assert lines[3].startswith("action> turn 1. ")
 
 
-def test_ctrl_c_while_an_agent_thinks_ends_the_game_in_lines() -> None:
+def test_ctrl_c_while_an_agent_thinks_ends_a_plain_game() -> None:
     def interrupted() -> None:
         raise KeyboardInterrupt
 
-    with pytest.raises(KeyboardInterrupt) as caught:
-        run_cancellable(MOVE, interrupted)
-    assert not isinstance(caught.value, TaskCancelled)
+    with pytest.raises(KeyboardInterrupt) as error:
+        run_cancellable(AGENT_MOVE_TASK, interrupted)
+    assert not isinstance(error.value, TaskCancelled)
 
 
-MOVE, HINT = TaskInfo("optimal is thinking", is_agent_move=True), TaskInfo("thinking of a hint")
+AGENT_MOVE_TASK, HINT_TASK = (
+    TaskInfo("optimal is thinking", is_agent_move=True),
+    TaskInfo("thinking of a hint"),
+)
 
 
 @pytest.mark.parametrize(
-    ("about", "acts", "cancels"),
+    ("task_info", "acting_keys", "cancelling_keys"),
     [
-        (MOVE, {"q", "c-d"}, {"c-c", "escape", "backspace", "P", "A"}),
-        (HINT, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
+        (AGENT_MOVE_TASK, {"q", "c-d"}, {"c-c", "escape", "backspace", "P", "A"}),
+        (HINT_TASK, {"q", "c-d", "backspace", "P", "A", ":", "h", "?"}, {"c-c", "escape"}),
     ],
 )
-def test_what_a_key_does_meanwhile(about: TaskInfo, acts: set[str], cancels: set[str]) -> None:
+def test_each_key_during_thinking_is_ignored_cancels_or_acts(
+    task_info: TaskInfo, acting_keys: set[str], cancelling_keys: set[str]
+) -> None:
     keys = ("q", "c-d", "c-c", "escape", "backspace", "P", "A", ":", "h", "?", "tab")
-    told = {key: classify_busy_key(key, about, "tab") for key in keys}
-    assert {key for key in keys if told[key] is BusyKeyAction.CANCEL_THEN_RUN} == acts
-    assert {key for key in keys if told[key] is BusyKeyAction.CANCEL} == cancels
+    action_by_key = {key: classify_busy_key(key, task_info, "tab") for key in keys}
+    assert {
+        key for key in keys if action_by_key[key] is BusyKeyAction.CANCEL_THEN_RUN
+    } == acting_keys
+    assert {key for key in keys if action_by_key[key] is BusyKeyAction.CANCEL} == cancelling_keys

@@ -1,4 +1,4 @@
-"""After the end: the result, the same dice, and the turns one by one."""
+"""Tests of a finished game: its result, an agent on the same uniforms, and its turns one by one."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,43 +15,43 @@ from dmplay.screen.press import handle_key
 from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support.games import read_transcript
-from tests.support.screens import Easel, Paper, game
+from tests.support.screens import EmulatedPainter, EmulatedScreen, make_game
 
-MOVES: dict[str, Sequence[str]] = {
+KEYS_BY_PROBLEM: dict[str, Sequence[str]] = {
     "hexworld": "hhnl",
     "crying-baby": "fsifs",
     "simple-regulator": ("0", "enter", "0", "enter"),
 }
-TURNS = {"hexworld": 4, "crying-baby": 5, "simple-regulator": 2}
-LARGE, SMALL = (80, 24), (50, 14)
+TURN_LIMITS = {"hexworld": 4, "crying-baby": 5, "simple-regulator": 2}
+LARGE_SIZE, SMALL_SIZE = (80, 24), (50, 14)
 
 
-def over(name: str, *, ascii_: bool = False, played: Game | None = None) -> PlayScreen:
-    """A screen after the last turn of a game."""
-    made = played or game(name, turns=TURNS[name])
+def play_to_end(name: str, *, ascii_: bool = False, current_game: Game | None = None) -> PlayScreen:
+    """Play a game to its end, and return the screen."""
+    unplayed_game = current_game or make_game(name, turns=TURN_LIMITS[name])
     terminal = Terminal(True, "", True, True, ascii_)
-    screen = PlayScreen(GameController(made, interpret_command), terminal)
-    pressed(screen, *MOVES[name])
+    screen = PlayScreen(GameController(unplayed_game, interpret_command), terminal)
+    press_keys(screen, *KEYS_BY_PROBLEM[name])
     return screen
 
 
-def pressed(screen: PlayScreen, *keys: str, size: tuple[int, int] = LARGE) -> str:
-    """What the screen shows after these keys."""
+def press_keys(screen: PlayScreen, *keys: str, size: tuple[int, int] = LARGE_SIZE) -> str:
+    """Press keys, and return the text of the screen."""
     for key in keys:
         handle_key(screen, key)
-    easel = Easel(Paper(), *size)
+    easel = EmulatedPainter(EmulatedScreen(), *size)
     screen.paint(easel)
     return easel.paper.text
 
 
-def kept(place: Path, **wishes: object) -> Game:
-    """A game of crying baby with a transcript."""
-    request = GameRequest("crying-baby", seed=7, turns=5, record_path=place / "game.dmt")
-    return start_new_game(GameRequest(**{**vars(request), **wishes}))
+def make_saved_game(folder: Path, **changes: object) -> Game:
+    """Make a game of crying baby that is written to a transcript."""
+    request = GameRequest("crying-baby", seed=7, turns=5, record_path=folder / "game.dmt")
+    return start_new_game(GameRequest(**{**vars(request), **changes}))
 
 
-FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
-    ("hexworld", (), LARGE, False): """\
+EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
+    ("hexworld", (), LARGE_SIZE, False): """\
  hexworld  turn 4/4  score (discounted) -1.539  you: agent  turn limit
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
@@ -76,7 +76,7 @@ FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 
 
  Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
-    ("hexworld", ("enter", "left"), LARGE, False): """\
+    ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you: agent
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
@@ -101,7 +101,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
 
 
  ← → turns  Enter plays on  N new  ? help  q quit  : command""",
-    ("hexworld", ("enter", "left"), SMALL, True): """\
+    ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  turn 2/4  score 0  you: agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h#| @ | l*|   |   |
@@ -116,7 +116,7 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
  turn 3 of 4: chose se; e was better by 1.16.
 
  < > turns  Enter plays on  ? help  q quit""",
-    ("crying-baby", (), SMALL, False): """\
+    ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
 heard  quiet
 
@@ -131,7 +131,7 @@ truly sated
  rows 24-26 of 26: PgUp PgDn Home End
 
  Enter looks back  ? help  q quit  : command""",
-    ("crying-baby", ("left", "left"), SMALL, False): """\
+    ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
  crying-baby  turn 3/5  score -15.45  you: agent
 heard  quiet
 
@@ -146,7 +146,7 @@ hint  i best  s ▏··· -0.139  f ████ -3.05
    3.05.
 
  ← → turns  Enter plays on  ? help  q quit""",
-    ("crying-baby", ("left", "left"), LARGE, True): """\
+    ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  crying-baby  turn 3/5  score (discounted) -15.45  you: agent
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                                reward   0
@@ -171,7 +171,7 @@ truly sated
 
 
  < > turns  Enter plays on  N new  R restart  ? help  q quit  : command""",
-    ("crying-baby", (), LARGE, False): """\
+    ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  you: agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                            reward   -0.5
@@ -199,49 +199,51 @@ truly sated
 }  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "keys", "size", "ascii_"), [*FRAMES])
-def test_the_end_and_the_turns_before_it_are_shown(
+@pytest.mark.parametrize(("name", "keys", "size", "ascii_"), [*EXPECTED_FRAMES])
+def test_the_end_and_the_lookback_frames_are_as_expected(
     name: str, keys: Sequence[str], size: tuple[int, int], ascii_: bool
 ) -> None:
-    shown = pressed(over(name, ascii_=ascii_), *keys, size=size)
-    assert shown == FRAMES[name, keys, size, ascii_]
+    screen_text = press_keys(play_to_end(name, ascii_=ascii_), *keys, size=size)
+    assert screen_text == EXPECTED_FRAMES[name, keys, size, ascii_]
 
 
-def test_keys_lead_to_any_turn_and_no_further() -> None:
-    screen = over("crying-baby")
-    end = pressed(screen)
-    assert "turn 1 of 5" in pressed(screen, "left", "home")
-    assert "turn 1 of 5" in pressed(screen, "left")
-    assert "turn 2 of 5" in pressed(screen, "right")
-    assert "turn 5 of 5" in pressed(screen, *["right"] * 3)
-    assert pressed(screen, "right") == end
+def test_keys_move_between_the_first_turn_and_the_end() -> None:
+    screen = play_to_end("crying-baby")
+    end = press_keys(screen)
+    assert "turn 1 of 5" in press_keys(screen, "left", "home")
+    assert "turn 1 of 5" in press_keys(screen, "left")
+    assert "turn 2 of 5" in press_keys(screen, "right")
+    assert "turn 5 of 5" in press_keys(screen, *["right"] * 3)
+    assert press_keys(screen, "right") == end
     for key in ("end", "escape"):
-        assert "turn 4 of 5" in pressed(screen, "left", "left")
-        assert pressed(screen, key) == end
+        assert "turn 4 of 5" in press_keys(screen, "left", "left")
+        assert press_keys(screen, key) == end
 
 
-def test_what_the_end_alone_may_tell_is_told_of_every_turn() -> None:
-    shown = pressed(over("crying-baby"), *["left"] * 5)
-    assert "truly hungry" in shown
-    assert "score (discounted) 0 " in shown
-    assert "reward -15.\n   score -15." in pressed(over("crying-baby"), *["left"] * 4)
+def test_the_lookback_shows_the_hidden_facts_of_every_turn() -> None:
+    screen_text = press_keys(play_to_end("crying-baby"), *["left"] * 5)
+    assert "truly hungry" in screen_text
+    assert "score (discounted) 0 " in screen_text
+    assert "reward -15.\n   score -15." in press_keys(play_to_end("crying-baby"), *["left"] * 4)
 
 
 @pytest.mark.parametrize("key", ["left", "right", "home", "end", "enter"])
-def test_no_turn_is_looked_back_at_before_the_end(key: str) -> None:
-    screen = PlayScreen(GameController(game("crying-baby")), Terminal(True, "", True, True, False))
-    shown = pressed(screen, "f", key)
-    assert "of 20" not in shown
-    assert "truly" not in shown
-    assert "Enter plays on" not in shown
+def test_the_lookback_is_not_available_before_the_end(key: str) -> None:
+    screen = PlayScreen(
+        GameController(make_game("crying-baby")), Terminal(True, "", True, True, False)
+    )
+    screen_text = press_keys(screen, "f", key)
+    assert "of 20" not in screen_text
+    assert "truly" not in screen_text
+    assert "Enter plays on" not in screen_text
 
 
-def test_a_game_is_played_on_from_the_turn_that_is_shown_and_marked(tmp_path: Path) -> None:
-    screen = over("crying-baby", played=kept(tmp_path))
-    shown = pressed(screen, "left", "left", "enter")
-    assert "on from turn 3. new game of crying-baby. " in shown
-    assert "turn 3/5" in shown
-    pressed(screen, "i", "i")
+def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_path: Path) -> None:
+    screen = play_to_end("crying-baby", current_game=make_saved_game(tmp_path))
+    screen_text = press_keys(screen, "left", "left", "enter")
+    assert "on from turn 3. new game of crying-baby. " in screen_text
+    assert "turn 3/5" in screen_text
+    press_keys(screen, "i", "i")
     screen.controller.end_game()
     branch = tmp_path / "game-2.dmt"
     assert read_transcript(branch).header.peeked
@@ -250,68 +252,74 @@ def test_a_game_is_played_on_from_the_turn_that_is_shown_and_marked(tmp_path: Pa
 
 
 @pytest.mark.parametrize(
-    ("wishes", "why"),
+    ("changes", "message"),
     [({"strict": True}, "branch: this game is strict"), ({"strict": "hints"}, "branch: this game")],
 )
-def test_nobody_plays_on_in_a_strict_game(
-    tmp_path: Path, wishes: dict[str, object], why: str
+def test_a_strict_game_cannot_be_played_on(
+    tmp_path: Path, changes: dict[str, object], message: str
 ) -> None:
-    shown = pressed(over("crying-baby", played=kept(tmp_path, **wishes)), "left", "enter")
-    assert why in shown
-    assert "turn 5 of 5" in shown
-    assert "← → turns  N new  R restart  ? help" in shown
+    screen_text = press_keys(
+        play_to_end("crying-baby", current_game=make_saved_game(tmp_path, **changes)),
+        "left",
+        "enter",
+    )
+    assert message in screen_text
+    assert "turn 5 of 5" in screen_text
+    assert "← → turns  N new  R restart  ? help" in screen_text
 
 
-def test_a_game_that_is_not_kept_is_not_played_on() -> None:
-    assert "branch: no transcript is written" in pressed(over("hexworld"), "enter", "enter")
+def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
+    assert "branch: no transcript is written" in press_keys(
+        play_to_end("hexworld"), "enter", "enter"
+    )
 
 
-def test_another_end_is_judged_anew() -> None:
-    screen = over("hexworld")
-    assert "optimal on the same dice: 8.1; you -1.539" in pressed(screen)
-    assert "same dice" not in pressed(screen, "backspace")
-    assert "optimal on the same dice: 8.1; you -0.81" in pressed(screen, "u")
-    assert "turn 4 of 4: chose ne" in pressed(screen, "enter")
+def test_a_different_end_is_reviewed_again() -> None:
+    screen = play_to_end("hexworld")
+    assert "optimal on the same dice: 8.1; you -1.539" in press_keys(screen)
+    assert "same dice" not in press_keys(screen, "backspace")
+    assert "optimal on the same dice: 8.1; you -0.81" in press_keys(screen, "u")
+    assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
 
 
-def test_moves_that_nobody_can_value_are_named() -> None:
-    shown = pressed(over("simple-regulator"), "enter")
-    assert "turn 2 of 2: chose 0." in shown
-    assert "regret" not in shown
+def test_actions_without_values_are_listed_without_regret() -> None:
+    screen_text = press_keys(play_to_end("simple-regulator"), "enter")
+    assert "turn 2 of 2: chose 0." in screen_text
+    assert "regret" not in screen_text
 
 
-def test_two_people_see_the_choices_of_both() -> None:
-    played = game("travelers-dilemma", turns=1)
-    screen = PlayScreen(GameController(played), Terminal(True, "", True, True, False))
-    shown = pressed(screen, *"99", "enter", *"50", "enter", "left")
-    assert "agent1 chose 99" in shown
-    assert "agent2 chose 50" in shown
+def test_two_players_see_both_choices_after_the_end() -> None:
+    current_game = make_game("travelers-dilemma", turns=1)
+    screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
+    screen_text = press_keys(screen, *"99", "enter", *"50", "enter", "left")
+    assert "agent1 chose 99" in screen_text
+    assert "agent2 chose 50" in screen_text
 
 
 def test_a_long_game_shows_the_regret_around_the_turn() -> None:
-    played = game("hexworld", turns=90)
-    screen = PlayScreen(GameController(played), Terminal(True, "", True, True, False))
-    shown = pressed(screen, *["l"] * 90, "enter", size=SMALL)
-    row = next(row for row in shown.split("\n") if "regret" in row)
-    assert len(row) <= SMALL[0]
+    current_game = make_game("hexworld", turns=90)
+    screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
+    screen_text = press_keys(screen, *["l"] * 90, "enter", size=SMALL_SIZE)
+    row = next(row for row in screen_text.split("\n") if "regret" in row)
+    assert len(row) <= SMALL_SIZE[0]
     assert "]  worst: turn" in row
 
 
-def test_a_key_of_the_game_that_comes_too_late_does_not_look_back() -> None:
+def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
     screen = PlayScreen(
-        GameController(game("hexworld", turns=1)), Terminal(True, "", True, True, False)
+        GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
     )
-    end = pressed(screen, "left")
+    end = press_keys(screen, "left")
     assert "Enter looks back" in end
-    assert "left: the game is over" in pressed(screen, "left")
-    assert "what if: the game is over" in pressed(screen, "W")
-    assert "turn 1 of 1: chose w" in pressed(screen, "enter")
-    assert pressed(screen, "right") == end
-    assert "left: the game is over" in pressed(over("simple-regulator"), "left")
+    assert "left: the game is over" in press_keys(screen, "left")
+    assert "what if: the game is over" in press_keys(screen, "W")
+    assert "turn 1 of 1: chose w" in press_keys(screen, "enter")
+    assert press_keys(screen, "right") == end
+    assert "left: the game is over" in press_keys(play_to_end("simple-regulator"), "left")
 
 
-def test_other_keys_do_what_they_do_at_the_end() -> None:
-    assert "You are @" in pressed(over("hexworld"), "enter", "?")
-    assert "no hint: the game is over" in pressed(over("hexworld"), "enter", "tab")
-    assert "x: no such key" in pressed(over("hexworld"), "enter", "x")
-    assert "turn 4 of 4" in pressed(over("hexworld"), "enter", "x")
+def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
+    assert "You are @" in press_keys(play_to_end("hexworld"), "enter", "?")
+    assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
+    assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
+    assert "turn 4 of 4" in press_keys(play_to_end("hexworld"), "enter", "x")

@@ -1,4 +1,4 @@
-"""Games of perfect information, against recursions and sums that are known."""
+"""Tests of backward induction, against recursions and closed forms."""
 
 from dataclasses import dataclass
 from functools import cache
@@ -15,15 +15,15 @@ from dmplay.policies.seeing import solve_by_backward_induction
 from dmplay.reports.match import EvaluationRequest, make_lineup
 from dmplay.solutions.every import solve_problem
 from dmplay.solvers import backward_induction, graph
-from tests.support.brought import Counted
-from tests.support.drawn import Drawn, Pair
+from tests.support.brought import IntegerStateProblem
+from tests.support.drawn import RandomGame, RandomProblem
 from tests.support.toe import Toe
 from tests.support.turns import Nim
 
 
 @dataclass(frozen=True)
-class Heaps(Problem):
-    """Nim with three heaps: who takes turns takes any number from one; the last one wins."""
+class ThreeHeapNim(Problem):
+    """Nim with three heaps: take any number from one heap; the last player to take wins."""
 
     one: int = parameter(3, "in the first heap", 0, 3)
     two: int = parameter(3, "in the second heap", 0, 3)
@@ -46,137 +46,153 @@ class Heaps(Problem):
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         rows = np.arange(len(s))
-        heap, taken = np.divmod(np.minimum(a[rows, s[:, 3]], 8), 3)
-        moved = s.copy()
-        moved[rows, heap] -= taken + 1
-        moved[:, 3] = 1 - s[:, 3]
-        moved = np.where(self.terminal(s)[:, None], s, moved)
-        won = 1.0 * (self.terminal(moved) & ~self.terminal(s)) * (1 - 2 * s[:, 3])
-        return Outcome(moved, np.stack([won, -won], axis=1), moved)
+        heap, removed = np.divmod(np.minimum(a[rows, s[:, 3]], 8), 3)
+        next_states = s.copy()
+        next_states[rows, heap] -= removed + 1
+        next_states[:, 3] = 1 - s[:, 3]
+        next_states = np.where(self.terminal(s)[:, None], s, next_states)
+        first_reward = 1.0 * (self.terminal(next_states) & ~self.terminal(s)) * (1 - 2 * s[:, 3])
+        return Outcome(next_states, np.stack([first_reward, -first_reward], axis=1), next_states)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s[:, :3].sum(axis=1) == 0)
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        able = np.zeros((len(s), 2, 10), bool)
-        many = np.repeat(s[:, :3], 3, axis=1)
+        mask = np.zeros((len(s), 2, 10), bool)
+        stones = np.repeat(s[:, :3], 3, axis=1)
         rows = np.arange(len(s))
-        able[rows, s[:, 3], :9] = many >= np.tile([1, 2, 3], 3)
-        able[rows, 1 - s[:, 3], 9] = True
-        return able
+        mask[rows, s[:, 3], :9] = stones >= np.tile([1, 2, 3], 3)
+        mask[rows, 1 - s[:, 3], 9] = True
+        return mask
 
     def format_state(self, s: Array) -> str:
         return " ".join(map(str, s.tolist()))
 
     def parse_state(self, text: str) -> Array:
-        return np.array([int(one) for one in text.split()])
+        return np.array([int(number) for number in text.split()])
 
 
-def test_who_moves_wins_nim_unless_the_sum_is_nought() -> None:
-    """Bouton's theorem of 1901: by the binary sum without carrying."""
-    found = solve_by_backward_induction(Heaps(), None)
-    heaps, mover = found.graph.states[:, :3], found.graph.states[:, 3]
-    live = heaps.any(axis=1)
+def test_the_player_to_move_wins_nim_unless_the_nim_sum_is_zero() -> None:
+    """Check Bouton's theorem of 1901, which uses binary sums without carrying."""
+    result = solve_by_backward_induction(ThreeHeapNim(), None)
+    heaps, seat = result.graph.states[:, :3], result.graph.states[:, 3]
+    nonterminal = heaps.any(axis=1)
     wins = np.bitwise_xor.reduce(heaps, axis=1) != 0
-    sign = np.where(mover == 0, 1, -1) * np.where(wins, 1, -1) * live
-    np.testing.assert_array_equal(found.values_by_turns_left[-1], np.stack([sign, -sign], axis=1))
-    assert found.gap == 0
-    told = solve_problem(Heaps(three=2))
-    assert told.method == "backward induction over 88 states, without end"
-    assert told.result == "value 1 to left, -1 to right at the start, exact"
-    best = {"value left": 1.0, "value right": -1.0, "to decide": "left", "best": "a2 b2 c2"}
-    assert told.rows[0] == {"state": "3 3 2 0"} | best
+    sign = np.where(seat == 0, 1, -1) * np.where(wins, 1, -1) * nonterminal
+    np.testing.assert_array_equal(result.values_by_turns_left[-1], np.stack([sign, -sign], axis=1))
+    assert result.gap == 0
+    report = solve_problem(ThreeHeapNim(three=2))
+    assert report.method == "backward induction over 88 states, without end"
+    assert report.result == "value 1 to left, -1 to right at the start, exact"
+    first_row = {"value left": 1.0, "value right": -1.0, "to decide": "left", "best": "a2 b2 c2"}
+    assert report.rows[0] == {"state": "3 3 2 0"} | first_row
 
 
-def test_nobody_loses_tic_tac_toe_who_knows_it() -> None:
+def test_optimal_players_never_lose_tic_tac_toe() -> None:
     toe = Toe()
-    found = solve_problem(toe)
-    assert found.method == "backward induction over 5478 states, without end"
-    assert found.result == "value 0 to x, 0 to o at the start, exact"
-    assert found.rows[0]["best"] == " ".join(f"cell{n}" for n in range(1, 10))
-    best = [load_agent(toe, seat, "optimal") for seat in range(2)]
-    careless = [load_agent(toe, seat, "random") for seat in range(2)]
-    for seated in (best, [best[0], careless[1]], [careless[0], best[1]]):
-        returns = rollout(toe, seated, episodes=50, seed=1).returns
-        knows = [returns[:, seat] for seat in range(2) if seated[seat] is best[seat]]
-        assert np.min(knows) >= 0.0
-        assert np.mean(knows) == 0.0 if seated is best else np.mean(knows) > 0.7
-    memory = best[0].initial_memory(np.array([int(toe.parse_state("xx.oo...."))]))
-    values = best[0].action_values(memory)
+    report = solve_problem(toe)
+    assert report.method == "backward induction over 5478 states, without end"
+    assert report.result == "value 0 to x, 0 to o at the start, exact"
+    assert report.rows[0]["best"] == " ".join(f"cell{n}" for n in range(1, 10))
+    optimal_agents = [load_agent(toe, seat, "optimal") for seat in range(2)]
+    random_agents = [load_agent(toe, seat, "random") for seat in range(2)]
+    for agents in (
+        optimal_agents,
+        [optimal_agents[0], random_agents[1]],
+        [random_agents[0], optimal_agents[1]],
+    ):
+        returns = rollout(toe, agents, episodes=50, seed=1).returns
+        optimal_returns = [
+            returns[:, seat] for seat in range(2) if agents[seat] is optimal_agents[seat]
+        ]
+        assert np.min(optimal_returns) >= 0.0
+        assert (
+            np.mean(optimal_returns) == 0.0
+            if agents is optimal_agents
+            else np.mean(optimal_returns) > 0.7
+        )
+    memory = optimal_agents[0].initial_memory(np.array([int(toe.parse_state("xx.oo...."))]))
+    values = optimal_agents[0].action_values(memory)
     assert values is not None
     assert values[0, [2, 5]].tolist() == [1.0, 0.0]
     assert np.isinf(values[0, [0, 1, 3, 4, 9]]).all()
-    assert best[0].choose(memory, None, np.zeros((1, 0))).tolist() == [2]  # which wins at once
+    assert optimal_agents[0].choose(memory, None, np.zeros((1, 0))).tolist() == [2]  # wins at once
 
 
 @dataclass(frozen=True)
-class InTurn(Drawn):
-    """Three who decide in turn, each for itself: the state says who."""
+class TurnTakingGame(RandomProblem):
+    """A random game in which three agents decide in turn; the state determines the seat."""
 
     agents = ("one", "two", "three")
 
     @property
     def actions(self) -> tuple[Labels, ...]:
-        """Three, or to wait."""
+        """Two actions for each agent, and waiting."""
         return (Labels(("a", "b", WAIT_LABEL)),) * 3
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        able = np.zeros((len(s), 3, 3), bool)
-        able[..., 2] = True
-        able[np.arange(len(s)), s % 3] = [True, True, False]
-        return able
+        mask = np.zeros((len(s), 3, 3), bool)
+        mask[..., 2] = True
+        mask[np.arange(len(s)), s % 3] = [True, True, False]
+        return mask
 
 
-def by_recursion(problem: Drawn, turns: int) -> Reals:
-    """What so many turns are worth, by the definition, to each agent in the start."""
+def compute_values_by_recursion(problem: RandomProblem, turns: int) -> Reals:
+    """Return the value of the start for each agent over this many turns, by the definition."""
 
     @cache
-    def worth(s: int, left: int) -> tuple[float, ...]:
-        if not left or problem.terminal(np.array([s]))[0]:
+    def worth(s: int, turns_left: int) -> tuple[float, ...]:
+        if not turns_left or problem.terminal(np.array([s]))[0]:
             return (0.0,) * len(problem.agents)
-        able = problem.legal_actions_mask(np.array([s]))[0]
-        mover = s % len(problem.agents)
-        each: list[Reals] = []
-        for action in np.flatnonzero(able[mover]):
+        mask = problem.legal_actions_mask(np.array([s]))[0]
+        seat = s % len(problem.agents)
+        values: list[Reals] = []
+        for action in np.flatnonzero(mask[seat]):
             joint = np.full((1, len(problem.agents)), 2)
-            joint[0, mover] = action
-            here = s, int(problem.joint(joint)[0])
-            later = [problem.transition[here][t] * np.array(worth(t, left - 1)) for t in range(5)]
-            each.append(problem.rewards[here] + problem.discount * np.sum(later, axis=0))
-        chosen = max(each, key=lambda one: float(one[mover]))
-        return tuple(chosen.tolist())
+            joint[0, seat] = action
+            index = s, int(problem.joint(joint)[0])
+            next_values = [
+                problem.transition[index][t] * np.array(worth(t, turns_left - 1)) for t in range(5)
+            ]
+            values.append(problem.rewards[index] + problem.discount * np.sum(next_values, axis=0))
+        best = max(values, key=lambda candidate: float(candidate[seat]))
+        return tuple(best.tolist())
 
     return np.array(worth(0, turns))
 
 
-def test_ten_drawn_games_are_worth_what_the_recursion_says() -> None:
+def test_random_games_have_the_values_of_the_recursion() -> None:
     for seed in range(10):
         turns = seed % 4 + 2
         discount = 1.0 if seed % 2 else 0.8
-        for kind in (Drawn, InTurn):
-            problem = kind(seed=seed, turns=turns, discount=discount, ends=seed < 5)
-            wanted = by_recursion(problem, turns)
-            found = solve_by_backward_induction(problem, turns)
-            np.testing.assert_allclose(found.get_values(turns)[0], wanted, atol=1e-9)
-            hasty = kind(seed=seed, turns=turns, discount=0.0)
-            once = solve_by_backward_induction(hasty, turns).get_values(turns)[0]
-            np.testing.assert_allclose(once, by_recursion(hasty, 1), atol=1e-9)
+        for problem_class in (RandomProblem, TurnTakingGame):
+            problem = problem_class(seed=seed, turns=turns, discount=discount, ends=seed < 5)
+            expected = compute_values_by_recursion(problem, turns)
+            result = solve_by_backward_induction(problem, turns)
+            np.testing.assert_allclose(result.get_values(turns)[0], expected, atol=1e-9)
+            myopic = problem_class(seed=seed, turns=turns, discount=0.0)
+            one_turn_values = solve_by_backward_induction(myopic, turns).get_values(turns)[0]
+            np.testing.assert_allclose(
+                one_turn_values, compute_values_by_recursion(myopic, 1), atol=1e-9
+            )
         if discount == 1.0:
-            one = Drawn(seed=seed, turns=turns, discount=1.0, ends=seed < 5)
-            value = float(by_recursion(one, turns)[0])
-            assert solve_problem(one).result == f"value {value:.6g} at the start, exact"
-            optimal = load_agent(one, 0, "optimal")
-            played = rollout(one, [optimal], episodes=400, seed=seed).returns[:, 0]
-            assert abs(played.mean() - value) < 3 * played.std(ddof=1) / 20
-            longer = load_agent(one, 0, f"optimal:horizon={turns + 3}")
-            values = longer.action_values(longer.initial_memory(np.zeros(1, int)))
+            single_agent = RandomProblem(seed=seed, turns=turns, discount=1.0, ends=seed < 5)
+            value = float(compute_values_by_recursion(single_agent, turns)[0])
+            assert solve_problem(single_agent).result == f"value {value:.6g} at the start, exact"
+            optimal = load_agent(single_agent, 0, "optimal")
+            returns = rollout(single_agent, [optimal], episodes=400, seed=seed).returns[:, 0]
+            assert abs(returns.mean() - value) < 3 * returns.std(ddof=1) / 20
+            longer_agent = load_agent(single_agent, 0, f"optimal:horizon={turns + 3}")
+            values = longer_agent.action_values(longer_agent.initial_memory(np.zeros(1, int)))
             assert values is not None
-            assert values.max() == pytest.approx(by_recursion(one, turns + 3)[0])
+            assert values.max() == pytest.approx(
+                compute_values_by_recursion(single_agent, turns + 3)[0]
+            )
 
 
 @dataclass(frozen=True)
-class Dally(Counted):
-    """Who holds the prize may cash it, or dally for a round of the other's."""
+class DelayGame(IntegerStateProblem):
+    """A game in which the holder of the prize may cash it or wait for a turn of the other agent."""
 
     tip: float = parameter(0.0, "what a round pays to who holds the prize")
     agents = ("holder", "other")
@@ -184,92 +200,93 @@ class Dally(Counted):
     state_count, placed = 3, 0
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        moved = np.where(s == 0, 1 + a[:, 0], np.where(s == 1, 0, s))
-        paid = np.where(s == 0, np.where(moved == 2, 1.0, self.tip), 0.0)
-        return Outcome(moved, np.stack([paid, 0 * paid], axis=1), moved)
+        next_states = np.where(s == 0, 1 + a[:, 0], np.where(s == 1, 0, s))
+        rewards = np.where(s == 0, np.where(next_states == 2, 1.0, self.tip), 0.0)
+        return Outcome(next_states, np.stack([rewards, 0 * rewards], axis=1), next_states)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s == 2)
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        able = np.array([[[1, 1, 0], [0, 1, 0]], [[0, 0, 1], [1, 0, 0]], [[0, 0, 1], [0, 1, 0]]])
-        return np.asarray(able[s] > 0)
+        masks = np.array([[[1, 1, 0], [0, 1, 0]], [[0, 0, 1], [1, 0, 0]], [[0, 0, 1], [0, 1, 0]]])
+        return np.asarray(masks[s] > 0)
 
 
-def test_a_game_that_may_go_on_is_played_to_its_end_or_refused() -> None:
-    problem = Dally()
+def test_a_game_that_need_not_end_is_solved_only_if_its_values_converge() -> None:
+    problem = DelayGame()
     assert solve_problem(problem).rows[0]["best"] == "dally cash"
-    seated = [load_agent(problem, seat, "optimal") for seat in range(2)]
-    played = rollout(problem, seated, episodes=1)
-    assert played.returns.tolist() == [[1.0, 0.0]]
-    assert played.turn_counts.tolist() == [1]
+    agents = [load_agent(problem, seat, "optimal") for seat in range(2)]
+    result = rollout(problem, agents, episodes=1)
+    assert result.returns.tolist() == [[1.0, 0.0]]
+    assert result.turn_counts.tolist() == [1]
     with pytest.raises(
         BudgetExceeded, match="after 50 turns; games need not end; give a discount bel"
     ):
-        solve_problem(Dally(tip=1.0))
-    endless = solve_problem(Dally(tip=1.0, discount=0.9)).result
+        solve_problem(DelayGame(tip=1.0))
+    endless = solve_problem(DelayGame(tip=1.0, discount=0.9)).result
     assert endless.startswith("value 5.26316 to holder, 0 to other at the start, at most ")
 
 
 @dataclass(frozen=True)
-class Corridor(Counted):
-    """A hundred steps to the end, each of which costs 1."""
+class Corridor(IntegerStateProblem):
+    """A corridor of a hundred steps to the end, each of which costs 1."""
 
     actions = (Labels(("on",)),)
     state_count, placed = 101, 100
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        moved = np.maximum(s - 1, 0)
-        return Outcome(moved, (moved - s)[:, None].astype(float), moved)
+        next_states = np.maximum(s - 1, 0)
+        return Outcome(next_states, (next_states - s)[:, None].astype(float), next_states)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s == 0)
 
 
-def test_a_long_way_to_the_end_is_not_taken_for_one_without() -> None:
+def test_a_long_game_is_not_mistaken_for_an_endless_one() -> None:
     problem = Corridor()
-    found = backward_induction.run_backward_induction(
+    result = backward_induction.run_backward_induction(
         problem, graph.build_full_graph(problem), None
     )
-    assert found.get_values(None)[:, 0].tolist() == [-s for s in range(101)]
+    assert result.get_values(None)[:, 0].tolist() == [-s for s in range(101)]
 
 
 @dataclass(frozen=True)
 class Siege(Corridor):
-    """To hold out costs 1 a turn for ever, to yield 100 at once."""
+    """A siege: holding out costs 1 per turn without end, yielding costs 100 at once."""
 
     actions = (Labels(("hold", "yield")),)
     state_count, placed = 2, 1
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        moved = np.where(a[:, 0] == 1, 0, s)
-        return Outcome(moved, np.where(moved < s, -100.0, -1.0)[:, None], moved)
+        next_states = np.where(a[:, 0] == 1, 0, s)
+        return Outcome(next_states, np.where(next_states < s, -100.0, -1.0)[:, None], next_states)
 
 
-def test_what_lasts_until_the_end_is_the_cheaper_is_waited_for() -> None:
+def test_iteration_continues_until_ending_the_game_becomes_cheaper() -> None:
     problem = Siege()
-    found = backward_induction.run_backward_induction(
+    result = backward_induction.run_backward_induction(
         problem, graph.build_full_graph(problem), None
     )
-    assert found.get_values(None)[:, 0].tolist() == [0.0, -100.0]
+    assert result.get_values(None)[:, 0].tolist() == [0.0, -100.0]
 
 
-def test_the_optimum_advises_and_is_refused_where_two_act_at_once() -> None:
-    found = find_hint_provider(Nim(), 0)
-    assert found is not None
-    assert found[0] == "optimal"
+def test_the_optimal_agent_gives_hints_and_rejects_simultaneous_games() -> None:
+    hint_agent = find_hint_provider(Nim(), 0)
+    assert hint_agent is not None
+    assert hint_agent[0] == "optimal"
     assert [*load_roster(Nim()).agents] == ["optimal", "random", "search"]
-    beyond = load_agent(Nim(), 0, "optimal")
-    values = beyond.action_values(beyond.initial_memory(np.array([12])))  # which no game comes to
+    optimal = load_agent(Nim(), 0, "optimal")
+    # a state that no game reaches
+    values = optimal.action_values(optimal.initial_memory(np.array([12])))
     assert values is not None
     assert np.isinf(values).all()
     with pytest.raises(BadPolicy, match="got agents who act at once"):
-        solve_by_backward_induction(Pair(), 3)
+        solve_by_backward_induction(RandomGame(), 3)
 
 
-def test_who_plays_some_turns_many_times_plans_so_many() -> None:
+def test_a_match_with_a_turn_limit_plans_that_many_turns() -> None:
     match = EvaluationRequest("machine-replacement", agent="optimal", turn_limit=5)
     assert make_lineup(match).agent_names == ["optimal:horizon=5"]
     assert make_lineup(match._replace(turn_limit=None)).agent_names == ["optimal"]
-    assert [*load_roster(Drawn(turns=9)).agents][:2] == ["optimal", "plan"]
-    assert solve_problem(Drawn(turns=9)).result.endswith(" at the start of 9 turns")
+    assert [*load_roster(RandomProblem(turns=9)).agents][:2] == ["optimal", "plan"]
+    assert solve_problem(RandomProblem(turns=9)).result.endswith(" at the start of 9 turns")

@@ -3,43 +3,45 @@ import pytest
 
 from dmplay.solvers.belief_bounds import BeliefBatch, BoundLayer, GrowingColumns
 
-STATES, ACTIONS = 6, 3
+STATE_COUNT, ACTION_COUNT = 6, 3
 
 
-def test_columns_are_kept_however_many_there_are() -> None:
+def test_growing_columns_keep_all_their_values() -> None:
     columns = GrowingColumns(2)
     assert [columns.append(np.array([n, -n])) for n in range(40)] == [*range(40)]
     assert columns.array.tolist() == [[*range(40)], [-n for n in range(40)]]
 
 
-def test_a_bound_is_that_of_the_point_which_lowers_it_most() -> None:
-    random = np.random.default_rng(3)
-    highest = random.normal(size=(ACTIONS, STATES))
-    layer = BoundLayer(highest - 9.0, highest, 1)
-    points = random.dirichlet(np.full(STATES, 0.3), 40) * (random.random((40, STATES)) < 0.6)
+def test_the_upper_bound_is_the_lowest_over_all_sawtooth_points() -> None:
+    rng = np.random.default_rng(3)
+    upper_vectors = rng.normal(size=(ACTION_COUNT, STATE_COUNT))
+    layer = BoundLayer(upper_vectors - 9.0, upper_vectors, 1)
+    points = rng.dirichlet(np.full(STATE_COUNT, 0.3), 40) * (rng.random((40, STATE_COUNT)) < 0.6)
     points = points[points.any(axis=1)]
     points /= points.sum(axis=1, keepdims=True)
-    values = (points @ highest.T).max(axis=1) - random.random(len(points))
-    for number, (point, value) in enumerate(zip(points, values, strict=True)):
-        layer.add_point(number, point, value + 0.5)
-        layer.add_point(number, point, value)  # which replaces it
-    likely = random.dirichlet(np.full(STATES - 1, 0.5), 8)
-    some = BeliefBatch(np.arange(1, STATES), likely)
-    high = layer.compute_informed_bounds(some).max(axis=1)
-    expected = high.copy()
-    for k, belief in enumerate(np.pad(likely, ((0, 0), (1, 0)))):
+    values = (points @ upper_vectors.T).max(axis=1) - rng.random(len(points))
+    for node, (point, value) in enumerate(zip(points, values, strict=True)):
+        layer.add_point(node, point, value + 0.5)
+        layer.add_point(node, point, value)  # replaces the previous value
+    probabilities = rng.dirichlet(np.full(STATE_COUNT - 1, 0.5), 8)
+    beliefs = BeliefBatch(np.arange(1, STATE_COUNT), probabilities)
+    upper_bounds = layer.compute_informed_bounds(beliefs).max(axis=1)
+    expected = upper_bounds.copy()
+    for k, belief in enumerate(np.pad(probabilities, ((0, 0), (1, 0)))):
         for point, value in zip(points, values, strict=True):
-            share = (belief[point > 0] / point[point > 0]).min()
-            rest = (highest @ (belief - share * point)).max()
-            expected[k] = min(expected[k], share * value + rest)
-    assert (expected < high - 0.01).any()
-    assert layer.compute_sawtooth_bounds(some, high, 0)[0] == pytest.approx(expected)
-    late, _ = layer.compute_sawtooth_bounds(some, high, layer.sawtooth_points.column_count - 2)
-    assert (late >= expected - 1e-9).all()
-    assert layer.compute_sawtooth_bounds(some, expected, 0)[0] == pytest.approx(expected)
+            weight = (belief[point > 0] / point[point > 0]).min()
+            remainder = (upper_vectors @ (belief - weight * point)).max()
+            expected[k] = min(expected[k], weight * value + remainder)
+    assert (expected < upper_bounds - 0.01).any()
+    assert layer.compute_sawtooth_bounds(beliefs, upper_bounds, 0)[0] == pytest.approx(expected)
+    later_bounds, _ = layer.compute_sawtooth_bounds(
+        beliefs, upper_bounds, layer.sawtooth_points.column_count - 2
+    )
+    assert (later_bounds >= expected - 1e-9).all()
+    assert layer.compute_sawtooth_bounds(beliefs, expected, 0)[0] == pytest.approx(expected)
 
 
-def test_what_a_point_hardly_holds_possible_may_be_all_that_makes_it_bad() -> None:
+def test_an_almost_impossible_state_can_dominate_the_value_of_a_point() -> None:
     layer = BoundLayer(np.full((1, 4), -1e12), np.zeros((1, 4)), 1)
     layer.add_point(
         0, np.array([0.5, 0.3, 0.2 - 1e-10, 1e-10]), -100.0
@@ -48,7 +50,7 @@ def test_what_a_point_hardly_holds_possible_may_be_all_that_makes_it_bad() -> No
     assert layer.compute_sawtooth_bounds(safe, np.zeros(1), 0)[0] == 0.0
 
 
-def test_plans_that_are_kept_go_on_with_what_is_now_in_the_place_of_others() -> None:
+def test_pruned_plans_refer_to_the_new_indices_of_their_successors() -> None:
     layer = BoundLayer(np.zeros((2, 3)), np.ones((2, 3)), 2)
     assert layer.add_plan(np.full(3, 0.5), 1, np.array([0, 1]), 7) == 2
     assert layer.add_plan(np.full(3, 0.7), 0, np.array([2, 3]), 8) == 3

@@ -7,40 +7,47 @@ from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import best_response, sparse, value_iteration
 from dmplay.tabular import Tables, tabulate
 
-CIRCLE = dmplay.load_problem("predator-prey:circle")
-UNIFORM = np.full((36, 6), 1 / 6)
+CIRCLE_PROBLEM = dmplay.load_problem("predator-prey:circle")
+UNIFORM_POLICY = np.full((36, 6), 1 / 6)
 
 
 @pytest.mark.parametrize("seat", [0, 1])
-def test_against_chance_it_is_the_mean_over_the_others_actions(seat: int) -> None:
-    both = tabulate(CIRCLE)
-    alone = Tables(
-        both.transition.reshape(36, 6, 6, 36).mean(axis=2 - seat),
-        both.rewards.reshape(36, 6, 6, 2).mean(axis=2 - seat)[:, :, seat : seat + 1],
+def test_the_model_against_a_uniform_policy_averages_over_its_actions(seat: int) -> None:
+    joint_tables = tabulate(CIRCLE_PROBLEM)
+    expected_tables = Tables(
+        joint_tables.transition.reshape(36, 6, 6, 36).mean(axis=2 - seat),
+        joint_tables.rewards.reshape(36, 6, 6, 2).mean(axis=2 - seat)[:, :, seat : seat + 1],
         None,
     )
-    model = best_response.build_induced_mdp(CIRCLE, seat, [UNIFORM, UNIFORM])
+    model = best_response.build_induced_mdp(CIRCLE_PROBLEM, seat, [UNIFORM_POLICY, UNIFORM_POLICY])
     np.testing.assert_allclose(np.add.reduceat(model.probabilities, model.outcome_starts), 1)
-    np.testing.assert_allclose(model.rewards, alone.rewards[:, :, 0])
-    wanted = value_iteration.compute_optimal_q(alone, CIRCLE.discount)
-    np.testing.assert_allclose(sparse.compute_optimal_q(model, CIRCLE.discount), wanted, atol=1e-8)
-
-
-def test_against_fixed_moves_only_these_are_listed() -> None:
-    moves = np.eye(6)[np.random.default_rng(1).integers(0, 6, 36)]
-    both, model = tabulate(CIRCLE), best_response.build_induced_mdp(CIRCLE, 0, [UNIFORM, moves])
-    assert len(model.probabilities) * 6 == len(
-        best_response.build_induced_mdp(CIRCLE, 0, [UNIFORM, UNIFORM]).probabilities
+    np.testing.assert_allclose(model.rewards, expected_tables.rewards[:, :, 0])
+    expected = value_iteration.compute_optimal_q(expected_tables, CIRCLE_PROBLEM.discount)
+    np.testing.assert_allclose(
+        sparse.compute_optimal_q(model, CIRCLE_PROBLEM.discount), expected, atol=1e-8
     )
-    rewards = both.rewards.reshape(36, 6, 6, 2)[np.arange(36), :, moves.argmax(axis=1), 0]
+
+
+def test_the_model_against_a_deterministic_policy_lists_only_its_actions() -> None:
+    policy = np.eye(6)[np.random.default_rng(1).integers(0, 6, 36)]
+    joint_tables, model = (
+        tabulate(CIRCLE_PROBLEM),
+        best_response.build_induced_mdp(CIRCLE_PROBLEM, 0, [UNIFORM_POLICY, policy]),
+    )
+    assert len(model.probabilities) * 6 == len(
+        best_response.build_induced_mdp(
+            CIRCLE_PROBLEM, 0, [UNIFORM_POLICY, UNIFORM_POLICY]
+        ).probabilities
+    )
+    rewards = joint_tables.rewards.reshape(36, 6, 6, 2)[np.arange(36), :, policy.argmax(axis=1), 0]
     np.testing.assert_allclose(model.rewards, rewards)
 
 
 @pytest.mark.parametrize("predators", [2, 3])
-def test_a_game_too_large_to_list_is_refused(predators: int) -> None:
+def test_a_game_too_large_to_list_is_rejected(predators: int) -> None:
     hunt = PredatorPrey(predators=predators)
-    many = [np.full((12 ** (predators + 1), 6), 1 / 6)] * (predators + 1)
+    policies = [np.full((12 ** (predators + 1), 6), 1 / 6)] * (predators + 1)
     with pytest.raises(
         BudgetExceeded, match=r"^a best response: .* MB, more than 512; try fewer states"
     ):
-        best_response.build_induced_mdp(hunt, 0, many)
+        best_response.build_induced_mdp(hunt, 0, policies)

@@ -1,4 +1,4 @@
-"""Equilibria of the hunt of one against one."""
+"""Tests of equilibria between one predator and one prey."""
 
 from typing import Any
 
@@ -24,19 +24,19 @@ from dmplay.tabular import tabulate
         ("predator-prey:circle", {"slip": 0.05, "discount": 0.999}),
     ],
 )
-def test_neither_gains_by_another_policy(name: str, settings: dict[str, Any]) -> None:
+def test_neither_agent_gains_by_deviating(name: str, settings: dict[str, Any]) -> None:
     problem = dmplay.load_problem(name, **settings)
-    found = markov_game.find_equilibrium(problem)
-    assert found.value_changes[-1] < 1e-9
-    # A prey loses 100 where a predator gains 2: its gap is measured in hundreds.
-    assert found.regrets[0] < 1e-7 / (1 - problem.discount)
-    assert found.regrets[1] < 1e-5 / (1 - problem.discount)
-    for mix in found.policies:
-        np.testing.assert_allclose(mix.sum(axis=1), 1)
+    result = markov_game.find_equilibrium(problem)
+    assert result.value_changes[-1] < 1e-9
+    # The prey loses 100 where the predator gains 2, so its gap is measured in hundreds.
+    assert result.regrets[0] < 1e-7 / (1 - problem.discount)
+    assert result.regrets[1] < 1e-5 / (1 - problem.discount)
+    for strategies in result.policies:
+        np.testing.assert_allclose(strategies.sum(axis=1), 1)
 
 
-def test_the_values_are_those_of_endless_value_iteration() -> None:
-    """Shapley's: the only values that matrix games over themselves give back."""
+def test_the_values_match_those_of_shapley_iteration() -> None:
+    """Compare with Shapley's iteration of matrix games, which has a unique fixed point."""
     problem = dmplay.load_problem("predator-prey:triangle", discount=0.5)
     tables = tabulate(problem)
     values = np.zeros(9)
@@ -45,12 +45,12 @@ def test_the_values_are_those_of_endless_value_iteration() -> None:
         values = np.array(
             [zero_sum.solve_matrix_games(payoffs[None]).values[0] for payoffs in games]
         )
-    found = markov_game.find_equilibrium(problem)
-    np.testing.assert_allclose(found.action_values[0], values, atol=1e-9)
-    np.testing.assert_allclose(found.action_values[1], -50 * (values + 2), atol=1e-7)
+    result = markov_game.find_equilibrium(problem)
+    np.testing.assert_allclose(result.action_values[0], values, atol=1e-9)
+    np.testing.assert_allclose(result.action_values[1], -50 * (values + 2), atol=1e-7)
 
 
-def test_the_iteration_tells_how_far_it_is() -> None:
+def test_the_iteration_reports_its_progress() -> None:
     shares: list[float] = []
     with report_progress_to(shares.append):
         markov_game.find_equilibrium(dmplay.load_problem("predator-prey:triangle"))
@@ -70,6 +70,6 @@ def test_the_iteration_tells_how_far_it_is() -> None:
         ("predator-prey", {"hexes": [[q, 0] for q in range(23)]}, "got 529 states"),
     ],
 )
-def test_other_games_are_refused(name: str, settings: dict[str, Any], message: str) -> None:
+def test_unsupported_games_are_rejected(name: str, settings: dict[str, Any], message: str) -> None:
     with pytest.raises(BadParameter, match=message):
         markov_game.find_equilibrium(dmplay.load_problem(name, **settings))

@@ -1,4 +1,4 @@
-"""Problems that a user may bring, in which not every action is always allowed."""
+"""User-defined problems in which some actions are illegal in some states."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -23,21 +23,21 @@ class Key(Tabular):
     )
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        able = np.array([[True, True, False], [False, True, True], [True, True, True]])
-        return np.asarray(able[s][:, None])
+        masks = np.array([[True, True, False], [False, True, True], [True, True, True]])
+        return np.asarray(masks[s][:, None])
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s == 2)
 
 
 @dataclass(frozen=True)
-class Counted(Problem):
-    """One whose states are numbers, and of which one is the start."""
+class IntegerStateProblem(Problem):
+    """A problem whose states are integers and that has one start state."""
 
     @property
     @abstractmethod
     def placed(self) -> int:
-        """Where every game starts."""
+        """The state in which every game starts."""
 
     def format_state(self, s: Array) -> str:
         return str(int(s))
@@ -53,20 +53,20 @@ class Counted(Problem):
 
 
 @dataclass(frozen=True)
-class Heap(Counted):
-    """Four stones of which one or two are taken, never more than there are; the last one pays."""
+class Heap(IntegerStateProblem):
+    """A heap of four stones: take one or two, at most as many as there are; the last one pays."""
 
     discount: float = 0.9
     actions = (Labels(("one", "two")),)
     state_count, placed = 5, 4
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """One time in four nothing is taken."""
+        """With probability 1/4 no stone is taken."""
         return (Categorical(np.full((len(s), 1), 0.25)),)
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        left = np.where(s > 0, s - (a[:, 0] + 1) * events[0], 0)
-        return Outcome(left, ((s > 0) & (left == 0)).astype(float)[:, None], left)
+        remaining = np.where(s > 0, s - (a[:, 0] + 1) * events[0], 0)
+        return Outcome(remaining, ((s > 0) & (remaining == 0)).astype(float)[:, None], remaining)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s == 0)
@@ -77,7 +77,7 @@ class Heap(Counted):
 
 @dataclass(frozen=True)
 class Vault(Tabular):
-    """The tiger behind locked doors: who has taken the key may open one, and it is used up."""
+    """The tiger problem with locked doors: a key opens one door and is then used up."""
 
     horizon = 9
     actions = (Labels(("listen", "take", "left", "right")),)
@@ -100,21 +100,21 @@ class Vault(Tabular):
     )
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        """Which only tells whether the key was taken."""
+        """Return the legal actions, which reveal only whether the agent has the key."""
         doors = s >= 2
         return np.stack([np.ones(len(s), bool), ~doors, doors, doors], axis=1)[:, None]
 
 
-class Telltale(Vault):
-    """One whose doors are stuck where the tiger is: what can be opened tells where it is not."""
+class RevealingVault(Vault):
+    """A vault whose legal actions reveal the door of the tiger, because that door is stuck."""
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        """Which tells all."""
-        each = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1]], bool)
-        return each[s][:, None]
+        """Return the legal actions, which reveal the state."""
+        masks = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1]], bool)
+        return masks[s][:, None]
 
 
-NO_AGENT = """\
+BROKEN_AGENT_SOURCE = """\
 from json import loads
 
 
@@ -125,7 +125,7 @@ class Agent:
         self.initial_memory = self.update_memory = self.choose = loads
 """
 
-WALK = '''\
+WALK_SOURCE = '''\
 from dataclasses import dataclass
 
 import numpy as np
@@ -191,9 +191,9 @@ KEYS = {"l": "right"}
 '''
 
 
-def installed(folder: Path, name: str, points: str) -> None:
-    """Writes what tells that a package stands in a folder, and the problems that it offers."""
-    facts = folder / f"{name}-1.dist-info"
-    facts.mkdir()
-    (facts / "METADATA").write_text(f"Name: {name}\nVersion: 1\n")
-    (facts / "entry_points.txt").write_text(f"[dmplay.problems]\n{points}")
+def write_package_metadata(folder: Path, name: str, entry_points: str) -> None:
+    """Write the metadata of an installed package that offers these problems into a folder."""
+    metadata_folder = folder / f"{name}-1.dist-info"
+    metadata_folder.mkdir()
+    (metadata_folder / "METADATA").write_text(f"Name: {name}\nVersion: 1\n")
+    (metadata_folder / "entry_points.txt").write_text(f"[dmplay.problems]\n{entry_points}")

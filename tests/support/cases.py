@@ -1,4 +1,4 @@
-"""Every built-in problem and variant, those to come included, and play of any kind in them."""
+"""Every built-in problem and variant, with random play in them. New problems are included."""
 
 from dataclasses import fields, is_dataclass
 from functools import cache
@@ -18,59 +18,73 @@ from dmplay.laws import samples
 from dmplay.policies.general import Random
 
 SEED = samples.SEED
-SOME = 3  # turns of a game that is played on for a while
-ROWS = 9_001  # a prime, so that no vector width divides it, and beyond NumPy's buffer of 8,192
-CASES = [
+SHORT_GAME_TURNS = 3  # number of turns of a short game
+ROW_COUNT = (
+    9_001  # a prime, so that no vector width divides it, and larger than NumPy's buffer of 8,192
+)
+CASE_NAMES = [
     f"{name}:{variant}" if variant else name
     for name in problem_names()
     for variant in problems.load_variants(name)
 ]
-every_problem = pytest.mark.parametrize("name", CASES)
+every_problem = pytest.mark.parametrize("name", CASE_NAMES)
 
 
-MAP = ((0, 0), (1, 0), (2, 0), (3, 0), (1, 1))  # hexes enough for a walker to be out of sight
-WIDE = ("predator-prey", "collaborative-predator-prey", "collaborative-predator-prey:sighted")
+# enough hexes for one walker to be out of another's sight
+SMALL_MAP_HEXES = ((0, 0), (1, 0), (2, 0), (3, 0), (1, 1))
+LARGE_MAP_PROBLEMS = (
+    "predator-prey",
+    "collaborative-predator-prey",
+    "collaborative-predator-prey:sighted",
+)
 
 
 @cache
-def load(name: str) -> Problem:
+def load_problem(name: str) -> Problem:
     return dmplay.load_problem(name)
 
 
 @cache
-def small(name: str) -> Problem:
-    """The same, where it is wide on a map of few hexes: what its agents do there is soon found."""
-    return dmplay.load_problem(name, hexes=MAP) if name in WIDE else load(name)
+def load_small_problem(name: str) -> Problem:
+    """Load a problem, with a small map in place of a large one so that its agents plan quickly."""
+    return (
+        dmplay.load_problem(name, hexes=SMALL_MAP_HEXES)
+        if name in LARGE_MAP_PROBLEMS
+        else load_problem(name)
+    )
 
 
-def draws(count: int, turn: int, rows: int = ROWS, stream: int = NATURE_STREAM) -> Reals:
+def draw_uniforms(
+    count: int, turn: int, rows: int = ROW_COUNT, stream: int = NATURE_STREAM
+) -> Reals:
     return generate_uniforms(SEED, stream, turn, rows=rows, count=count)
 
 
-def anything(problem: Problem, s: Array | None, turn: int, rows: int = ROWS) -> Array:
-    """Random joint actions `[B, n]`: legal ones in states `s`, or any."""
+def sample_actions(problem: Problem, s: Array | None, turn: int, rows: int = ROW_COUNT) -> Array:
+    """Sample random joint actions `[B, n]`: legal ones in states `s`, or any if `s` is None."""
     return samples.random_joint_actions(problem, s, turn, rows)
 
 
-def frozen(*arrays: Array) -> tuple[Array, ...]:
-    """The same arrays, which raise an error where they are written to."""
+def make_readonly(*arrays: Array) -> tuple[Array, ...]:
+    """Make the arrays read-only and return them; writing to them raises an error."""
     return samples.make_arrays_readonly(*arrays)
 
 
-def same(one: Any, other: Any) -> bool:
-    """Equal to the last bit, whatever is nested in it."""
-    if isinstance(one, np.ndarray):
-        kind = isinstance(other, np.ndarray) and one.dtype == other.dtype
-        return kind and one.shape == other.shape and one.tobytes() == other.tobytes()
-    if isinstance(one, tuple | list | HistorySnapshot):
-        pairs = isinstance(other, tuple | list | HistorySnapshot) and len(one) == len(other)
-        return pairs and all(same(*pair) for pair in zip(one, other, strict=True))
-    if is_dataclass(one) and not isinstance(one, Problem):
-        return type(one) is type(other) and all(
-            same(getattr(one, each.name), getattr(other, each.name)) for each in fields(one)
+def is_identical(first: Any, second: Any) -> bool:
+    """True if two values are equal to the last bit, nested values included."""
+    if isinstance(first, np.ndarray):
+        same_type = isinstance(second, np.ndarray) and first.dtype == second.dtype
+        return same_type and first.shape == second.shape and first.tobytes() == second.tobytes()
+    if isinstance(first, tuple | list | HistorySnapshot):
+        pairs = isinstance(second, tuple | list | HistorySnapshot) and len(first) == len(second)
+        return pairs and all(is_identical(*pair) for pair in zip(first, second, strict=True))
+    if is_dataclass(first) and not isinstance(first, Problem):
+        return type(first) is type(second) and all(
+            is_identical(getattr(first, item.name), getattr(second, item.name))
+            for item in fields(first)
         )
-    return bool(one == other)
+    return bool(first == second)
 
 
-def random_play(problem: Problem) -> list[Policy]:
+def make_random_policies(problem: Problem) -> list[Policy]:
     return [Random(problem, seat) for seat in range(len(problem.agents))]

@@ -1,4 +1,4 @@
-"""Small problems that are drawn at random, and whose numbers can be read."""
+"""Small problems with random tables, which tests can read as arrays."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,18 +11,18 @@ from dmplay import Labels, Outcome
 from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
 from dmplay.matrix_game import MatrixGame
-from tests.support.brought import Counted
+from tests.support.brought import IntegerStateProblem
 
-some_and_ten = pytest.mark.parametrize(
+with_two_or_ten_seeds = pytest.mark.parametrize(
     "seeds", [range(2), pytest.param(range(10), marks=pytest.mark.slow)], ids=["two", "ten"]
 )
 
 
 @dataclass(frozen=True)
-class Drawn(Counted):
-    """Five states and three actions; the last state may be the end, not all is always legal.
+class RandomProblem(IntegerStateProblem):
+    """A random problem with five states and three actions, not all of them always legal.
 
-    What its arrays say of the end does not hold: a game that is over is over.
+    The last state may be terminal; the entries of the arrays for a terminal state have no effect.
     """
 
     discount: float = 0.9
@@ -34,40 +34,40 @@ class Drawn(Counted):
 
     @property
     def actions(self) -> tuple[Labels, ...]:
-        """Three of each agent."""
+        """The three actions of each agent."""
         return (Labels(("a", "b", "c")),) * len(self.agents)
 
     @property
     def horizon(self) -> int | None:
-        """As the parameter says."""
+        """The turn limit, or None if the parameter is 0."""
         return self.turns or None
 
     @cached_property
     def rewards(self) -> Reals:
-        """By state, joint action and agent."""
-        many = 3 ** len(self.agents)
-        draw = np.random.default_rng(self.seed)
-        return draw.normal(size=(5, many, len(self.agents)))
+        """The rewards by state, joint action and agent."""
+        joint_action_count = 3 ** len(self.agents)
+        generator = np.random.default_rng(self.seed)
+        return generator.normal(size=(5, joint_action_count, len(self.agents)))
 
     @cached_property
     def transition(self) -> Reals:
-        """By state, joint action and next state; of five states some are never reached."""
-        draw = np.random.default_rng(self.seed + 1000)
-        weights = draw.exponential(size=(5, 3 ** len(self.agents), 5))
-        weights *= draw.random(weights.shape) < 0.6
+        """Probabilities by state, joint action and next state; some states may be unreachable."""
+        generator = np.random.default_rng(self.seed + 1000)
+        weights = generator.exponential(size=(5, 3 ** len(self.agents), 5))
+        weights *= generator.random(weights.shape) < 0.6
         weights[..., -1] += 0.1
         return np.asarray(weights / weights.sum(axis=2, keepdims=True))
 
     @cached_property
     def able(self) -> Bools:
-        """Which actions each state allows `[5, n, 3]`, the first always."""
-        draw = np.random.default_rng(self.seed + 2000)
-        able = draw.random((5, len(self.agents), 3)) < 0.7
-        able[..., 0] = True
-        return able
+        """The legal actions of each state `[5, n, 3]`; the first action is always legal."""
+        generator = np.random.default_rng(self.seed + 2000)
+        masks = generator.random((5, len(self.agents), 3)) < 0.7
+        masks[..., 0] = True
+        return masks
 
     def joint(self, a: Array) -> Array:
-        """The number of each joint action."""
+        """Return the index of each joint action."""
         return np.asarray(np.ravel_multi_index(tuple(a.T), (3,) * len(self.agents)))
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
@@ -84,26 +84,26 @@ class Drawn(Counted):
 
 
 @dataclass(frozen=True)
-class Pair(Drawn):
-    """Two who decide at once, each for itself."""
+class RandomGame(RandomProblem):
+    """A random game of two agents who act simultaneously, each with its own rewards."""
 
     agents = ("one", "two")
 
 
 @dataclass(frozen=True)
-class Rivals(Pair):
-    """Two of whom one loses twice what the other gains."""
+class RandomRivalGame(RandomGame):
+    """A random game in which the second agent loses twice the reward of the first."""
 
     @cached_property
     def rewards(self) -> Reals:
-        """Drawn for the first."""
+        """The rewards: random for the first agent, -2 times as much for the second."""
         first = super().rewards[..., :1]
         return np.concatenate([first, -2 * first], axis=2)
 
 
 @dataclass(frozen=True)
 class Large(MatrixGame):
-    """A game of fifty actions each."""
+    """A random matrix game with fifty actions for each agent."""
 
     actions = (Labels(f"row{n}" for n in range(50)), Labels(f"column{n}" for n in range(50)))
     payoffs = np.random.default_rng(4).normal(size=(50, 50, 2))

@@ -1,4 +1,4 @@
-"""Games for tests, set up in a line."""
+"""Helpers that set up, play and record games for tests in one line."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -15,8 +15,8 @@ from dmplay.session import View
 from dmplay.transcript.reading import read_transcript
 
 
-class Scripted:
-    """Draws written down beforehand: nature by turn, each seat always one half."""
+class ScriptedUniforms:
+    """A source of fixed uniforms: those of nature by turn, those of each seat always one half."""
 
     def __init__(self, *draws: Sequence[float]) -> None:
         self.draws = draws
@@ -27,27 +27,27 @@ class Scripted:
         return np.array([self.draws[turn]], float)[:, :count]
 
 
-def session(problem: str, *draws: Sequence[float], **parameters: object) -> dmplay.Session:
-    """A game of people under these draws."""
-    return dmplay.Session(dmplay.load_problem(problem, **parameters), Scripted(*draws))
+def make_session(problem: str, *draws: Sequence[float], **parameters: object) -> dmplay.Session:
+    """Return a game of human players on these uniforms."""
+    return dmplay.Session(dmplay.load_problem(problem, **parameters), ScriptedUniforms(*draws))
 
 
-def started(
+def make_session_from_state(
     problem: str, state: Sequence[float], actions: Sequence[float] = (), *draws: Sequence[float]
 ) -> dmplay.Session:
-    """A game of one person from this state on, after these actions under these draws, if any."""
-    opening = [0.5] * dmplay.load_problem(problem).uniform_counts.start
-    game = session(problem, opening, *(draws or [[]] * len(actions)))
+    """Return a one-player game from this state, after these actions on these uniforms."""
+    start_uniforms = [0.5] * dmplay.load_problem(problem).uniform_counts.start
+    game = make_session(problem, start_uniforms, *(draws or [[]] * len(actions)))
     game.initial_state = np.array(state, float)
     for action in actions:
         game.advance([action])
     return game
 
 
-def after(
+def make_view_after(
     name: str, *turns: str, seat: int = 0, seed: int = 5, **parameters: object
 ) -> View[Problem]:
-    """A seat's view after these turns, the actions of one turn with spaces between."""
+    """Return a seat's view after these turns, each a string of the agents' actions."""
     problem = dmplay.load_problem(name, **parameters)
     game = dmplay.Session(problem, dmplay.SeededUniforms(seed))
     for turn in turns:
@@ -55,14 +55,14 @@ def after(
     return game.view(seat)
 
 
-def play(problem: Problem, who: dmplay.Session, *actions: str) -> None:
-    """Plays these actions for the first seat."""
+def play_actions(problem: Problem, game: dmplay.Session, *actions: str) -> None:
+    """Play these actions in the first seat."""
     for name in actions:
-        who.advance([problem.parse_action(0, name), *[None] * (len(problem.agents) - 1)])
+        game.advance([problem.parse_action(0, name), *[None] * (len(problem.agents) - 1)])
 
 
-def recorded(path: Path, problem: str, agent: str, seed: int = 7, **options: object) -> str:
-    """Plays an unattended game into a file; its text."""
+def record_game(path: Path, problem: str, agent: str, seed: int = 7, **options: object) -> str:
+    """Record a game without human players to a file; return the text of the transcript."""
     game = start_new_game(GameRequest(problem, agent=agent, seed=seed, record_path=path, **options))  # type: ignore[arg-type]
     while game.play_agent_turn():
         pass
@@ -70,22 +70,22 @@ def recorded(path: Path, problem: str, agent: str, seed: int = 7, **options: obj
     return path.read_text()
 
 
-def values(path: Path, key: str) -> list[str]:
-    """What stands after `key: ` in a transcript, line by line."""
+def read_values(path: Path, key: str) -> list[str]:
+    """Return the values after `key: ` in a transcript, one for each such line."""
     start = f"{key}: "
     lines = path.read_text().splitlines()
     return [line.removeprefix(start) for line in lines if line.startswith(start)]
 
 
-def verified(path: Path) -> Path:
-    """A transcript that holds."""
+def assert_verified(path: Path) -> Path:
+    """Assert that a transcript verifies; return its path."""
     report = verify_file(path)
     assert report.is_ok, str(report)
     return path
 
 
-def altered(path: Path, before: str, after: str) -> int:
-    """Replaces the one place where a text stands; the line it is on."""
+def replace_in_file(path: Path, before: str, after: str) -> int:
+    """Replace the only occurrence of a text in a file; return the number of its line."""
     text = path.read_text()
     assert text.count(before) == 1, f"{before!r} stands {text.count(before)} times"
     path.write_text(text.replace(before, after))
@@ -93,12 +93,14 @@ def altered(path: Path, before: str, after: str) -> int:
 
 
 __all__ = [
-    "Scripted",
-    "after",
-    "altered",
-    "play",
+    "ScriptedUniforms",
+    "assert_verified",
+    "make_session",
+    "make_session_from_state",
+    "make_view_after",
+    "play_actions",
     "read_transcript",
-    "recorded",
-    "session",
-    "started",
+    "read_values",
+    "record_game",
+    "replace_in_file",
 ]

@@ -1,4 +1,4 @@
-"""What a screen may be drawn with."""
+"""Characters that a screen may contain."""
 
-PLAIN = set(map(chr, range(32, 127)))
+ASCII_CHARACTERS = set(map(chr, range(32, 127)))
 GLYPHS = set("─│┌┐└┘├┤┬┴┼╱╲┄━┷╋▏▎▍▌▋▊▉█▁▂▃▄▅▆▇▒←→↑↓↖↗↘↙◆●○∘·✓✗×γ…")

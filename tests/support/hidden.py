@@ -1,4 +1,4 @@
-"""Hidden problems of the literature, made from their definitions."""
+"""Partially observable problems of the literature, built from their definitions."""
 
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
@@ -14,333 +14,350 @@ from dmplay.rows import SparseMatrix
 from dmplay.tabular import SparseTables, Tables
 
 S = TypeVar("S", bound=Hashable)
-Shares = dict[S, float]
+Distribution = dict[S, float]
 Cell = tuple[int, int]
-Chase = tuple[Cell, Cell | None]  # the robot, and who flees unless tagged
-Parts = tuple[int, ...]  # how worn each is
-Pose = tuple[Cell, int]  # and the way it looks
-Rover = tuple[Cell, tuple[bool, ...]] | None  # and which rocks are good, unless gone
-NORTH, EAST, SOUTH, WEST = WAYS = ((0, 1), (1, 0), (0, -1), (-1, 0))
-TURNS = {  # how likely a quarter, a half, three quarters of a turn to the right
+TagState = tuple[Cell, Cell | None]  # robot, and opponent unless tagged
+WearLevels = tuple[int, ...]  # wear level of each part
+Pose = tuple[Cell, int]  # cell and direction
+# cell, and whether each rock is good; None after leaving
+RockSampleState = tuple[Cell, tuple[bool, ...]] | None
+NORTH_STEP, EAST_STEP, SOUTH_STEP, WEST_STEP = STEPS = ((0, 1), (1, 0), (0, -1), (-1, 0))
+TURN_PROBABILITIES = {  # probabilities of 0, 1, 2 and 3 quarter turns to the right
     "stay": (1.0, 0.0, 0.0, 0.0),
     "right": (0.1, 0.7, 0.1, 0.1),
     "around": (0.1, 0.15, 0.6, 0.15),
     "left": (0.1, 0.1, 0.1, 0.7),
 }
-# Where a step goes and where it looks then, as turns to the right, and how likely.
-SLIPS = ((0, 0, 0.8), (1, 1, 0.05), (3, 3, 0.05), (2, 0, 0.025), (2, 2, 0.025))
+# Quarter turns to the right of the step, of the new direction, and the probability.
+FORWARD_SLIPS = ((0, 0, 0.8), (1, 1, 0.05), (3, 3, 0.05), (2, 0, 0.025), (2, 2, 0.025))
 
 
 @dataclass(frozen=True)
-class Listing(FileProblem):
-    """One that cannot be told from others, as it holds a list."""
+class UnhashableProblem(FileProblem):
+    """A problem that cannot be hashed because it holds a list."""
 
     notes: list[str] = field(default_factory=list, kw_only=True)
 
 
-def made(  # noqa: PLR0913, PLR0917 - the six parts of a definition
+def build_problem(  # noqa: PLR0913, PLR0917 - the six parts of a definition
     discount: float,
-    start: Shares[S],
+    start: Distribution[S],
     actions: Sequence[str],
-    move: Callable[[S, str], tuple[float, Shares[S]]],  # the reward, and where to
+    # the reward and the distribution of the next state
+    move: Callable[[S, str], tuple[float, Distribution[S]]],
     observations: Sequence[str],
-    sense: Callable[[str, S], Shares[str]],
+    sense: Callable[[str, S], Distribution[str]],
 ) -> FileProblem:
-    """The problem whose states are those that can be reached."""
+    """Build the problem whose states are those reachable from the start."""
     states = [*start]
-    moves = []
+    results = []
     for state in states:
         for action in actions:
-            moves.append(move(state, action))
-            states += [one for one in moves[-1][1] if one not in states]
-    place = {state: number for number, state in enumerate(states)}
-    flow = [{place[one]: p for one, p in after.items()} for _, after in moves]
-    seen = [
-        {observations.index(one): p for one, p in sense(action, state).items()}
+            results.append(move(state, action))
+            states += [outcome for outcome in results[-1][1] if outcome not in states]
+    state_index = {state: number for number, state in enumerate(states)}
+    transition_rows = [
+        {state_index[outcome]: p for outcome, p in after.items()} for _, after in results
+    ]
+    observation_rows = [
+        {observations.index(outcome): p for outcome, p in sense(action, state).items()}
         for action, state in product(actions, states)
     ]
-    rewards = np.array([[reward] for reward, _ in moves])
+    rewards = np.array([[reward] for reward, _ in results])
     belief = np.zeros(len(states))
-    belief[[place[one] for one in start]] = [*start.values()]
+    belief[[state_index[outcome] for outcome in start]] = [*start.values()]
     model = MarkovModel(
         ("agent",),
         (Labels(actions),),
         (Labels(observations),),
         tuple(map(str, states)),
         belief,
-        SparseTables(_rows(flow), rewards, _rows(seen)),
+        SparseTables(
+            _build_sparse_matrix(transition_rows), rewards, _build_sparse_matrix(observation_rows)
+        ),
         "",
     )
     return FileProblem(discount, model=model)
 
 
-def _rows(each: Sequence[dict[int, float]]) -> SparseMatrix:
-    """The rows of these columns and numbers."""
-    kept = [sorted((column, p) for column, p in row.items() if p > 0) for row in each]
-    starts = np.cumsum([0, *map(len, kept)])
-    columns, values = zip(*(pair for row in kept for pair in row), strict=True)
+def _build_sparse_matrix(entries: Sequence[dict[int, float]]) -> SparseMatrix:
+    """Build a sparse matrix from rows of column indices and values, without the zeros."""
+    nonzero = [sorted((column, p) for column, p in row.items() if p > 0) for row in entries]
+    starts = np.cumsum([0, *map(len, nonzero)])
+    columns, values = zip(*(pair for row in nonzero for pair in row), strict=True)
     return SparseMatrix(starts, np.array(columns), np.array(values))
 
 
-def uniform(states: Sequence[S]) -> Shares[S]:
-    """Any of these, each as likely."""
+def make_uniform(states: Sequence[S]) -> Distribution[S]:
+    """Return the uniform distribution over these states."""
     return dict.fromkeys(states, 1 / len(states))
 
 
-def _summed(pairs: Iterable[tuple[S, float]]) -> Shares[S]:
-    """Each of these once."""
-    found: Shares[S] = {}
-    for one, p in pairs:
-        found[one] = found.get(one, 0.0) + p
-    return found
+def _sum_by_state(pairs: Iterable[tuple[S, float]]) -> Distribution[S]:
+    """Sum the probabilities of equal states."""
+    distribution: Distribution[S] = {}
+    for state, p in pairs:
+        distribution[state] = distribution.get(state, 0.0) + p
+    return distribution
 
 
-def _stepped(cells: Sequence[Cell], cell: Cell, way: Cell) -> Cell:
-    """A step, unless something is in the way."""
-    there = cell[0] + way[0], cell[1] + way[1]
-    return there if there in cells else cell
+def _step_or_stay(cells: Sequence[Cell], cell: Cell, step: Cell) -> Cell:
+    """Return the cell after a step, or the same cell if it is blocked."""
+    target = cell[0] + step[0], cell[1] + step[1]
+    return target if target in cells else cell
 
 
-def tag() -> FileProblem:
-    """Tag: find who flees, and tag it (Pineau, Gordon and Thrun, 2003)."""
+def make_tag() -> FileProblem:
+    """Build Tag: find the fleeing opponent and tag it (Pineau, Gordon and Thrun, 2003)."""
     cells = [(x, y) for y in (0, 1) for x in range(10)]
     cells += [(x, y) for y in (2, 3, 4) for x in (5, 6, 7)]
-    ways = dict(zip(("north", "east", "south", "west"), WAYS, strict=True))
+    steps = dict(zip(("north", "east", "south", "west"), STEPS, strict=True))
 
     def flight(robot: Cell, other: Cell) -> Iterator[tuple[Cell, float]]:
         yield other, 0.2
-        for axis, pair in enumerate(((WEST, EAST), (SOUTH, NORTH))):
-            apart = other[axis] - robot[axis]
-            for way in (pair[apart > 0],) if apart else pair:
-                yield _stepped(cells, other, way), 0.4 if apart else 0.2
+        for axis, pair in enumerate(((WEST_STEP, EAST_STEP), (SOUTH_STEP, NORTH_STEP))):
+            distance = other[axis] - robot[axis]
+            for step in (pair[distance > 0],) if distance else pair:
+                yield _step_or_stay(cells, other, step), 0.4 if distance else 0.2
 
-    def move(state: Chase, action: str) -> tuple[float, Shares[Chase]]:
+    def move(state: TagState, action: str) -> tuple[float, Distribution[TagState]]:
         robot, other = state
         if other is None:
             return 0.0, {state: 1.0}
         if action == "tag" and robot == other:
             return 10.0, {(robot, None): 1.0}
-        there = robot if action == "tag" else _stepped(cells, robot, ways[action])
+        target = robot if action == "tag" else _step_or_stay(cells, robot, steps[action])
         reward = -10.0 if action == "tag" else -1.0
-        return reward, _summed(((there, one), p) for one, p in flight(robot, other))
+        return reward, _sum_by_state(((target, cell), p) for cell, p in flight(robot, other))
 
-    def sense(action: str, state: Chase) -> Shares[str]:
+    def sense(action: str, state: TagState) -> Distribution[str]:
         robot, other = state
         return {"same" if robot == other else f"{robot[0]}-{robot[1]}": 1.0}
 
-    seen = [*(f"{x}-{y}" for x, y in cells), "same"]
-    start: Shares[Chase] = uniform([*product(cells, cells)])
-    return made(0.95, start, [*ways, "tag"], move, seen, sense)
+    observations = [*(f"{x}-{y}" for x, y in cells), "same"]
+    start: Distribution[TagState] = make_uniform([*product(cells, cells)])
+    return build_problem(0.95, start, [*steps, "tag"], move, observations, sense)
 
 
-def rock_sample(size: int, rocks: Sequence[Cell], start: Cell, half: float = 20.0) -> FileProblem:
-    """Rock sample: take the good rocks and leave by the east (Smith and Simmons, 2004).
+def make_rock_sample(
+    size: int, rocks: Sequence[Cell], start: Cell, half_efficiency_distance: float = 20.0
+) -> FileProblem:
+    """Build RockSample: take the good rocks and leave to the east (Smith and Simmons, 2004).
 
-    A check is half as sure where the rock is so far away.
+    At `half_efficiency_distance` a check is half as informative as on the rock.
     """
     cells = [(x, y) for x in range(size) for y in range(size)]
-    ways = dict(zip(("north", "east", "south", "west"), WAYS, strict=True))
+    steps = dict(zip(("north", "east", "south", "west"), STEPS, strict=True))
     checks = {f"check{number}": number for number in range(len(rocks))}
 
-    def move(state: Rover, action: str) -> tuple[float, Shares[Rover]]:
+    def move(state: RockSampleState, action: str) -> tuple[float, Distribution[RockSampleState]]:
         if state is None:
             return 0.0, {None: 1.0}
         cell, good = state
         if action in checks:
             return 0.0, {state: 1.0}
-        if action in ways:
-            there = _stepped(cells, cell, ways[action])
-            out = there == cell
-            east = out and action == "east"
-            return -100.0 * out + 110.0 * east, {None if out else (there, good): 1.0}
+        if action in steps:
+            target = _step_or_stay(cells, cell, steps[action])
+            blocked = target == cell
+            leaves = blocked and action == "east"
+            return -100.0 * blocked + 110.0 * leaves, {None if blocked else (target, good): 1.0}
         if cell not in rocks:
             return -100.0, {None: 1.0}
         rock = rocks.index(cell)
-        left = (*good[:rock], False, *good[rock + 1 :])
-        return (10.0 if good[rock] else -10.0), {(cell, left): 1.0}
+        remaining = (*good[:rock], False, *good[rock + 1 :])
+        return (10.0 if good[rock] else -10.0), {(cell, remaining): 1.0}
 
-    def sense(action: str, state: Rover) -> Shares[str]:
+    def sense(action: str, state: RockSampleState) -> Distribution[str]:
         if state is None or action not in checks:
             return {"none": 1.0}
         cell, good = state
         rock = rocks[checks[action]]
-        far = float(np.hypot(cell[0] - rock[0], cell[1] - rock[1]))
-        right = (1 + 2 ** (-far / half)) / 2
-        told = "good" if good[checks[action]] else "bad"
-        return {told: right, {"good": "bad", "bad": "good"}[told]: 1 - right}
+        distance = float(np.hypot(cell[0] - rock[0], cell[1] - rock[1]))
+        p_correct = (1 + 2 ** (-distance / half_efficiency_distance)) / 2
+        reading = "good" if good[checks[action]] else "bad"
+        return {reading: p_correct, {"good": "bad", "bad": "good"}[reading]: 1 - p_correct}
 
     kinds = product((True, False), repeat=len(rocks))
-    starts: Shares[Rover] = uniform([(start, good) for good in kinds])
-    return made(0.95, starts, [*ways, "sample", *checks], move, ["none", "good", "bad"], sense)
+    starts: Distribution[RockSampleState] = make_uniform([(start, good) for good in kinds])
+    return build_problem(
+        0.95, starts, [*steps, "sample", *checks], move, ["none", "good", "bad"], sense
+    )
 
 
-def four_by_three(discount: float = 0.95) -> FileProblem:
-    """The world of four by three (Russell and Norvig; Parr and Russell, 1995), begun anew."""
+def make_four_by_three(discount: float = 0.95) -> FileProblem:
+    """Build the 4 x 3 world (Parr and Russell, 1995), which restarts after a terminal cell."""
     cells = [(x, y) for y in range(3) for x in range(4) if (x, y) != (1, 1)]
     ends = {(3, 2): 1.0, (3, 1): -1.0}
     inner = [cell for cell in cells if cell not in ends]
-    ways = dict(zip(("n", "e", "s", "w"), WAYS, strict=True))
+    steps = dict(zip(("n", "e", "s", "w"), STEPS, strict=True))
 
-    def move(cell: Cell, action: str) -> tuple[float, Shares[Cell]]:
+    def move(cell: Cell, action: str) -> tuple[float, Distribution[Cell]]:
         if cell in ends:
-            return ends[cell], uniform(inner)
-        turn = WAYS.index(ways[action])
-        ahead = ((0, 0.8), (1, 0.1), (-1, 0.1))
-        return -0.04, _summed((_stepped(cells, cell, WAYS[(turn + by) % 4]), p) for by, p in ahead)
+            return ends[cell], make_uniform(inner)
+        direction = STEPS.index(steps[action])
+        slips = ((0, 0.8), (1, 0.1), (-1, 0.1))
+        return -0.04, _sum_by_state(
+            (_step_or_stay(cells, cell, STEPS[(direction + quarter_turns) % 4]), p)
+            for quarter_turns, p in slips
+        )
 
-    def sense(action: str, cell: Cell) -> Shares[str]:
+    def sense(action: str, cell: Cell) -> Distribution[str]:
         if cell in ends:
             return {"good" if ends[cell] > 0 else "bad": 1.0}
-        left, right = (_stepped(cells, cell, way) == cell for way in (WEST, EAST))
+        left, right = (_step_or_stay(cells, cell, step) == cell for step in (WEST_STEP, EAST_STEP))
         return {
             {(1, 0): "left", (0, 1): "right", (0, 0): "neither", (1, 1): "both"}[
                 int(left), int(right)
             ]: 1.0
         }
 
-    seen = ["left", "right", "neither", "both", "good", "bad"]
-    return made(discount, uniform(inner), [*ways], move, seen, sense)
+    observations = ["left", "right", "neither", "both", "good", "bad"]
+    return build_problem(discount, make_uniform(inner), [*steps], move, observations, sense)
 
 
-def cheese() -> FileProblem:
-    """The cheese maze (McCallum, 1992): walls alone tell where one is."""
+def make_cheese_maze() -> FileProblem:
+    """Build the cheese maze (McCallum, 1992): the agent observes only the walls around it."""
     cells = [(x, 2) for x in range(5)] + [(x, y) for y in (1, 0) for x in (0, 2, 4)]
     goal = (2, 0)
     inner = [cell for cell in cells if cell != goal]
-    ways = dict(zip(("n", "e", "s", "w"), WAYS, strict=True))
+    steps = dict(zip(("n", "e", "s", "w"), STEPS, strict=True))
 
-    def move(cell: Cell, action: str) -> tuple[float, Shares[Cell]]:
+    def move(cell: Cell, action: str) -> tuple[float, Distribution[Cell]]:
         if cell == goal:
-            return 0.0, uniform(inner)
-        there = _stepped(cells, cell, ways[action])
-        return float(there == goal), {there: 1.0}
+            return 0.0, make_uniform(inner)
+        target = _step_or_stay(cells, cell, steps[action])
+        return float(target == goal), {target: 1.0}
 
-    def sense(action: str, cell: Cell) -> Shares[str]:
+    def sense(action: str, cell: Cell) -> Distribution[str]:
         if cell == goal:
             return {"goal": 1.0}
-        walls = [_stepped(cells, cell, way) == cell for way in WAYS]
+        walls = [_step_or_stay(cells, cell, step) == cell for step in STEPS]
         return {"".join(str(int(wall)) for wall in walls): 1.0}
 
-    seen = sorted({str(one) for cell in cells for one in sense("n", cell)})
-    return made(0.95, uniform(inner), [*ways], move, seen, sense)
+    observations = sorted({str(observation) for cell in cells for observation in sense("n", cell)})
+    return build_problem(0.95, make_uniform(inner), [*steps], move, observations, sense)
 
 
-def hallway(
+def make_hallway(
     maze: Sequence[str], *, signs: Sequence[Pose] = (), start: Sequence[Pose] = ()
 ) -> FileProblem:
-    """A robot that slips and sees walls badly (Littman, Cassandra and Kaelbling, 1995).
+    """Build a maze with a robot that slips and senses walls badly (Littman et al., 1995).
 
-    The rows of a maze have a `*` where a cell is, `+` where a goal is and `-` a trap. A sign is
-    seen by who stands and looks so; games begin anywhere unless it is said where.
+    The rows of a maze have `*` for a cell, `+` for a goal and `-` for a trap. A sign is observed in
+    its pose; games start in any pose that is not at a goal unless `start` lists the poses.
     """
     marks = {(x, -y): mark for y, row in enumerate(maze) for x, mark in enumerate(row)}
     cells = [cell for cell, mark in marks.items() if mark != " "]
-    starts = uniform(
-        start or [(cell, way) for cell in cells for way in range(4) if marks[cell] != "+"]
+    starts = make_uniform(
+        start
+        or [(cell, direction) for cell in cells for direction in range(4) if marks[cell] != "+"]
     )
-    worth = {"*": 0.0, "+": 1.0, "-": -1.0}
+    rewards = {"*": 0.0, "+": 1.0, "-": -1.0}
 
     def shift(pose: Pose, action: str) -> Iterator[tuple[Pose, float]]:
-        cell, way = pose
-        for turn, p in enumerate(TURNS.get(action, ())):
-            yield (cell, (way + turn) % 4), p
+        cell, direction = pose
+        for quarter_turns, p in enumerate(TURN_PROBABILITIES.get(action, ())):
+            yield (cell, (direction + quarter_turns) % 4), p
         if action == "forward":
             yield pose, 0.05
-            for side, turn, p in SLIPS:
-                there = _stepped(cells, cell, WAYS[(way + side) % 4])
-                yield ((there, (way + turn) % 4) if there != cell else pose), p
+            for step_turns, quarter_turns, p in FORWARD_SLIPS:
+                target = _step_or_stay(cells, cell, STEPS[(direction + step_turns) % 4])
+                yield ((target, (direction + quarter_turns) % 4) if target != cell else pose), p
 
-    def move(pose: Pose, action: str) -> tuple[float, Shares[Pose]]:
-        after = starts if marks[pose[0]] == "+" else _summed(shift(pose, action))
-        return sum(p * worth[marks[cell]] for (cell, _), p in after.items()), after
+    def move(pose: Pose, action: str) -> tuple[float, Distribution[Pose]]:
+        after = starts if marks[pose[0]] == "+" else _sum_by_state(shift(pose, action))
+        return sum(p * rewards[marks[cell]] for (cell, _), p in after.items()), after
 
-    def sense(action: str, pose: Pose) -> Shares[str]:
-        cell, way = pose
+    def sense(action: str, pose: Pose) -> Distribution[str]:
+        cell, direction = pose
         if marks[cell] == "+":
             return {"goal": 1.0}
         if pose in signs:
             return {f"sign{signs.index(pose)}": 1.0}
-        likely = [
-            0.9 if _stepped(cells, cell, WAYS[(way + turn) % 4]) == cell else 0.05
-            for turn in range(4)
+        wall_probabilities = [
+            0.9
+            if _step_or_stay(cells, cell, STEPS[(direction + quarter_turns) % 4]) == cell
+            else 0.05
+            for quarter_turns in range(4)
         ]
         return {
             "".join(map(str, walls)): prod(
-                p if wall else 1 - p for wall, p in zip(walls, likely, strict=True)
+                p if wall else 1 - p for wall, p in zip(walls, wall_probabilities, strict=True)
             )
             for walls in product((0, 1), repeat=4)
         }
 
-    seen = ["".join(map(str, walls)) for walls in product((0, 1), repeat=4)]
-    seen += ["goal", *(f"sign{number}" for number in range(len(signs)))]
-    return made(0.95, starts, [*TURNS, "forward"], move, seen, sense)
+    observations = ["".join(map(str, walls)) for walls in product((0, 1), repeat=4)]
+    observations += ["goal", *(f"sign{number}" for number in range(len(signs)))]
+    return build_problem(0.95, starts, [*TURN_PROBABILITIES, "forward"], move, observations, sense)
 
 
-def machine() -> FileProblem:
-    """Four parts that wear out in four steps, whose state shows in what is made: 256 states."""
-    wear, worth = (0.1, 0.15, 0.2, 0.0), (1.0, 0.9, 0.6, 0.1)
+def make_machine() -> FileProblem:
+    """Build a machine of four parts with four wear levels, observed in its product: 256 states."""
+    wear, quality = (0.1, 0.15, 0.2, 0.0), (1.0, 0.9, 0.6, 0.1)
     costs = {"run": (1.0, 0.0), "inspect": (0.8, 0.05), "repair": (0.0, 1.0), "replace": (0.0, 4.0)}
 
-    def part(worn: int, action: str) -> Shares[int]:
+    def part(level: int, action: str) -> Distribution[int]:
         if action == "replace":
             return {0: 1.0}
         if action == "repair":
-            return {max(worn - 1, 0): 0.9, worn: 0.1} if worn else {0: 1.0}
-        p = wear[worn] * (1.0 if action == "run" else 0.3)
-        return {worn: 1 - p, min(worn + 1, 3): p} if worn < 3 else {3: 1.0}
+            return {max(level - 1, 0): 0.9, level: 0.1} if level else {0: 1.0}
+        p = wear[level] * (1.0 if action == "run" else 0.3)
+        return {level: 1 - p, min(level + 1, 3): p} if level < 3 else {3: 1.0}
 
-    def move(parts: Parts, action: str) -> tuple[float, Shares[Parts]]:
-        share, cost = costs[action]
-        each = [part(one, action).items() for one in parts]
-        after: Shares[Parts] = {
-            tuple(one for one, _ in drawn): prod(p for _, p in drawn) for drawn in product(*each)
+    def move(parts: WearLevels, action: str) -> tuple[float, Distribution[WearLevels]]:
+        output, cost = costs[action]
+        part_distributions = [part(level, action).items() for level in parts]
+        after: Distribution[WearLevels] = {
+            tuple(level for level, _ in combination): prod(p for _, p in combination)
+            for combination in product(*part_distributions)
         }
-        return share * prod(worth[one] for one in parts) - cost, after
+        return output * prod(quality[level] for level in parts) - cost, after
 
-    def sense(action: str, parts: Parts) -> Shares[str]:
-        right = {"run": 0.6, "inspect": 0.95}.get(action, 0.5)
-        bad = [right * one / 3 + (1 - right) * (1 - one / 3) for one in parts]
+    def sense(action: str, parts: WearLevels) -> Distribution[str]:
+        p_correct = {"run": 0.6, "inspect": 0.95}.get(action, 0.5)
+        p_defect = [p_correct * value / 3 + (1 - p_correct) * (1 - value / 3) for value in parts]
         return {
-            "".join(map(str, shown)): prod(
-                p if one else 1 - p for one, p in zip(shown, bad, strict=True)
+            "".join(map(str, signals)): prod(
+                p if value else 1 - p for value, p in zip(signals, p_defect, strict=True)
             )
-            for shown in product((0, 1), repeat=4)
+            for signals in product((0, 1), repeat=4)
         }
 
-    seen = ["".join(map(str, shown)) for shown in product((0, 1), repeat=4)]
-    start: Shares[Parts] = {(0, 0, 0, 0): 1.0}
-    return made(0.97, start, [*costs], move, seen, sense)
+    observations = ["".join(map(str, signals)) for signals in product((0, 1), repeat=4)]
+    start: Distribution[WearLevels] = {(0, 0, 0, 0): 1.0}
+    return build_problem(0.97, start, [*costs], move, observations, sense)
 
 
-def tiger(discount: float = 0.95) -> FileProblem:
-    """The tiger (Kaelbling, Littman and Cassandra, 1998)."""
+def make_tiger(discount: float = 0.95) -> FileProblem:
+    """Build the tiger problem (Kaelbling, Littman and Cassandra, 1998)."""
 
-    def move(state: str, action: str) -> tuple[float, Shares[str]]:
+    def move(state: str, action: str) -> tuple[float, Distribution[str]]:
         if action == "listen":
             return -1.0, {state: 1.0}
-        return (-100.0 if action == state else 10.0), uniform(["left", "right"])
+        return (-100.0 if action == state else 10.0), make_uniform(["left", "right"])
 
-    def sense(action: str, state: str) -> Shares[str]:
+    def sense(action: str, state: str) -> Distribution[str]:
         if action != "listen":
-            return uniform(["left", "right"])
-        return {one: 0.85 if one == state else 0.15 for one in ("left", "right")}
+            return make_uniform(["left", "right"])
+        return {side: 0.85 if side == state else 0.15 for side in ("left", "right")}
 
     sides = ["left", "right"]
-    return made(discount, uniform(sides), ["listen", *sides], move, sides, sense)
+    return build_problem(discount, make_uniform(sides), ["listen", *sides], move, sides, sense)
 
 
-def drawn(seed: int, discount: float) -> FileProblem:
-    """A small problem drawn at random: two actions, two observations, two to five states."""
-    random = np.random.default_rng(seed)
-    states = int(random.integers(2, 6))
+def make_random_problem(seed: int, discount: float) -> FileProblem:
+    """Build a small random problem with two actions, two observations and two to five states."""
+    generator = np.random.default_rng(seed)
+    states = int(generator.integers(2, 6))
     tables = Tables(
-        random.dirichlet(np.full(states, 0.5), (states, 2)),
-        np.round(random.normal(size=(states, 2, 1)), 1),
-        random.dirichlet(np.ones(2), (2, states)),
+        generator.dirichlet(np.full(states, 0.5), (states, 2)),
+        np.round(generator.normal(size=(states, 2, 1)), 1),
+        generator.dirichlet(np.ones(2), (2, states)),
     )
     names = tuple(map(str, range(states)))
-    two = (Labels(("a", "b")),)
-    seen = (Labels(("x", "y")),)
-    start = random.dirichlet(np.ones(states))
-    model = MarkovModel(("agent",), two, seen, names, start, tables.sparse_tables, "")
+    actions = (Labels(("a", "b")),)
+    observations = (Labels(("x", "y")),)
+    start = generator.dirichlet(np.ones(states))
+    model = MarkovModel(("agent",), actions, observations, names, start, tables.sparse_tables, "")
     return FileProblem(discount, model=model)

@@ -1,4 +1,4 @@
-"""What a view may be asked to draw beside the state: losses, and what an action may bring."""
+"""Inputs that a view may draw in addition to the state: regrets, and the forecast of an action."""
 
 import numpy as np
 
@@ -9,57 +9,71 @@ from dmplay.dice import NATURE_STREAM, SeededUniforms
 from dmplay.session import Session
 from dmplay.views.style import Forecast
 
-SAMPLES = 200
+SAMPLE_COUNT = 200
 
 
-def losing(*regret: float) -> Reals:
-    """What each action loses."""
+def make_regrets(*regret: float) -> Reals:
+    """Return the regret of each action as an array."""
     return np.array(regret)
 
 
-def foreseen(game: Session, action: float, seat: int = 0) -> Forecast:
-    """What an action may bring from the true state, all others doing what they have first."""
+def forecast_action(game: Session, action: float, seat: int = 0) -> Forecast:
+    """Forecast an action from the true state, with the first action for all other agents."""
     problem, state = game.problem, game.state[None]
-    sampled = isinstance(problem.state_count, ContinuousStates) and not problem.actions[seat].labels
-    joint = np.zeros((1, len(problem.agents)), float if sampled else np.int64)
+    is_sampled = (
+        isinstance(problem.state_count, ContinuousStates) and not problem.actions[seat].labels
+    )
+    joint = np.zeros((1, len(problem.agents)), float if is_sampled else np.int64)
     joint[0, seat] = action
-    if sampled:
-        each = [
+    if is_sampled:
+        uniforms = [
             SeededUniforms(1).generate_uniforms(
                 NATURE_STREAM, turn, 0, problem.uniform_counts.step
             )[0]
-            for turn in range(SAMPLES)
+            for turn in range(SAMPLE_COUNT)
         ]
-        s, a = np.repeat(state, SAMPLES, axis=0), np.repeat(joint, SAMPLES, axis=0)
-        seen = problem.step(s, a, np.array(each)).observations
-        return Forecast(action, np.full(SAMPLES, 1 / SAMPLES), seen, is_sampled=True)
-    found = enumerate_outcomes(problem, state, joint)
-    seen = found.outcomes.observations[0]
+        s, a = np.repeat(state, SAMPLE_COUNT, axis=0), np.repeat(joint, SAMPLE_COUNT, axis=0)
+        observations = problem.step(s, a, np.array(uniforms)).observations
+        return Forecast(
+            action, np.full(SAMPLE_COUNT, 1 / SAMPLE_COUNT), observations, is_sampled=True
+        )
+    outcomes = enumerate_outcomes(problem, state, joint)
+    observations = outcomes.outcomes.observations[0]
     if problem.partially_observable:
-        seen = seen[:, seat]
-    states, places = np.unique(seen, axis=0, return_inverse=True)
-    chances: Reals = np.bincount(places.reshape(-1), found.probabilities[0]).astype(float)
-    order = [k for k in np.argsort(-chances, kind="stable") if chances[k] > 0]
+        observations = observations[:, seat]
+    states, inverse = np.unique(observations, axis=0, return_inverse=True)
+    probabilities: Reals = np.bincount(inverse.reshape(-1), outcomes.probabilities[0]).astype(float)
+    order = [k for k in np.argsort(-probabilities, kind="stable") if probabilities[k] > 0]
     return Forecast(
-        action, chances[order], states[order], _believed(game, action, seat, states[order])
+        action,
+        probabilities[order],
+        states[order],
+        _forecast_beliefs(game, action, seat, states[order]),
     )
 
 
-def _believed(game: Session, action: float, seat: int, seen: Array) -> Reals | None:
-    """What the seat would believe after each of its observations."""
+def _forecast_beliefs(game: Session, action: float, seat: int, observations: Array) -> Reals | None:
+    """Return the seat's belief after each of these observations, or None if it has no belief."""
     view = game.view(seat)
     if view.beliefs is None:
         return None
-    acted: list[int | None] = [None] * len(game.problem.agents)
-    acted[seat] = int(action)
-    return np.array([_after(game.problem, view.belief, acted, seat, int(o)) for o in seen])
+    joint_action: list[int | None] = [None] * len(game.problem.agents)
+    joint_action[seat] = int(action)
+    return np.array(
+        [
+            _update_belief(game.problem, view.belief, joint_action, seat, int(o))
+            for o in observations
+        ]
+    )
 
 
-def _after(
-    problem: Problem, before: Reals, acted: list[int | None], seat: int, sense: int
+def _update_belief(
+    problem: Problem, prior: Reals, joint_action: list[int | None], seat: int, observation: int
 ) -> Reals:
-    sensed: list[int | None] = [sense if i == seat else None for i in range(len(acted))]
-    return belief.update_belief(problem, before, acted, sensed).belief
+    joint_observation: list[int | None] = [
+        observation if i == seat else None for i in range(len(joint_action))
+    ]
+    return belief.update_belief(problem, prior, joint_action, joint_observation).belief
 
 
-__all__ = ["foreseen", "losing"]
+__all__ = ["forecast_action", "make_regrets"]

@@ -1,4 +1,4 @@
-"""The README's pictures, as the transcripts beside them are exported today."""
+"""The pictures of the README, exported again from the transcripts next to them."""
 
 import re
 from pathlib import Path
@@ -6,16 +6,19 @@ from pathlib import Path
 from dmplay.game.playback import Playback
 from dmplay.reports.export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
 from dmplay.screen.shown import Viewport
-from tests.support.blocks import README, ROOT
+from tests.support.blocks import PROJECT_ROOT, README_TEXT
 
-PICTURES = re.findall(r"\((transcripts/\S+\.svg)\)", README)
-FILM, STILL = Viewport(DEFAULT_COLUMNS, 18), Viewport(100, 30)
+PICTURE_PATHS = re.findall(r"\((transcripts/\S+\.svg)\)", README_TEXT)
+FILM_VIEWPORT, STILL_VIEWPORT = Viewport(DEFAULT_COLUMNS, 18), Viewport(100, 30)
 
 
-def drawn(picture: str) -> str:
-    """`GAME.svg` is the film of `GAME.dmt`; `GAME.3.svg` its screen after turn 3, with a hint."""
+def export_picture(picture: str) -> str:
+    """Export a picture from its transcript.
+
+    `GAME.svg` is the animation of `GAME.dmt`; `GAME.3.svg` is its screen after turn 3, with a hint.
+    """
     name, _, turn = Path(picture).stem.partition(".")
-    game = Playback(ROOT / Path(picture).with_name(f"{name}.dmt"))
+    game = Playback(PROJECT_ROOT / Path(picture).with_name(f"{name}.dmt"))
     if turn:
-        return "".join(render_svg(game, ExportOptions(STILL, int(turn), hint=True)))
-    return "".join(render_film(game, ExportOptions(FILM)))
+        return "".join(render_svg(game, ExportOptions(STILL_VIEWPORT, int(turn), hint=True)))
+    return "".join(render_film(game, ExportOptions(FILM_VIEWPORT)))

@@ -1,4 +1,4 @@
-"""Turns that random play comes to, of every kind that a law is to hold in."""
+"""Turns that random play reaches, of each kind in which an invariant must hold."""
 
 from collections.abc import Callable
 from functools import cache
@@ -7,22 +7,29 @@ from dmplay.core import Problem
 from dmplay.laws import play
 from dmplay.laws.breach import CheckResults, Violation
 from dmplay.laws.samples import WALK_LENGTH, SampledTurns, sample_turns
-from tests.support.cases import ROWS, anything, frozen, load
+from tests.support.cases import ROW_COUNT, load_problem, make_readonly, sample_actions
 
 
 @cache
-def pool(name: str) -> SampledTurns:
-    """Row r is what the r-th game is at after r % WALK turns; any action, legal or not."""
-    problem = load(name)
-    return sample_turns(problem, ROWS)._replace(a=frozen(anything(problem, None, WALK_LENGTH))[0])
+def make_turn_pool(name: str) -> SampledTurns:
+    """Return turns in which row r is the r-th game after r % WALK_LENGTH turns, with any actions.
+
+    The actions may be illegal.
+    """
+    problem = load_problem(name)
+    return sample_turns(problem, ROW_COUNT)._replace(
+        a=make_readonly(sample_actions(problem, None, WALK_LENGTH))[0]
+    )
 
 
-def broken(problem: Problem, law: Callable[[], CheckResults]) -> list[Violation]:
-    """What does not hold of a law."""
-    return [*play.find_violations(type(problem), law)]
+def list_violations(problem: Problem, invariant: Callable[[], CheckResults]) -> list[Violation]:
+    """List the violations of an invariant."""
+    return [*play.find_violations(type(problem), invariant)]
 
 
-def keeps(name: str, law: Callable[[Problem, SampledTurns], CheckResults], said: str = "") -> None:
-    """A built-in problem keeps a law in the turns of its pool."""
-    problem = load(name)
-    assert not broken(problem, lambda: law(problem, pool(name))), said
+def assert_invariant_holds(
+    name: str, invariant: Callable[[Problem, SampledTurns], CheckResults], message: str = ""
+) -> None:
+    """Assert that a built-in problem satisfies an invariant in the turns of its pool."""
+    problem = load_problem(name)
+    assert not list_violations(problem, lambda: invariant(problem, make_turn_pool(name))), message

@@ -1,6 +1,6 @@
-"""The program in a process of its own, without a terminal.
+"""Run the program in a separate process, without a terminal.
 
-The process begins as a copy of one that has loaded the program, which is most of a start's work.
+The process is forked from one that has already loaded the program, which saves most of the start.
 """
 
 import ctypes
@@ -19,119 +19,122 @@ from threading import Lock
 
 from dmplay.__main__ import main
 from dmplay.cli.app import root_command
-from tests.support.terminals import DMPLAY, clean_environment, mind_signals
+from tests.support.terminals import DMPLAY_COMMAND, clean_environment, restore_signal_handlers
 
-NOTHING: Mapping[str, str] = {}
-NOBODY = 4242  # a user without a name
-PATIENCE = 60.0  # seconds until a program that does not end is a failure
-LOADED = (
+NO_VARIABLES: Mapping[str, str] = {}
+UNNAMED_USER_ID = 4242  # id of a user without an account
+PROGRAM_TIMEOUT_SECONDS = 60.0  # timeout of a program that does not exit
+PRELOADED_MODULES = (
     "dmplay.cli.entry", "dmplay.game.playback", "dmplay.policies.search", "dmplay.prompt",
     "dmplay.screen.screen", "importlib.metadata", "numpy.ma", "numpy.random",
 )  # fmt: skip
-root_command()  # is made before there are copies
-COPIES = multiprocessing.get_context("forkserver")
-COPIES.set_forkserver_preload(["__main__", __name__, *LOADED])
-ALONE = Lock()  # whoever starts a program asks how all have ended, which one may ask at a time
-Around = Callable[[Callable[[], None]], None]
-Program = multiprocessing.context.ForkServerProcess
+root_command()  # build the command tree before the server forks
+FORK_SERVER = multiprocessing.get_context("forkserver")
+FORK_SERVER.set_forkserver_preload(["__main__", __name__, *PRELOADED_MODULES])
+PROCESS_LOCK = Lock()  # starting a process also polls all others, which is not thread-safe
+ProgramWrapper = Callable[[Callable[[], None]], None]
+ProgramProcess = multiprocessing.context.ForkServerProcess
 
 
-def alone(program: Callable[[], None]) -> None:
-    """Runs a program with nothing around it."""
+def run_unwrapped(program: Callable[[], None]) -> None:
+    """Run a program directly."""
     program()
 
 
-def run(folder: Path, *words: str, stdin: str | None = "", **env: str) -> CompletedProcess[str]:
-    """Runs dmplay in a folder with its own state; None is the null device."""
-    return _run(words, folder, stdin, clean_environment(folder, **env))
-
-
-def within(
-    around: Around, folder: Path, *words: str, stdin: str | None = ""
+def run_dmplay(
+    folder: Path, *words: str, stdin: str | None = "", **env: str
 ) -> CompletedProcess[str]:
-    """The same, with this around the program."""
-    return _run(words, folder, stdin, clean_environment(folder), around)
+    """Run dmplay in a folder that also holds its state; a `stdin` of None is the null device."""
+    return _run_in_process(words, folder, stdin, clean_environment(folder, **env))
 
 
-def homeless(*words: str, stdin: str = "") -> CompletedProcess[str]:
-    """Runs dmplay as a user without a name or a home."""
-    world = clean_environment(Path("/"), HOME="", XDG_STATE_HOME="")
-    return _run(words, Path("/"), stdin, world, _nameless)
+def run_wrapped(
+    around: ProgramWrapper, folder: Path, *words: str, stdin: str | None = ""
+) -> CompletedProcess[str]:
+    """Run dmplay in a folder, with the program called through `around`."""
+    return _run_in_process(words, folder, stdin, clean_environment(folder), around)
 
 
-def unprivileged(program: Callable[[], None]) -> None:
-    """Runs a program that permissions bind, whoever runs the tests."""
+def run_without_home(*words: str, stdin: str = "") -> CompletedProcess[str]:
+    """Run dmplay as a user without a name or a home folder."""
+    environment = clean_environment(Path("/"), HOME="", XDG_STATE_HOME="")
+    return _run_in_process(words, Path("/"), stdin, environment, _run_as_unnamed_user)
+
+
+def run_unprivileged(program: Callable[[], None]) -> None:
+    """Run a program with file permissions enforced, even when root runs the tests."""
     give_up_privileges()
     program()
 
 
 def give_up_privileges() -> None:
-    """Leaves this process what its user may do, and root no more than others."""
+    """Drop all capabilities of this process, so that root has no more rights than other users."""
     version, nothing = 0x20080522, (ctypes.c_uint32 * 6)()
     header = (ctypes.c_uint32 * 2)(version, 0)
     assert ctypes.CDLL(None).capset(header, nothing) == 0
 
 
 @dataclass(frozen=True)
-class Small:
-    """Runs a program on a disk that holds files of so many bytes."""
+class SmallDisk:
+    """A wrapper that runs a program with a limit on the size of its files, in bytes."""
 
     size: int
 
     def __call__(self, program: Callable[[], None]) -> None:
-        sys.dont_write_bytecode = True  # which would be cut, and read ever after
+        # bytecode files would be truncated, and later runs would read them
+        sys.dont_write_bytecode = True
         resource.setrlimit(resource.RLIMIT_FSIZE, (self.size, self.size))
         program()
 
 
-def _nameless(program: Callable[[], None]) -> None:
-    os.setreuid(NOBODY, -1)  # what it may read stays
+def _run_as_unnamed_user(program: Callable[[], None]) -> None:
+    os.setreuid(UNNAMED_USER_ID, -1)  # the effective user keeps its read permissions
     program()
 
 
-def _run(
+def _run_in_process(
     words: Sequence[str],
     folder: Path,
     stdin: str | None,
-    world: Mapping[str, str],
-    around: Around = alone,
+    environment: Mapping[str, str],
+    around: ProgramWrapper = run_unwrapped,
 ) -> CompletedProcess[str]:
-    with tempfile.TemporaryDirectory() as place:
-        streams = [Path(place, name) for name in ("stdin", "stdout", "stderr")]
+    with tempfile.TemporaryDirectory() as temporary:
+        streams = [Path(temporary, name) for name in ("stdin", "stdout", "stderr")]
         streams[0].write_text(stdin or "", encoding="utf-8", errors="surrogateescape")
         if stdin is None:
             streams[0] = Path(os.devnull)
-        code = ended(_started(words, folder, world, streams, around))
-        return CompletedProcess(words, code, *(each.read_text() for each in streams[1:]))
+        code = wait_for_exit(_start_process(words, folder, environment, streams, around))
+        return CompletedProcess(words, code, *(stream.read_text() for stream in streams[1:]))
 
 
-def started(
+def start_dmplay(
     folder: Path,
     *words: str,
     streams: Sequence[Path] = (Path(os.devnull),) * 3,
-    around: Around = alone,
+    around: ProgramWrapper = run_unwrapped,
     **env: str,
-) -> Program:
-    """Starts dmplay in a folder with its own state, between these files."""
-    return _started(words, folder, clean_environment(folder, **env), streams, around)
+) -> ProgramProcess:
+    """Start dmplay in a folder that also holds its state, with these files as its streams."""
+    return _start_process(words, folder, clean_environment(folder, **env), streams, around)
 
 
-def _started(*what: object) -> Program:
-    program = COPIES.Process(target=_play, args=what)
-    with ALONE:
+def _start_process(*arguments: object) -> ProgramProcess:
+    program = FORK_SERVER.Process(target=_run_program, args=arguments)
+    with PROCESS_LOCK:
         program.start()
     return program
 
 
-def over(program: Program, seconds: float) -> bool:
-    """Whether a program ends within so many seconds; nobody learns how, as others may ask too."""
+def ends_within(program: ProgramProcess, seconds: float) -> bool:
+    """Return whether a program ends within this time; leave its exit code for `wait_for_exit`."""
     return bool(wait([program.sentinel], seconds))
 
 
-def ended(program: Program) -> int:
-    """Waits for the end: the exit code, or a signal as a negative number."""
-    over(program, PATIENCE)
-    with ALONE:
+def wait_for_exit(program: ProgramProcess) -> int:
+    """Wait for a program to end; return its exit code, or a signal as a negative number."""
+    ends_within(program, PROGRAM_TIMEOUT_SECONDS)
+    with PROCESS_LOCK:
         program.join(0)
         program.kill()
         program.join()
@@ -139,38 +142,39 @@ def ended(program: Program) -> int:
         return program.exitcode
 
 
-def fresh(
+def run_fresh_interpreter(
     *words: str,
     folder: Path,
     typed: str = "",
     disk: int | None = None,
-    env: Mapping[str, str] = NOTHING,
+    env: Mapping[str, str] = NO_VARIABLES,
 ) -> CompletedProcess[str]:
-    """The program from its very start: in another language, or where a disk is small."""
+    """Run dmplay in a new interpreter, for example in another locale or on a small disk."""
 
-    world = clean_environment(folder, **env)
+    environment = clean_environment(folder, **env)
     if disk is not None:
-        world["PYTHONDONTWRITEBYTECODE"] = "1"  # it would be cut, and read ever after
+        # bytecode files would be truncated, and later runs would read them
+        environment["PYTHONDONTWRITEBYTECODE"] = "1"
 
     def small() -> None:
         if disk is not None:
             resource.setrlimit(resource.RLIMIT_FSIZE, (disk, disk))
 
     return subprocess.run(
-        [*DMPLAY, *words],
+        [*DMPLAY_COMMAND, *words],
         input=typed,
         capture_output=True,
         text=True,
-        env=world,
+        env=environment,
         cwd=folder,
-        timeout=PATIENCE,
+        timeout=PROGRAM_TIMEOUT_SECONDS,
         check=False,
         preexec_fn=small,
     )
 
 
-def shell(line: str, folder: Path) -> CompletedProcess[str]:
-    """A line of bash in which `dmplay` is the program."""
+def run_shell_line(line: str, folder: Path) -> CompletedProcess[str]:
+    """Run a line of bash in which `dmplay` is the program."""
     quoted = f'dmplay() {{ "{sys.executable}" -m dmplay "$@"; }}; {line}'
     return subprocess.run(
         ["bash", "-c", quoted],
@@ -178,23 +182,23 @@ def shell(line: str, folder: Path) -> CompletedProcess[str]:
         text=True,
         env=clean_environment(folder),
         cwd=folder,
-        timeout=PATIENCE,
+        timeout=PROGRAM_TIMEOUT_SECONDS,
         check=False,
     )
 
 
-def _play(
+def _run_program(
     words: Sequence[str],
     folder: Path,
-    world: Mapping[str, str],
+    environment: Mapping[str, str],
     streams: Sequence[Path],
-    around: Around,
+    around: ProgramWrapper,
 ) -> None:
-    """Is the program, in this folder and environment, between these streams."""
-    mind_signals()
+    """Run the program in this process, with this folder, environment and standard streams."""
+    restore_signal_handlers()
     os.chdir(folder)
     os.environ.clear()
-    os.environ.update(world)
+    os.environ.update(environment)
     for number, path in enumerate(streams):
         os.dup2(os.open(path, os.O_RDWR | os.O_CREAT), number)
     encoding = os.environ.get("PYTHONIOENCODING")
@@ -209,9 +213,11 @@ def _play(
         sys.exit(1)
 
 
-def loaded(code: str, never: set[str], env: Mapping[str, str] = NOTHING) -> set[str]:
-    """Which of these modules a fresh interpreter has loaded that has run some code."""
-    told = f"\nimport sys\nprint(*sorted({never!r} & set(sys.modules)))"
-    words, world = [sys.executable, "-c", code + told], os.environ | env
-    done = subprocess.run(words, capture_output=True, text=True, check=True, env=world)
-    return {*done.stdout.splitlines()[-1].split()}
+def list_loaded_modules(
+    code: str, never: set[str], env: Mapping[str, str] = NO_VARIABLES
+) -> set[str]:
+    """Return the modules of `never` that a new interpreter has loaded after running this code."""
+    report = f"\nimport sys\nprint(*sorted({never!r} & set(sys.modules)))"
+    command, environment = [sys.executable, "-c", code + report], os.environ | env
+    process = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
+    return {*process.stdout.splitlines()[-1].split()}

@@ -1,4 +1,4 @@
-"""What must end soon, counted by what who watches hears, not by the clock."""
+"""Limit a computation by its number of progress calls, not by the clock."""
 
 from collections.abc import Callable
 from typing import TypeVar
@@ -6,22 +6,22 @@ from typing import TypeVar
 from dmplay.budget import report_progress_to
 
 T = TypeVar("T")
-CALLS = 10_000  # some seconds at the very most
+MAX_PROGRESS_CALLS = 10_000  # a few seconds at most
 
 
 class TooLong(Exception):
-    """A computation that nobody would wait for."""
+    """A computation that exceeds the limit."""
 
 
-def quickly(done: Callable[[], T]) -> T:
-    """What comes of it; TooLong where who watches hears of it too often."""
-    heard = 0
+def run_with_call_limit(compute: Callable[[], T]) -> T:
+    """Return the result of a computation; raise TooLong after too many progress calls."""
+    call_count = 0
 
     def watch(share: float) -> None:
-        nonlocal heard
-        heard += 1
-        if heard > CALLS:
+        nonlocal call_count
+        call_count += 1
+        if call_count > MAX_PROGRESS_CALLS:
             raise TooLong
 
     with report_progress_to(watch):
-        return done()
+        return compute()

@@ -1,4 +1,4 @@
-"""What a policy earns, held against what it says it does."""
+"""Compare the returns of a policy with its action values."""
 
 import numpy as np
 import pytest
@@ -7,8 +7,8 @@ from dmplay.core import Policy, Problem
 from dmplay.rollouts import rollout
 
 
-def earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:
-    """A policy of one agent values its start at so much, and its games pay so much."""
+def assert_policy_earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:
+    """Assert that a policy's value of the start is `value`, and that its mean return agrees."""
     values = policy.action_values(policy.initial_memory(np.array([-1])))
     assert values is not None
     assert values.max() == pytest.approx(value, abs=1e-6)

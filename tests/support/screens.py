@@ -1,4 +1,4 @@
-"""The play screen without a terminal: keys from a pipe, frames into an emulator, one at a time."""
+"""Run the play screen without a terminal: keys from a pipe, each frame drawn into an emulator."""
 
 import io
 import signal
@@ -27,59 +27,61 @@ from dmplay.screen.shown import Viewport
 from dmplay.session import EpisodeUniforms, Session
 from dmplay.terminal import Terminal
 from dmplay.words.commands import PlayerQuit
-from tests.support.terminals import Shown
+from tests.support.terminals import EmulatedRows
 
-vars(application)["load_key_bindings"] = cache(load_key_bindings)  # alike for every screen
+# the same bindings for every screen
+vars(application)["load_key_bindings"] = cache(load_key_bindings)
 pyte.screens.Char._replace = cache(pyte.screens.Char._replace)  # type: ignore[method-assign]
-vars(signal)["valid_signals"] = cache(signal.valid_signals)  # which asyncio asks for at each
-SEQUENCES = {
+# asyncio calls it for each signal handler
+vars(signal)["valid_signals"] = cache(signal.valid_signals)
+KEY_SEQUENCES = {
     "left": "\x1b[D", "right": "\x1b[C", "up": "\x1b[A", "down": "\x1b[B",
     "home": "\x1b[H", "end": "\x1b[F", "pageup": "\x1b[5~", "pagedown": "\x1b[6~",
     "tab": "\t", "backspace": "\x7f", "enter": "\r", "escape": "\x1b", "space": " ",
     "f1": "\x1bOP", "f2": "\x1bOQ", "c-c": "\x03", "c-d": "\x04", "c-l": "\x0c", "c-r": "\x12",
     "c-_": "\x1f",
 }  # fmt: skip
-NOTHING: Mapping[str, object] = {}
+NO_PARAMETERS: Mapping[str, object] = {}
 
 
-def game(  # noqa: PLR0913 - a problem, and what of it is not as usual
+def make_game(  # noqa: PLR0913 - a problem and its optional settings
     name: str,
     *seats: str,
     seed: int = 7,
     turns: int | None = None,
-    parameters: Mapping[str, object] = NOTHING,
+    parameters: Mapping[str, object] = NO_PARAMETERS,
     source: EpisodeUniforms | None = None,
     keys: KeyPreferences = DEFAULT_KEY_PREFERENCES,
 ) -> Game:
-    """A game without a transcript; people sit where nobody is named."""
-    found = problems.resolve_problem(name, parameters)
-    problem = found.problem
-    who = list(seats) or [HUMAN] * len(problem.agents)
-    policies = [make_seat_policy(problem, seat, one) for seat, one in enumerate(who)]
+    """Make a game without a transcript; human players take the seats if none are named."""
+    resolved = problems.resolve_problem(name, parameters)
+    problem = resolved.problem
+    players = list(seats) or [HUMAN] * len(problem.agents)
+    policies = [make_seat_policy(problem, seat, player) for seat, player in enumerate(players)]
     session = Session(problem, source or SeededUniforms(seed, 0), policies, turn_limit=turns)
-    return seated(found.name, session, who, keys=keys)
+    return make_session_game(resolved.name, session, players, keys=keys)
 
 
-def seated(
+def make_session_game(
     name: str,
     session: Session,
-    who: Sequence[str],
-    asked: GameRequest | None = None,
+    players: Sequence[str],
+    request: GameRequest | None = None,
     *,
     keys: KeyPreferences = DEFAULT_KEY_PREFERENCES,
 ) -> Game:
-    """A game of this session, without a transcript."""
-    keyboard = Keyboard(session.problem, list_human_seats(who), keys)
-    return Game(name, session, who, keyboard, None, asked)
+    """Make a game of this session, without a transcript."""
+    keyboard = Keyboard(session.problem, list_human_seats(players), keys)
+    return Game(name, session, players, keyboard, None, request)
 
 
-def secret(name: str) -> GameRequest:
-    """A wish for a game whose seed is fresh and so not shown."""
+def make_secret_request(name: str) -> GameRequest:
+    """Request a game with a fresh seed, which stays hidden."""
     return GameRequest(name, is_seed_visible=False)
 
 
-class Played(NamedTuple):
-    """What came of it: each frame, from the one before the first key on, the bytes, the code."""
+class ScreenRun(NamedTuple):
+    """The result of a run: all frames (the first before any key), the output and the exit code."""
 
     frames: list[str]
     written: str
@@ -91,8 +93,8 @@ class Played(NamedTuple):
         return self.frames[-1]
 
 
-class Paper(io.StringIO):
-    """What is written lands on an emulated screen too."""
+class EmulatedScreen(io.StringIO):
+    """A text stream whose output is also drawn on an emulated screen."""
 
     encoding = "utf-8"
 
@@ -100,66 +102,70 @@ class Paper(io.StringIO):
         super().__init__()
         self.screen: Any = None
         self._stream: Any = None
-        self._displayed_rows = Shown(None)
+        self._displayed_rows = EmulatedRows(None)
 
     def resize(self, columns: int, rows: int) -> None:
-        """Makes the emulated screen of another size, and empty."""
+        """Replace the emulated screen by an empty one of another size."""
         self.screen = pyte.Screen(columns, rows)
         self._stream = pyte.Stream(self.screen)
-        self._displayed_rows = Shown(self.screen)
+        self._displayed_rows = EmulatedRows(self.screen)
 
     def write(self, text: str) -> int:
-        """Writes to both."""
+        """Write to the stream and to the emulated screen."""
         self._stream.feed(text)
         return super().write(text)
 
     @property
     def text(self) -> str:
-        """The screen's rows without trailing blanks."""
+        """The rows of the screen without trailing blanks."""
         return self._displayed_rows.text
 
 
-class Easel(Painter):
-    """A painter on paper."""
+class EmulatedPainter(Painter):
+    """A painter on an emulated screen."""
 
-    def __init__(self, paper: Paper, columns: int, rows: int) -> None:
-        super().__init__(paper, "default", erases_with_color=True)
-        self.paper = paper
+    def __init__(self, emulated: EmulatedScreen, columns: int, rows: int) -> None:
+        super().__init__(emulated, "default", erases_with_color=True)
+        self.paper = emulated
         self.resize(columns, rows)
 
     def resize(self, columns: int, rows: int) -> None:
-        """Takes paper of another size."""
+        """Resize the emulated screen."""
         self.dimensions = columns, rows
         self.paper.resize(columns, rows)
 
     def get_size(self) -> tuple[int, int]:
-        """The paper's."""
+        """Return the size of the emulated screen."""
         return self.dimensions
 
 
-class Watched(PlayScreen):
-    """A screen that is looked at after each frame, and then given its next key."""
+class ScriptedScreen(PlayScreen):
+    """A screen whose frames are recorded, and that receives its next key after each frame."""
 
     def __init__(
-        self, played: Game, keys: Iterable[str], pipe: PipeInput, paper: Paper, *, motion: bool
+        self,
+        game: Game,
+        keys: Iterable[str],
+        pipe: PipeInput,
+        emulated: EmulatedScreen,
+        *,
+        motion: bool,
     ) -> None:
-        super().__init__(
-            GameController(played), Terminal(True, "", True, True, False, motion=motion)
-        )
+        super().__init__(GameController(game), Terminal(True, "", True, True, False, motion=motion))
         self.keys = iter(keys)
         self.pipe = pipe
-        self.paper = paper
+        self.paper = emulated
         self.frames: list[str] = []
         self.animation.step_seconds = 0.0
 
     def paint(self, painter: Painter) -> None:
-        """Paints, and looks once nothing moves."""
+        """Paint, and record the frame unless an animation is running."""
         super().paint(painter)
         if not self.animation.is_running:
             self._look(None)
 
     def render_upper(self, room: Viewport) -> Text:
-        """The screen's own, for the command row; the first time, asks to be told of its frames."""
+        """Return the screen's upper part; at the first call, subscribe to rendered frames."""
         if self._look not in get_app().after_render._handlers:
             get_app().after_render += self._look
         return super().render_upper(room)
@@ -171,33 +177,38 @@ class Watched(PlayScreen):
         key = next(self.keys, None)
         if key is not None:
             words = key.split()
-            self.pipe.send_text("".join(SEQUENCES.get(word, word) for word in words))
+            self.pipe.send_text("".join(KEY_SEQUENCES.get(word, word) for word in words))
         elif app is not None:
             app.exit(exception=PlayerQuit(0))
         else:
-            self.pipe.send_text(SEQUENCES["c-d"])
+            self.pipe.send_text(KEY_SEQUENCES["c-d"])
 
 
-def play(played: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> Played:
-    """Presses keys, each after the frame of the one before; `up right` are two, `:undo` many."""
-    return press(played, keys, size)
+def play_keys(game: Game, *keys: str, size: tuple[int, int] = (80, 24)) -> ScreenRun:
+    """Press keys, each after the frame of the previous one.
+
+    In one argument, `up right` presses two keys and `:undo` types five characters.
+    """
+    return press_keys(game, keys, size)
 
 
-def press(
-    played: Game,
+def press_keys(
+    game: Game,
     keys: Iterable[str],
     size: tuple[int, int] = (80, 24),
     *,
     moment: float = 60.0,
     motion: bool = True,
-) -> Played:
-    """Presses keys that may depend on how the game stands; nothing quick is shown as thinking,
-    however slow the machine, unless `moment` says so.
+) -> ScreenRun:
+    """Press keys that may depend on the state of the game.
+
+    Short computations are never displayed as thinking, even on a slow machine, unless `moment` (in
+    seconds) is set.
     """
-    paper = Paper()
-    easel = Easel(paper, *size)
+    emulated = EmulatedScreen()
+    painter = EmulatedPainter(emulated, *size)
     with create_pipe_input() as pipe:
-        screen = Watched(played, keys, pipe, paper, motion=motion)
+        screen = ScriptedScreen(game, keys, pipe, emulated, motion=motion)
         screen.thinking_delay_seconds = moment
-        code = toolkit.run_event_loop(screen, easel, pipe)
-    return Played(screen.frames, paper.getvalue(), code)
+        code = toolkit.run_event_loop(screen, painter, pipe)
+    return ScreenRun(screen.frames, emulated.getvalue(), code)

@@ -8,55 +8,59 @@ from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.finding import agents
 from dmplay.finding.agents import plan_for_turn_limit
 from dmplay.policies.script import Script
-from tests.support.cases import random_play, small
+from tests.support.cases import load_small_problem, make_random_policies
 
-BRIEF = {"search": "search:simulations=3,depth=2"}  # agents that take their time, for the laws
-SMALL = "joint-plan:nodes=2"  # where a team would make a large plan
-AHEAD = 4  # turns for which those plan who plan a whole game
-FOREIGN = {"axelrod"}  # a package that takes long to load: it has tests of its own
+# faster settings of slow agents, for the tests of invariants
+FAST_AGENTS = {"search": "search:simulations=3,depth=2"}
+SMALL_JOINT_PLAN = "joint-plan:nodes=2"  # a smaller plan than the default
+PLANNING_TURNS = 4  # turns of the game for agents that plan a whole game
+EXTERNAL_AGENTS = {"axelrod"}  # packages that take long to load and have separate tests
 
 
-def brief(problem: Problem, seat: int, agent: str) -> str:
-    """The name of an agent that does not take its time."""
-    planned = agents.load_roster(problem, seat).simulation_agent == "joint-plan"
-    if agent in BRIEF:
-        return BRIEF[agent] + f",others={SMALL},rollout={SMALL}" * planned
+def format_fast_agent(problem: Problem, seat: int, agent: str) -> str:
+    """Return the name of an agent with settings that make it fast."""
+    is_planned = agents.load_roster(problem, seat).simulation_agent == "joint-plan"
+    if agent in FAST_AGENTS:
+        return (
+            FAST_AGENTS[agent]
+            + f",others={SMALL_JOINT_PLAN},rollout={SMALL_JOINT_PLAN}" * is_planned
+        )
     return (
-        SMALL
-        if planned and agent == "joint-plan"
-        else plan_for_turn_limit(problem, seat, agent, AHEAD)
+        SMALL_JOINT_PLAN
+        if is_planned and agent == "joint-plan"
+        else plan_for_turn_limit(problem, seat, agent, PLANNING_TURNS)
     )
 
 
-def made(problem: Problem, seat: int, agent: str) -> Policy | None:
-    """The agent of this name, or None where it refuses the seat."""
+def make_agent(problem: Problem, seat: int, agent: str) -> Policy | None:
+    """Make the agent of this name, or return None if it does not fit the seat."""
     try:
-        return dmplay.load_agent(problem, seat, brief(problem, seat, agent))
+        return dmplay.load_agent(problem, seat, format_fast_agent(problem, seat, agent))
     except (BadPolicy, BadParameter, UnknownName):
         return None
 
 
 @cache
-def seated(name: str) -> list[tuple[int, list[Policy]]]:
-    """Each built-in agent in each seat that it fits, random play in the others."""
-    problem = small(name)
-    found: list[tuple[int, list[Policy]]] = []
+def seat_agents(name: str) -> list[tuple[int, list[Policy]]]:
+    """Return each built-in agent in each seat that it fits, with random agents in the others."""
+    problem = load_small_problem(name)
+    seatings: list[tuple[int, list[Policy]]] = []
     for agent in agents.load_roster(problem).agents:
-        if agent in FOREIGN:
+        if agent in EXTERNAL_AGENTS:
             continue
-        before = len(found)
+        previous_count = len(seatings)
         for seat in range(len(problem.agents)):
-            policy = made(problem, seat, agent)
+            policy = make_agent(problem, seat, agent)
             if policy is not None:
-                others = random_play(problem)
-                others[seat] = policy
-                found.append((seat, others))
-        assert len(found) > before, f"{agent} fits no seat"
-    return found
+                policies = make_random_policies(problem)
+                policies[seat] = policy
+                seatings.append((seat, policies))
+        assert len(seatings) > previous_count, f"{agent} fits no seat"
+    return seatings
 
 
-class Rescaling(Script):
-    """Means no harm."""
+class ObservationMutatingScript(Script):
+    """A script that divides its observation in place, which it must not do."""
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         observation = percept.observation

@@ -1,4 +1,4 @@
-"""Soccer on a field of four by five, as Littman has it (1994)."""
+"""Soccer on a field of four rows and five columns (Littman, 1994)."""
 
 from dataclasses import dataclass
 
@@ -7,70 +7,71 @@ import numpy as np
 from dmplay import DiscreteUniform, Labels, Outcome, Problem
 from dmplay.chance import Array, Chance, Ints
 
-HIGH, WIDE = 4, 5
-WAYS = np.array([[-1, 0], [0, 1], [1, 0], [0, -1], [0, 0]])  # rows and columns
-GOAL = (1, 2)  # rows
+HEIGHT, WIDTH = 4, 5
+STEPS = np.array([[-1, 0], [0, 1], [1, 0], [0, -1], [0, 0]])  # changes of row and column
+GOAL_ROWS = (1, 2)  # rows
 
 
 @dataclass(frozen=True)
 class Soccer(Problem):
-    """Who carries the ball over the other's edge scores; who walks into the other loses it.
+    """Carry the ball over the opponent's edge to score; walk into the opponent and lose the ball.
 
-    A state is where both are and who has the ball. In each turn either moves first, by a toss;
-    after a goal both stand where the game began, and a toss says who has the ball.
+    A state is both positions and the owner of the ball. In each turn a coin toss decides which
+    agent moves first. After a goal both agents return to their start cells, and a toss assigns the
+    ball.
     """
 
     discount: float = 0.9
     agents = ("left", "right")
     actions = (Labels(("north", "east", "south", "west", "stand")),) * 2
-    state_count = 2 * (HIGH * WIDE) ** 2
+    state_count = 2 * (HEIGHT * WIDTH) ** 2
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
-        """Who has the ball."""
+        """Return the distribution of the ball's owner."""
         return (DiscreteUniform(np.full(rows, 2), 2),)
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        """Both in the middle rows, apart."""
-        return self.told(np.full(rows, 2 * WIDE + 1), np.full(rows, WIDE + 3), events[0])
+        """Return the initial states: both agents in the middle rows, in separate columns."""
+        return self.told(np.full(rows, 2 * WIDTH + 1), np.full(rows, WIDTH + 3), events[0])
 
     def told(self, left: Array, right: Array, ball: Array) -> Ints:
-        """The number of a state."""
-        return np.asarray((left * HIGH * WIDE + right) * 2 + ball)
+        """Return the number of each state."""
+        return np.asarray((left * HEIGHT * WIDTH + right) * 2 + ball)
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        """Who moves first, and who has the ball if there is a goal."""
+        """Return the chances of the first mover, and of the ball's owner after a goal."""
         two = np.full(len(s), 2)
         return (DiscreteUniform(two, 2), DiscreteUniform(two, 2))
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        """One moves, then the other."""
-        both, ball = np.divmod(s, 2)
-        at = np.stack(np.divmod(both, HIGH * WIDE), axis=1)
+        """Move one agent, then the other."""
+        cells, ball = np.divmod(s, 2)
+        positions = np.stack(np.divmod(cells, HEIGHT * WIDTH), axis=1)
         goals = np.zeros(len(s))
         rows = np.arange(len(s))
         for turn in range(2):
-            who = events[0] ^ turn
-            here = np.stack(np.divmod(at[rows, who], WIDE), axis=1)
-            there = here + WAYS[a[rows, who]]
-            over = np.where(who == 0, there[:, 1] == WIDE, there[:, 1] == -1)
-            scored = over & (ball == who) & np.isin(here[:, 0], GOAL) & (goals == 0)
-            goals += scored * np.where(who == 0, 1.0, -1.0)
-            inside = ((there >= 0) & (there < [HIGH, WIDE])).all(axis=1)
-            cell = np.where(inside, there[:, 0] * WIDE + there[:, 1], at[rows, who])
-            into = (cell == at[rows, 1 - who]) & (goals == 0)
-            ball = np.where(into, 1 - who, ball)
-            at[rows, who] = np.where(into, at[rows, who], cell)
-        moved = self.told(at[:, 0], at[:, 1], ball)
-        moved = np.where(goals != 0, self.initial_states(len(s), (events[1],)), moved)
-        return Outcome(moved, np.stack([goals, -goals], axis=1), moved)
+            mover = events[0] ^ turn
+            origin = np.stack(np.divmod(positions[rows, mover], WIDTH), axis=1)
+            target = origin + STEPS[a[rows, mover]]
+            past_edge = np.where(mover == 0, target[:, 1] == WIDTH, target[:, 1] == -1)
+            scored = past_edge & (ball == mover) & np.isin(origin[:, 0], GOAL_ROWS) & (goals == 0)
+            goals += scored * np.where(mover == 0, 1.0, -1.0)
+            inside = ((target >= 0) & (target < [HEIGHT, WIDTH])).all(axis=1)
+            cell = np.where(inside, target[:, 0] * WIDTH + target[:, 1], positions[rows, mover])
+            blocked = (cell == positions[rows, 1 - mover]) & (goals == 0)
+            ball = np.where(blocked, 1 - mover, ball)
+            positions[rows, mover] = np.where(blocked, positions[rows, mover], cell)
+        next_state = self.told(positions[:, 0], positions[:, 1], ball)
+        next_state = np.where(goals != 0, self.initial_states(len(s), (events[1],)), next_state)
+        return Outcome(next_state, np.stack([goals, -goals], axis=1), next_state)
 
     def format_state(self, s: Array) -> str:
-        """Two cells and who has the ball."""
-        both, ball = divmod(int(s), 2)
-        return "{} {} {}".format(*divmod(both, HIGH * WIDE), self.agents[ball])
+        """Return both cells and the owner of the ball as text."""
+        cells, ball = divmod(int(s), 2)
+        return "{} {} {}".format(*divmod(cells, HEIGHT * WIDTH), self.agents[ball])
 
     def parse_state(self, text: str) -> Array:
-        """The state of such a line."""
+        """Parse the text of a state."""
         *cells, ball = text.split()
         left, right = (np.array(int(cell)) for cell in cells)
         return self.told(left, right, np.array(self.agents.index(ball)))

@@ -1,4 +1,4 @@
-"""Published problems of teams as files, written anew from their definitions."""
+"""Published Dec-POMDPs as text files, written from their definitions."""
 
 from collections.abc import Callable, Iterator, Sequence
 from itertools import product
@@ -7,131 +7,156 @@ from dmplay.files import markov
 from dmplay.files.problem import FileProblem
 
 Row = Sequence[float]
-PAIRS = [*product(range(2), repeat=2)]
+BINARY_PAIRS = [*product(range(2), repeat=2)]
 
 
-def read(text: str) -> FileProblem:
+def parse_team_file(text: str) -> FileProblem:
     return markov.read_markov_file("team.dpomdp", text.encode(), team=True)
 
 
-def _line(row: Row) -> str:
+def _format_row(row: Row) -> str:
     return " ".join(f"{number:.10g}" for number in row)
 
 
-def _file(  # noqa: PLR0913, PLR0917 - a problem has as many parts
+def _format_team_file(  # noqa: PLR0913, PLR0917 - one parameter for each part of a problem
     start: Row,
     actions: str,
-    seen: str,
-    goes: Callable[[int, tuple[int, ...]], Row],
-    sees: Callable[[int, tuple[int, ...]], Row],
-    pays: Iterator[str],
+    observations: str,
+    transition_row: Callable[[int, tuple[int, ...]], Row],
+    observation_row: Callable[[int, tuple[int, ...]], Row],
+    reward_lines: Iterator[str],
 ) -> str:
-    """A file of two agents alike; states by where they go and what is seen in them."""
+    """Format a file of two identical agents, with functions for the rows of T and O."""
     states = range(len(start))
     lines = ["agents: 2", "discount: 1", "values: reward", f"states: {len(states)}", "start:"]
-    lines += [_line(start), "actions:", actions, actions, "observations:", seen, seen]
+    lines += [
+        _format_row(start),
+        "actions:",
+        actions,
+        actions,
+        "observations:",
+        observations,
+        observations,
+    ]
     for a in product(range(len(actions.split())), repeat=2):
-        lines += [f"T: {a[0]} {a[1]} :", *(_line(goes(s, a)) for s in states)]
-        lines += [f"O: {a[0]} {a[1]} :", *(_line(sees(s, a)) for s in states)]
-    return "\n".join([*lines, *pays, ""])
+        lines += [f"T: {a[0]} {a[1]} :", *(_format_row(transition_row(s, a)) for s in states)]
+        lines += [f"O: {a[0]} {a[1]} :", *(_format_row(observation_row(s, a)) for s in states)]
+    return "\n".join([*lines, *reward_lines, ""])
 
 
-def both(first: float, second: float) -> Row:
-    """How likely each of the four pairs is, of two things so likely each."""
-    return [(first if a else 1 - first) * (second if b else 1 - second) for a, b in PAIRS]
+def multiply_probabilities(first: float, second: float) -> Row:
+    """Return the probabilities of the four pairs of two independent binary events."""
+    return [(first if a else 1 - first) * (second if b else 1 - second) for a, b in BINARY_PAIRS]
 
 
-def dectiger() -> str:
-    """Two who listen for one tiger (Nair et al., IJCAI 2003)."""
+def format_dectiger() -> str:
+    """Format Dec-Tiger: two agents listen for one tiger (Nair et al., IJCAI 2003)."""
 
     def goes(s: int, a: tuple[int, ...]) -> Row:
         return (0.5, 0.5) if any(a) else (1.0 - s, s)
 
     def sees(s: int, a: tuple[int, ...]) -> Row:
-        right = 0.85 if s else 0.15
-        return [0.25] * 4 if any(a) else both(right, right)
+        p_right = 0.85 if s else 0.15
+        return [0.25] * 4 if any(a) else multiply_probabilities(p_right, p_right)
 
     def pays() -> Iterator[str]:
         for s, a in product(range(2), product(range(3), repeat=2)):
-            opened = [door == s + 1 for door in a if door]
-            alone = -101 if any(opened) else 9
-            together = -100 if a[0] != a[1] else -50 if any(opened) else 20
-            paid = (-2, alone, together)[len(opened)]
-            yield f"R: {a[0]} {a[1]} : {s} : * : * : {paid}"
+            is_tiger_door = [door == s + 1 for door in a if door]
+            one_door_reward = -101 if any(is_tiger_door) else 9
+            two_door_reward = -100 if a[0] != a[1] else -50 if any(is_tiger_door) else 20
+            reward = (-2, one_door_reward, two_door_reward)[len(is_tiger_door)]
+            yield f"R: {a[0]} {a[1]} : {s} : * : * : {reward}"
 
-    return _file((0.5, 0.5), "listen left right", "hear-left hear-right", goes, sees, pays())
+    return _format_team_file(
+        (0.5, 0.5), "listen left right", "hear-left hear-right", goes, sees, pays()
+    )
 
 
-def broadcast() -> str:
-    """Two nodes of one channel, on which only one may send (Hansen et al., AAAI 2004)."""
+def format_broadcast() -> str:
+    """Format the broadcast channel: only one of two nodes may send (Hansen et al., AAAI 2004)."""
 
     def goes(s: int, a: tuple[int, ...]) -> Row:
-        waiting = [bool(full and act) for full, act in zip(PAIRS[s], a, strict=True)]
-        return both(*(1.0 if kept else new for kept, new in zip(waiting, (0.9, 0.1), strict=True)))
+        still_full = [bool(full and waits) for full, waits in zip(BINARY_PAIRS[s], a, strict=True)]
+        return multiply_probabilities(
+            *(
+                1.0 if is_full else p_arrival
+                for is_full, p_arrival in zip(still_full, (0.9, 0.1), strict=True)
+            )
+        )
 
     def sees(s: int, a: tuple[int, ...]) -> Row:
-        quiet = 0.1 if a == (0, 0) else 0.9
-        return both(quiet, quiet)
+        p_quiet = 0.1 if a == (0, 0) else 0.9
+        return multiply_probabilities(p_quiet, p_quiet)
 
     def pays() -> Iterator[str]:
-        for s, (first, second) in enumerate(PAIRS):
+        for s, (first, second) in enumerate(BINARY_PAIRS):
             yield f"R: send wait : {s} : * : * : {first}"
             yield f"R: wait send : {s} : * : * : {second}"
 
-    return _file((0, 0, 0, 1), "send wait", "collision quiet", goes, sees, pays())
+    return _format_team_file((0, 0, 0, 1), "send wait", "collision quiet", goes, sees, pays())
 
 
-def recycling() -> str:
-    """Two robots with batteries that look for cans (Amato et al., UAI 2007)."""
-    low = {(0, 0): 0.0, (0, 1): 0.0, (1, 0): 0.3, (1, 1): 0.8, (2, 0): 0.5, (2, 1): 0.7}
-    stuck = {(1, 1): 0.2, (2, 1): 0.3}
+def format_recycling() -> str:
+    """Format recycling robots: two robots with batteries collect cans (Amato et al., UAI 2007)."""
+    p_low_battery = {(0, 0): 0.0, (0, 1): 0.0, (1, 0): 0.3, (1, 1): 0.8, (2, 0): 0.5, (2, 1): 0.7}
+    p_stuck = {(1, 1): 0.2, (2, 1): 0.3}
 
     def goes(s: int, a: tuple[int, ...]) -> Row:
-        return both(*(low[pair] for pair in zip(a, PAIRS[s], strict=True)))
+        return multiply_probabilities(
+            *(p_low_battery[pair] for pair in zip(a, BINARY_PAIRS[s], strict=True))
+        )
 
     def sees(s: int, a: tuple[int, ...]) -> Row:
-        return both(*map(float, PAIRS[s]))
+        return multiply_probabilities(*map(float, BINARY_PAIRS[s]))
 
     def pays() -> Iterator[str]:
         for s, a in product(range(4), product(range(3), repeat=2)):
-            first, second = (stuck.get(pair, 0.0) for pair in zip(a, PAIRS[s], strict=True))
+            first, second = (
+                p_stuck.get(pair, 0.0) for pair in zip(a, BINARY_PAIRS[s], strict=True)
+            )
             cans = 5 if a == (2, 2) else 2 * a.count(1)
-            paid = cans * (1 - first) * (1 - second) - 10 * (first + second)
-            yield f"R: {a[0]} {a[1]} : {s} : * : * : {paid:.10g}"
+            reward = cans * (1 - first) * (1 - second) - 10 * (first + second)
+            yield f"R: {a[0]} {a[1]} : {s} : * : * : {reward:.10g}"
 
-    return _file((1, 0, 0, 0), "wait small big", "high low", goes, sees, pays())
+    return _format_team_file((1, 0, 0, 0), "wait small big", "high low", goes, sees, pays())
 
 
-def meeting(size: int = 2) -> str:
-    """Two who are to meet on a grid of 2 x 2 (Bernstein et al., IJCAI 2005; Amato et al., 2006),
-    or of 3 x 3 in one of two corners (Amato et al., ICAPS 2009).
+def format_meeting(size: int = 2) -> str:
+    """Format the meeting problem on a grid of 2 x 2 (Bernstein et al., IJCAI 2005; Amato et al.,
+    2006) or of 3 x 3 with two meeting corners (Amato et al., ICAPS 2009).
     """
-    cells, small = size * size, size == 2
+    cells, is_small = size * size, size == 2
     steps = ((-1, 0), (1, 0), (0, -1), (0, 1), (0, 0))
-    kinds = size if small else cells
+    observation_count = size if is_small else cells
 
     def moved(cell: int, step: int) -> int:
         row, column = cell // size + steps[step][0], cell % size + steps[step][1]
         return row * size + column if 0 <= row < size and 0 <= column < size else cell
 
     def one(cell: int, step: int) -> Row:
-        shares = [0.0] * cells
+        probabilities = [0.0] * cells
         for other in range(5):
-            shares[moved(cell, other)] += 0.6 if other == step else 0.1
-        return [float(cell == stays) for stays in range(cells)] if step == 4 else shares
+            probabilities[moved(cell, other)] += 0.6 if other == step else 0.1
+        return [float(cell == target) for target in range(cells)] if step == 4 else probabilities
 
     def goes(s: int, a: tuple[int, ...]) -> Row:
         return [p * q for p in one(s // cells, a[0]) for q in one(s % cells, a[1])]
 
     def sees(s: int, a: tuple[int, ...]) -> Row:
-        own = [cell % size if small else cell for cell in divmod(s, cells)]
-        return [float([*pair] == own) for pair in product(range(kinds), repeat=2)]
+        observed = [cell % size if is_small else cell for cell in divmod(s, cells)]
+        return [float([*pair] == observed) for pair in product(range(observation_count), repeat=2)]
 
     def pays() -> Iterator[str]:
-        for cell in range(cells) if small else (0, cells - 1):
-            met = cell * (cells + 1)
-            yield f"R: * : * : {met} : * : 1" if small else f"R: * : {met} : * : * : 1"
+        for cell in range(cells) if is_small else (0, cells - 1):
+            meeting_state = cell * (cells + 1)
+            yield (
+                f"R: * : * : {meeting_state} : * : 1"
+                if is_small
+                else f"R: * : {meeting_state} : * : * : 1"
+            )
 
-    begun = cells + 2 if small else (size - 1) * cells + size * (size - 1)
-    start = [float(s == begun) for s in range(cells * cells)]
-    return _file(start, "up down left right stay", str(kinds), goes, sees, pays())
+    start_state = cells + 2 if is_small else (size - 1) * cells + size * (size - 1)
+    start = [float(s == start_state) for s in range(cells * cells)]
+    return _format_team_file(
+        start, "up down left right stay", str(observation_count), goes, sees, pays()
+    )

@@ -1,4 +1,4 @@
-"""A real terminal for tests: a pseudo-terminal, the program in it, and what its screen shows."""
+"""A pseudo-terminal for tests, with the program in it and an emulator of its screen."""
 
 import os
 import re
@@ -13,19 +13,20 @@ from typing import Any
 import pexpect
 import pyte
 
-PATIENCE = 20.0  # seconds until a screen that does not come is a failure
-READY = b"\x1b[?2004h"  # what prompt-toolkit writes once keys are accepted
+SCREEN_TIMEOUT_SECONDS = 20.0  # timeout of an expected screen
+READY_SEQUENCE = b"\x1b[?2004h"  # prompt_toolkit writes it once keys are accepted
 LEFT, RIGHT, UP, DOWN = "\x1b[D", "\x1b[C", "\x1b[A", "\x1b[B"
 TAB, ENTER, ESCAPE, BACKSPACE = "\t", "\r", "\x1b", "\x7f"
 CTRL_C, CTRL_D, CTRL_L, CTRL_R, CTRL_Z = "\x03", "\x04", "\x0c", "\x12", "\x1a"
-SGR = re.compile(r"\x1b\[([0-9;]*)m")
-PLAYED = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")  # at every terminal
-DMPLAY = (sys.executable, "-m", "dmplay")
+SGR_PATTERN = re.compile(r"\x1b\[([0-9;]*)m")
+# problems that are played in each emulated terminal
+TERMINAL_TEST_PROBLEMS = ("2048", "crying-baby", "hexworld", "prisoners-dilemma")
+DMPLAY_COMMAND = (sys.executable, "-m", "dmplay")
 
 
-def clean_environment(folder: Path, **more: str) -> dict[str, str]:
-    """An environment that says nothing but what a test says; an empty value takes one away."""
-    plain = {
+def clean_environment(folder: Path, **variables: str) -> dict[str, str]:
+    """Return a minimal environment with these variables; an empty value removes a variable."""
+    defaults = {
         "PATH": os.environ["PATH"],
         "HOME": str(folder),
         "LANG": "C.UTF-8",
@@ -33,12 +34,13 @@ def clean_environment(folder: Path, **more: str) -> dict[str, str]:
         "XDG_STATE_HOME": str(folder / "state"),
         "PROMPT_TOOLKIT_NO_CPR": "1",
     }
-    return {name: value for name, value in (plain | more).items() if value}
+    return {name: value for name, value in (defaults | variables).items() if value}
 
 
-class Shown:
-    """What an emulated screen shows, without trailing blanks: rows that were written to are read
-    anew; its own `display` takes long.
+class EmulatedRows:
+    """The rows of an emulated screen, without trailing blanks.
+
+    Only rows that have changed are read again, because pyte's own `display` is slow.
     """
 
     def __init__(self, screen: Any) -> None:
@@ -47,7 +49,7 @@ class Shown:
 
     @property
     def text(self) -> str:
-        """The rows."""
+        """The rows of the screen as text."""
         screen = self._screen
         for y in screen.dirty:
             row = [" "] * screen.columns
@@ -58,43 +60,47 @@ class Shown:
         return "\n".join(self._rows[y] for y in range(screen.lines))
 
 
-def mind_signals() -> None:
-    """Minds the signals that a program may be started without, as under nohup."""
+def restore_signal_handlers() -> None:
+    """Restore the handlers of signals that a parent process may have ignored, for example nohup."""
     signal.signal(signal.SIGHUP, signal.SIG_DFL)
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def colours(printed: str) -> set[int]:
-    """The codes of colours among all that was written."""
-    codes = {int(code or 0) for found in SGR.findall(printed) for code in found.split(";")}
+def list_colour_codes(printed: str) -> set[int]:
+    """Return the colour codes in this output."""
+    codes = {
+        int(code or 0)
+        for parameters in SGR_PATTERN.findall(printed)
+        for code in parameters.split(";")
+    }
     return {code for code in codes if 30 <= code <= 48 or 90 <= code <= 107} - {39}
 
 
 class Terminal:
-    """A program in a pseudo-terminal of its own."""
+    """A program in its own pseudo-terminal."""
 
     def __init__(
         self,
         *words: str,
         folder: Path,
         size: tuple[int, int] = (80, 24),
-        command: Sequence[str] = DMPLAY,
+        command: Sequence[str] = DMPLAY_COMMAND,
         env: Mapping[str, str] | None = None,
     ) -> None:
         columns, rows = size
         self.raw = b""
         self.screen: Any = pyte.Screen(columns, rows)
-        self._shown = Shown(self.screen)
+        self._shown = EmulatedRows(self.screen)
         self._stream: Any = pyte.ByteStream(self.screen)
-        program, *rest = [*command, *words]
+        program, *arguments = [*command, *words]
         self.child: Any = pexpect.spawn(
             program,
-            rest,
+            arguments,
             env=clean_environment(folder, **(env or {})),
             dimensions=(rows, columns),
             cwd=str(folder),
-            timeout=PATIENCE,
-            preexec_fn=mind_signals,
+            timeout=SCREEN_TIMEOUT_SECONDS,
+            preexec_fn=restore_signal_handlers,
         )
         self.child.delaybeforesend = None
         self.cooked = termios.tcgetattr(self.child.child_fd)
@@ -107,48 +113,48 @@ class Terminal:
 
     @property
     def text(self) -> str:
-        """What the screen shows now, without trailing blanks."""
+        """The text on the screen, without trailing blanks."""
         return self._shown.text
 
     @property
     def printed(self) -> str:
-        """Everything ever written, escape sequences and all."""
+        """All output so far, with its escape sequences."""
         return self.raw.decode(errors="replace").replace("\r\n", "\n")
 
     def read(self, seconds: float = 0.02) -> bool:
-        """Takes in what comes within this time; False once the program is gone."""
+        """Read output for at most this time; return False once the program has ended."""
         try:
-            found = self.child.read_nonblocking(1 << 16, timeout=seconds)
+            output = self.child.read_nonblocking(1 << 16, timeout=seconds)
         except pexpect.TIMEOUT:
             return True
         except pexpect.EOF:
             return False
-        self.raw += found
-        self._stream.feed(found)
+        self.raw += output
+        self._stream.feed(output)
         return True
 
-    def until(self, seen: str | Callable[[], bool]) -> "Terminal":
-        """Waits until the screen shows a text, or until a fact holds."""
-        holds = seen if callable(seen) else lambda: seen in self.text
-        end = time.monotonic() + PATIENCE
-        while not holds():
+    def until(self, expected: str | Callable[[], bool]) -> "Terminal":
+        """Wait until the screen contains a text, or until a condition is true."""
+        is_met = expected if callable(expected) else lambda: expected in self.text
+        end = time.monotonic() + SCREEN_TIMEOUT_SECONDS
+        while not is_met():
             alive = self.read()
-            if not holds() and (not alive or time.monotonic() > end):
+            if not is_met() and (not alive or time.monotonic() > end):
                 state = "is still there" if alive else "is gone"
-                raise AssertionError(f"never saw {seen!r}; the program {state}:\n{self.text}")
+                raise AssertionError(f"never saw {expected!r}; the program {state}:\n{self.text}")
         return self
 
     def ready(self) -> "Terminal":
-        """Waits until keys are accepted."""
-        return self.until(lambda: READY in self.raw)
+        """Wait until keys are accepted."""
+        return self.until(lambda: READY_SEQUENCE in self.raw)
 
-    def press(self, keys: str, seen: str | Callable[[], bool] = "") -> "Terminal":
-        """Types keys, and waits for what they show."""
+    def press(self, keys: str, expected: str | Callable[[], bool] = "") -> "Terminal":
+        """Type keys, then wait for the expected screen."""
         self.child.send(keys)
-        return self.until(seen) if seen else self
+        return self.until(expected) if expected else self
 
     def calm(self, seconds: float = 0.15) -> "Terminal":
-        """Waits until nothing more is written for a while."""
+        """Wait until there has been no output for this time."""
         before = -1
         while before != len(self.raw):
             before = len(self.raw)
@@ -158,19 +164,19 @@ class Terminal:
         return self
 
     def resize(self, columns: int, rows: int) -> "Terminal":
-        """Gives the terminal another size, as dragging its window does."""
+        """Resize the terminal, as dragging its window does."""
         self.screen.resize(rows, columns)
         self.child.setwinsize(rows, columns)
         return self
 
     def signal(self, number: int) -> "Terminal":
-        """Sends the program a signal."""
+        """Send the program a signal."""
         self.child.kill(number)
         return self
 
     def ended(self) -> int:
-        """Waits for the end: the exit code as a shell tells it, 128 and the signal if killed."""
-        end = time.monotonic() + PATIENCE
+        """Wait for the program to end; return its exit code, or 128 plus its signal."""
+        end = time.monotonic() + SCREEN_TIMEOUT_SECONDS
         while self.read():
             assert time.monotonic() < end, f"does not end:\n{self.text}"
         self.child.wait()
@@ -179,7 +185,7 @@ class Terminal:
         return int(self.child.exitstatus)
 
     def left_clean(self) -> bool:
-        """Whether terminal mode, cursor and screen are as they were before the program."""
+        """Return whether terminal mode, cursor and screen are as before the program."""
         return (
             termios.tcgetattr(self.child.child_fd) == self.cooked
             and self.raw.rfind(b"\x1b[?25h") >= self.raw.rfind(b"\x1b[?25l")

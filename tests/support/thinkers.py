@@ -1,4 +1,4 @@
-"""Agents and problems that think until somebody stops them, or do not even then."""
+"""Agents and problems that compute until they are stopped, or that cannot be stopped."""
 
 from dataclasses import dataclass
 from threading import Event
@@ -10,25 +10,25 @@ from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import Memory, Percept
 from tests.support.brought import Heap
 
-RELEASED = Event()  # set, who would think for ever answers
-BEGUN = Event()  # set, somebody has told the share that is done
+RELEASE_EVENT = Event()  # when set, endless computations return
+PROGRESS_EVENT = Event()  # set once a computation has reported its progress
 
 
-def ponder(share: float) -> None:
-    """Spends for as long as nobody stops it."""
+def compute_until_released(share: float) -> None:
+    """Spend work until the budget is cancelled or `RELEASE_EVENT` is set."""
     budget = Budget("thought", "none", work_limit=np.inf)
-    while not RELEASED.wait(0.001):
+    while not RELEASE_EVENT.wait(0.001):
         budget.spend_work(1.0, share)
-        BEGUN.set()
+        PROGRESS_EVENT.set()
 
 
-class Deep:
-    """An agent that thinks long the first time it is asked, and then acts by its uniform."""
+class SlowAgent:
+    """An agent whose first choice takes long; it then acts by its uniform."""
 
     uniform_count = 1
 
     def __init__(self, *, heeds: bool = True) -> None:
-        self.heeds = heeds  # whether it can be stopped
+        self.heeds = heeds  # whether the first choice can be cancelled
         self.asked = 0
 
     def initial_memory(self, observation: Array) -> Memory:
@@ -41,8 +41,8 @@ class Deep:
         self.asked += 1
         if self.asked == 1:
             if self.heeds:
-                ponder(0.42)
-            RELEASED.wait()
+                compute_until_released(0.42)
+            RELEASE_EVENT.wait()
         return np.asarray(u[:, 0] < 0.5, int)
 
     def action_values(self, memory: Memory) -> Reals | None:
@@ -50,10 +50,10 @@ class Deep:
 
 
 @dataclass(frozen=True)
-class Vast(Heap):
-    """A heap of which it takes long to think, but not to play."""
+class SlowHeap(Heap):
+    """A heap that is slow to plan in, but not to play."""
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         if len(s) > 1:
-            ponder(0.25)
+            compute_until_released(0.25)
         return super().chance(s, a)

@@ -1,4 +1,4 @@
-"""Games in which agents take turns, and one in which something is seen before the first."""
+"""A game in which agents take turns, and one with an observation before the first turn."""
 
 from dataclasses import dataclass
 
@@ -10,7 +10,7 @@ from dmplay.core import WAIT_LABEL, Labels, Outcome, Problem
 
 @dataclass(frozen=True)
 class Nim(Problem):
-    """Seven stones of which two take one or two in turns; the last one wins."""
+    """Take one or two of seven stones in turns; the last stone wins."""
 
     agents = ("left", "right")
     actions = (Labels(("one", "two", WAIT_LABEL)),) * 2
@@ -20,28 +20,28 @@ class Nim(Problem):
         return ()
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.full(rows, 2 * 7)  # the stones, and whose turn it is
+        return np.full(rows, 2 * 7)  # twice the number of stones, plus the seat to move
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         stones, mover = np.divmod(s, 2)
-        left = np.maximum(stones - a[np.arange(len(s)), mover] - 1, 0)
-        moved = np.where(stones == 0, s, 2 * left + 1 - mover)
-        won = np.where((left == 0) & (stones > 0), 1.0, 0.0)
-        sign = np.where(mover == 0, won, -won)
-        return Outcome(moved, np.stack([sign, -sign], axis=1), moved)
+        remaining = np.maximum(stones - a[np.arange(len(s)), mover] - 1, 0)
+        next_state = np.where(stones == 0, s, 2 * remaining + 1 - mover)
+        win = np.where((remaining == 0) & (stones > 0), 1.0, 0.0)
+        reward = np.where(mover == 0, win, -win)
+        return Outcome(next_state, np.stack([reward, -reward], axis=1), next_state)
 
     def terminal(self, s: Array) -> Bools:
         return np.asarray(s < 2)
 
     def legal_actions_mask(self, s: Array) -> Bools:
         stones, mover = np.divmod(s, 2)
-        able = np.zeros((len(s), 2, 3), bool)
+        mask = np.zeros((len(s), 2, 3), bool)
         for seat in range(2):
-            mine = mover == seat
-            able[:, seat] = np.stack(
-                [mine & (stones > 0), mine & (stones > 1), ~mine], axis=1
+            is_mover = mover == seat
+            mask[:, seat] = np.stack(
+                [is_mover & (stones > 0), is_mover & (stones > 1), ~is_mover], axis=1
             )
-        return able
+        return mask
 
     def format_state(self, s: Array) -> str:
         stones, mover = divmod(int(s), 2)
@@ -54,7 +54,7 @@ class Nim(Problem):
 
 @dataclass(frozen=True)
 class Peek(Problem):
-    """A coin of which one agent sees one of two sides before it guesses, the other nothing."""
+    """Guess the side of a coin; only one of the two agents observes it beforehand."""
 
     agents = ("seeing", "blind")
     actions = (Labels(("heads", "tails")),) * 2

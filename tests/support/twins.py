@@ -1,4 +1,4 @@
-"""Games that a seat cannot tell apart, and that differ in what it may not know."""
+"""Pairs of games that a seat cannot distinguish, and that differ in hidden information."""
 
 from functools import cache
 from itertools import islice
@@ -9,92 +9,99 @@ import numpy as np
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
 from dmplay.dice import NATURE_STREAM, SeededUniforms
-from tests.support.cases import anything, draws, same, small
+from tests.support.cases import draw_uniforms, is_identical, load_small_problem, sample_actions
 
 
-class Game(NamedTuple):
-    """The first turns of a game, written down."""
+class GameScript(NamedTuple):
+    """The uniforms and actions of the first turns of a game."""
 
     initial_chance: Reals
-    uniform_counts: tuple[Reals, ...]  # one a turn
-    actions: tuple[Array, ...]  # joint, one a turn
+    uniform_counts: tuple[Reals, ...]  # one array for each turn
+    actions: tuple[Array, ...]  # one joint action for each turn
 
 
-class Told:
-    """The draws of a written game, then those of one seed; of another for the seat's own."""
+class TwinUniforms:
+    """The uniforms of a scripted game, then those of a seed; one seat draws from its own seed."""
 
-    def __init__(self, game: Game, seat: int, own: int, others: int) -> None:
+    def __init__(self, game: GameScript, seat: int, seat_seed: int, other_seed: int) -> None:
         self.game, self.seat = game, seat
-        self.own, self.others = SeededUniforms(own), SeededUniforms(others)
+        self.own, self.others = SeededUniforms(seat_seed), SeededUniforms(other_seed)
 
     def generate_uniforms(self, stream: int, turn: int, reroll: int, count: int) -> Reals:
         if stream == 1 + self.seat:
             return self.own.generate_uniforms(stream, turn, reroll, count)
         if stream == NATURE_STREAM and turn <= len(self.game.uniform_counts):
-            told = (self.game.initial_chance, *self.game.uniform_counts)[turn]
-            return told[None]
+            scripted = (self.game.initial_chance, *self.game.uniform_counts)[turn]
+            return scripted[None]
         return self.others.generate_uniforms(stream, turn, reroll, count)
 
 
-class Twins(NamedTuple):
-    """Two games that a seat cannot tell apart, and that differ in what it may not know."""
+class TwinGames(NamedTuple):
+    """Two games that a seat cannot distinguish, and that differ in hidden information."""
 
-    one: Game
-    other: Game
+    one: GameScript
+    other: GameScript
 
 
 @cache
-def twins(name: str, seat: int) -> list[Twins]:
-    problem = small(name)
+def find_twin_games(name: str, seat: int) -> list[TwinGames]:
+    problem = load_small_problem(name)
     if not problem.partially_observable:
-        return [public_twins(problem, 1)]
-    found = (pair for attempt in range(1, 4) for pair in hidden_twins(problem, seat, attempt))
-    return [*islice(found, 2)]
+        return [make_public_twins(problem, 1)]
+    pairs = (pair for attempt in range(1, 4) for pair in find_hidden_twins(problem, seat, attempt))
+    return [*islice(pairs, 2)]
 
 
-def public_twins(problem: Problem, row: int) -> Twins:
-    """The same game in public, by other draws wherever others have the same effect."""
-    one, other, actions = [], [], []
-    opening = draws(problem.uniform_counts.start, 0, row + 1)[row]
-    s = problem.sample_initial_states(opening[None])
+def make_public_twins(problem: Problem, row: int) -> TwinGames:
+    """Make two games with different uniforms that have the same effects."""
+    first_draws, second_draws, actions = [], [], []
+    start_uniforms = draw_uniforms(problem.uniform_counts.start, 0, row + 1)[row]
+    s = problem.sample_initial_states(start_uniforms[None])
     for turn in range(1, 4):
-        u = draws(problem.uniform_counts.step, turn, row + 1)[row:]
-        a = anything(problem, s, 10 * row + turn, 1)
-        near = np.where(u < 0.5, u + 1e-9, u - 1e-9)
+        u = draw_uniforms(problem.uniform_counts.step, turn, row + 1)[row:]
+        a = sample_actions(problem, s, 10 * row + turn, 1)
+        nudged = np.where(u < 0.5, u + 1e-9, u - 1e-9)
         outcome = problem.step(s, a, u)
-        unseen = same(tuple(problem.step(s, a, near)), tuple(outcome))
-        one.append(u[0])
-        other.append(near[0] if unseen else u[0])
+        has_same_effect = is_identical(tuple(problem.step(s, a, nudged)), tuple(outcome))
+        first_draws.append(u[0])
+        second_draws.append(nudged[0] if has_same_effect else u[0])
         actions.append(a[0])
         s = outcome.state
         if problem.terminal(s)[0]:
             break
-    return Twins(*(Game(opening, tuple(these), tuple(actions)) for these in (one, other)))
+    return TwinGames(
+        *(
+            GameScript(start_uniforms, tuple(turn_draws), tuple(actions))
+            for turn_draws in (first_draws, second_draws)
+        )
+    )
 
 
-def hidden_twins(problem: Problem, seat: int, attempt: int) -> list[Twins]:
-    """Of many games, some in which the seat did and saw the same, and the hidden state differs.
+def find_hidden_twins(problem: Problem, seat: int, attempt: int) -> list[TwinGames]:
+    """Sample games; return pairs with equal actions and observations of the seat but other states.
 
-    Where there are other agents, they also did something else.
+    If there are other agents, at least one of their actions also differs.
     """
     rows = 3000
-    opening = draws(problem.uniform_counts.start, 100 * attempt, rows)
-    s = problem.sample_initial_states(opening)
-    nature, actions, seen = [], [], []
+    start_uniforms = draw_uniforms(problem.uniform_counts.start, 100 * attempt, rows)
+    s = problem.sample_initial_states(start_uniforms)
+    nature, actions, observations = [], [], []
     for turn in range(100 * attempt + 1, 100 * attempt + 4):
-        a = anything(problem, None, turn, rows)
+        a = sample_actions(problem, None, turn, rows)
         a[:, seat] = a[0, seat]
-        nature.append(draws(problem.uniform_counts.step, turn, rows))
+        nature.append(draw_uniforms(problem.uniform_counts.step, turn, rows))
         actions.append(a)
         outcome = problem.step(s, a, nature[-1])
-        seen.append(outcome.observations[:, seat])
+        observations.append(outcome.observations[:, seat])
         s = outcome.state
-    sights = np.stack(seen)
-    apart = (sights == sights[:, :1]).all(axis=0) & (s != s[0]).reshape(rows, -1).any(axis=1)
+    stacked = np.stack(observations)
+    is_twin = (stacked == stacked[:, :1]).all(axis=0) & (s != s[0]).reshape(rows, -1).any(axis=1)
     if len(problem.agents) > 1:
-        apart &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
+        is_twin &= (np.stack(actions) != np.stack(actions)[:, :1]).any(axis=(0, 2))
     games = [
-        Game(opening[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions))
-        for row in (0, *np.flatnonzero(apart)[:1])
+        GameScript(
+            start_uniforms[row], tuple(u[row] for u in nature), tuple(a[row] for a in actions)
+        )
+        for row in (0, *np.flatnonzero(is_twin)[:1])
     ]
-    return [Twins(games[0], game) for game in games[1:]]
+    return [TwinGames(games[0], game) for game in games[1:]]

@@ -1,11 +1,11 @@
-"""Work that tells who does it."""
+"""Work that records the process that runs it."""
 
 import os
 import time
 from pathlib import Path
 
 
-def noted(folder: Path, games: range) -> None:
-    """Leaves a file named for its process, and takes a moment."""
+def touch_process_file(folder: Path, games: range) -> None:
+    """Create a file named after the id of this process, then sleep for 50 ms."""
     (folder / str(os.getpid())).touch()
     time.sleep(0.05)

@@ -1,4 +1,4 @@
-"""Turns of a transcript worked out many at once: as strict as turn by turn, and as forgiving."""
+"""Tests of batch replay: verifying turns in batches gives the same result as one at a time."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -25,13 +25,13 @@ from dmplay.transcript.reading import Transcript, parse_transcript, read_transcr
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verify import verify
-from tests.fuzz.mutations import summed
-from tests.support.games import recorded
+from tests.fuzz.mutations import update_checksum
+from tests.support.games import record_game
 from tests.support.turns import Nim
 
-TURNS = 12
-# Problem, the first agent, the other, settings.
-GAMES: Sequence[tuple[str, str, str, list[str]]] = (
+TURN_COUNT = 12
+# problem, agent of the first seat, agent of the other seats, settings
+GAME_SPECS: Sequence[tuple[str, str, str, list[str]]] = (
     ("hexworld", "random", "", ["rewards=[]"]),
     ("hexworld", "optimal", "", ["rewards=[]"]),
     ("predator-prey", "random", "random", []),
@@ -41,8 +41,8 @@ GAMES: Sequence[tuple[str, str, str, list[str]]] = (
 )
 
 
-class Counting(HexWorld):
-    """Hex world that counts how often it moves."""
+class MoveCountingHexWorld(HexWorld):
+    """A hex world that counts its moves by batch size."""
 
     moves: ClassVar[Counter[int]] = Counter()
 
@@ -51,8 +51,8 @@ class Counting(HexWorld):
         return super().resolve_events(s, a, events)
 
 
-class Single(HexWorld):
-    """Hex world that moves in one game at a time."""
+class UnbatchedHexWorld(HexWorld):
+    """A hex world that accepts only batches of one game."""
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         assert len(s) == 1
@@ -60,8 +60,8 @@ class Single(HexWorld):
 
 
 @dataclass(frozen=True)
-class Drifting(MountainCar):
-    """A car that moves a little otherwise beside others, or not at all, and counts how often."""
+class DriftingCar(MountainCar):
+    """A car that drifts in batches or rejects them, and counts its moves by batch size."""
 
     alone: bool = False
     drift: float = 1e-15
@@ -79,8 +79,8 @@ class Drifting(MountainCar):
 
 
 @dataclass(frozen=True)
-class Diary(SeatPolicy):
-    """Goes by all that it saw, as the number of the turn, and counts how often it is asked."""
+class TurnIndexPolicy(SeatPolicy):
+    """A policy that chooses by the number of the turn and counts its calls by batch size."""
 
     asked: ClassVar[Counter[int]] = Counter()
 
@@ -96,8 +96,8 @@ class Diary(SeatPolicy):
 
 
 @dataclass(frozen=True)
-class Forgetful(Anything):
-    """Remembers nothing at all."""
+class MemorylessPolicy(Anything):
+    """A random policy without memory."""
 
     def begin(self, observation: Array) -> Memory:
         return ()
@@ -107,8 +107,8 @@ class Forgetful(Anything):
 
 
 @dataclass(frozen=True)
-class Alone(Anything):
-    """Is written for one game at a time."""
+class UnbatchedPolicy(Anything):
+    """A random policy that supports only batches of one game."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         return np.array([int(6 * u.item())])
@@ -116,7 +116,7 @@ class Alone(Anything):
 
 @dataclass(frozen=True)
 class Scribbling(Anything):
-    """Writes into what it is given."""
+    """A random policy that modifies the observations that it receives."""
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         percept.observation[:] = 0
@@ -124,82 +124,100 @@ class Scribbling(Anything):
 
 
 @pytest.fixture(scope="module")
-def games(tmp_path_factory: pytest.TempPathFactory) -> list[tuple[str, Problem, list[Policy]]]:
-    place = tmp_path_factory.mktemp("games")
-    found = []
-    for number, (name, agent, others, settings) in enumerate(GAMES):
-        path = place / f"{number}.dmt"
-        text = recorded(path, name, agent, turns=TURNS, other_agent=others, settings=settings)
+def recorded_games(
+    tmp_path_factory: pytest.TempPathFactory,
+) -> list[tuple[str, Problem, list[Policy]]]:
+    folder = tmp_path_factory.mktemp("games")
+    result = []
+    for number, (name, agent, others, settings) in enumerate(GAME_SPECS):
+        path = folder / f"{number}.dmt"
+        text = record_game(
+            path, name, agent, turns=TURN_COUNT, other_agent=others, settings=settings
+        )
         problem = dmplay.load_problem(name, **({"rewards": ()} if settings else {}))
-        who = [agent, *["random"] * (len(problem.agents) - 1)]
-        seats = [dmplay.load_agent(problem, seat, one) for seat, one in enumerate(who)]
-        found.append((text, problem, seats))
-    return found
+        agents = [agent, *["random"] * (len(problem.agents) - 1)]
+        policies = [
+            dmplay.load_agent(problem, seat, agent_name) for seat, agent_name in enumerate(agents)
+        ]
+        result.append((text, problem, policies))
+    return result
 
 
-def told(text: str, problem: Problem, policies: list[Policy], *, many: int = 256) -> list[str]:
-    """What verifying finds, so many turns at once."""
+def verify_text(
+    text: str, problem: Problem, policies: list[Policy], *, max_batch_turns: int = 256
+) -> list[str]:
+    """Verify a text in batches of at most this many turns; return its findings and summary."""
     try:
         transcript = parse_transcript(text.encode())
     except BadTranscript as error:
         return [str(error)]
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(feeding, "MAX_BATCH_TURNS", many)
+    with pytest.MonkeyPatch.context() as context:
+        context.setattr(feeding, "MAX_BATCH_TURNS", max_batch_turns)
         report = verify(transcript, problem, policies)
     return [*map(str, report.findings), report.summary]
 
 
-def spoilt(text: str) -> Iterator[str]:
-    """The text with two lines exchanged, one gone, another digit or blank in one; summed anew."""
+def iter_damaged_texts(text: str) -> Iterator[str]:
+    """Yield damaged copies of the text, each with one change to its lines and a valid checksum."""
     random, rows = Random(4), text.split("\n")
-    for at in random.sample(range(5, len(rows)), 2):
-        like = [row for row in rows if row[:4] == rows[at][:4]]
-        digit = rows[at].translate(str.maketrans("012345", "123450"))
-        for other in ([random.choice(like)], [], [digit], [f"{rows[at]} "], ["# a note", rows[at]]):
-            yield summed("\n".join([*rows[:at], *other, *rows[at + 1 :]]).encode()).decode()
+    for index in random.sample(range(5, len(rows)), 2):
+        similar_rows = [row for row in rows if row[:4] == rows[index][:4]]
+        changed_row = rows[index].translate(str.maketrans("012345", "123450"))
+        for replacement in (
+            [random.choice(similar_rows)],
+            [],
+            [changed_row],
+            [f"{rows[index]} "],
+            ["# a note", rows[index]],
+        ):
+            yield update_checksum(
+                "\n".join([*rows[:index], *replacement, *rows[index + 1 :]]).encode()
+            ).decode()
 
 
-def test_many_turns_at_once_are_held_against_the_file_as_strictly_as_one(
-    games: list[tuple[str, Problem, list[Policy]]],
+def test_batches_are_verified_as_strictly_as_single_turns(
+    recorded_games: list[tuple[str, Problem, list[Policy]]],
 ) -> None:
-    for text, problem, policies in games:
-        right = told(text, problem, policies)
-        assert len(right) == 1
-        assert right == told(text, problem, policies, many=1)
-        for other in spoilt(text):
-            one_by_one = told(other, problem, policies, many=1)
-            assert told(other, problem, policies) == one_by_one
+    for text, problem, policies in recorded_games:
+        expected = verify_text(text, problem, policies)
+        assert len(expected) == 1
+        assert expected == verify_text(text, problem, policies, max_batch_turns=1)
+        for damaged in iter_damaged_texts(text):
+            one_by_one = verify_text(damaged, problem, policies, max_batch_turns=1)
+            assert verify_text(damaged, problem, policies) == one_by_one
 
 
-def test_a_game_whose_states_come_again_is_worked_out_in_few_moves(tmp_path: Path) -> None:
-    recorded(tmp_path / "long.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
-    counting, transcript = Counting(rewards=()), read_transcript(tmp_path / "long.dmt")
-    Counting.moves.clear()
-    assert verify(transcript, counting, [Anything(counting, 0)]).is_ok
-    assert Counting.moves.total() < 60
-    Counting.moves.clear()
-    assert verify(transcript, counting).is_ok
-    assert len(replay(transcript, counting).turns) == 300
-    assert Counting.moves.total() < 120
-    assert verify(transcript, Single(rewards=())).is_ok
+def test_a_game_with_repeated_states_is_replayed_in_few_moves(tmp_path: Path) -> None:
+    record_game(tmp_path / "long.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
+    problem, transcript = MoveCountingHexWorld(rewards=()), read_transcript(tmp_path / "long.dmt")
+    MoveCountingHexWorld.moves.clear()
+    assert verify(transcript, problem, [Anything(problem, 0)]).is_ok
+    assert MoveCountingHexWorld.moves.total() < 60
+    MoveCountingHexWorld.moves.clear()
+    assert verify(transcript, problem).is_ok
+    assert len(replay(transcript, problem).turns) == 300
+    assert MoveCountingHexWorld.moves.total() < 120
+    assert verify(transcript, UnbatchedHexWorld(rewards=())).is_ok
 
 
-def test_what_a_file_says_of_states_is_not_believed(
-    games: list[tuple[str, Problem, list[Policy]]],
+def test_replay_does_not_trust_the_states_in_the_file(
+    recorded_games: list[tuple[str, Problem, list[Policy]]],
 ) -> None:
-    for text, problem, _ in games[:3]:
+    for text, problem, _ in recorded_games[:3]:
         rows, random = text.split("\n"), Random(2)
         states = [row for row in rows if row.startswith("state: ")]
-        lies = [random.choice(states) if row.startswith("state: ") else row for row in rows]
-        found = replay(parse_transcript("\n".join(lies).encode()), problem).turns
-        for lie, truth in zip(
-            found, replay(parse_transcript(text.encode()), problem).turns, strict=True
+        false_rows = [random.choice(states) if row.startswith("state: ") else row for row in rows]
+        turns = replay(parse_transcript("\n".join(false_rows).encode()), problem).turns
+        for turn, expected in zip(
+            turns, replay(parse_transcript(text.encode()), problem).turns, strict=True
         ):
-            assert all(map(np.array_equal, lie, truth))
+            assert all(map(np.array_equal, turn, expected))
 
 
-def transcribed(path: Path, problem: Problem, policies: Sequence[Policy], turns: int) -> Transcript:
-    """A game of so many turns by these agents, read again."""
+def record_transcript(
+    path: Path, problem: Problem, policies: Sequence[Policy], turns: int
+) -> Transcript:
+    """Record a game of at most this many turns by these policies; return its transcript."""
     session = dmplay.Session(problem, SeededUniforms(5), policies, turn_limit=turns)
     seats = dict.fromkeys(problem.agents, "somebody")
     recorder = Recorder.create(path, Header(problem="x", seats=seats, seed=5, turns=turns), session)
@@ -210,60 +228,62 @@ def transcribed(path: Path, problem: Problem, policies: Sequence[Policy], turns:
     return read_transcript(path)
 
 
-@pytest.mark.parametrize("kind", [Anything, Forgetful, Alone, Diary])
-def test_agents_are_asked_again_whatever_they_remember_and_however_many_they_play(
-    kind: type[SeatPolicy], tmp_path: Path
+@pytest.mark.parametrize(
+    "policy_class", [Anything, MemorylessPolicy, UnbatchedPolicy, TurnIndexPolicy]
+)
+def test_policies_are_checked_whatever_their_memory_and_batch_size(
+    policy_class: type[SeatPolicy], tmp_path: Path
 ) -> None:
     problem = HexWorld(rewards=())
-    transcript = transcribed(tmp_path / "game.dmt", problem, [kind(problem, 0)], 40)
-    assert verify(transcript, problem, [kind(problem, 0)]).is_ok
+    transcript = record_transcript(tmp_path / "game.dmt", problem, [policy_class(problem, 0)], 40)
+    assert verify(transcript, problem, [policy_class(problem, 0)]).is_ok
     assert not verify(transcript, problem, [dmplay.load_agent(problem, 0, "optimal")]).is_ok
 
 
 @pytest.mark.parametrize("problem", [HexWorld(rewards=()), MountainCar()])
-def test_an_agent_that_counts_its_turns_is_asked_of_many_at_once(
-    problem: Problem, tmp_path: Path
-) -> None:
-    diary = Diary(problem, 0)
-    transcript = transcribed(tmp_path / "game.dmt", problem, [diary], 40)
-    Diary.asked.clear()
-    assert verify(transcript, problem, [diary]).is_ok
-    assert Diary.asked.total() <= 10  # of 40 turns
+def test_a_policy_that_counts_turns_is_called_in_batches(problem: Problem, tmp_path: Path) -> None:
+    policy = TurnIndexPolicy(problem, 0)
+    transcript = record_transcript(tmp_path / "game.dmt", problem, [policy], 40)
+    TurnIndexPolicy.asked.clear()
+    assert verify(transcript, problem, [policy]).is_ok
+    assert TurnIndexPolicy.asked.total() <= 10  # calls for 40 turns
 
 
-@pytest.mark.parametrize("car", [Drifting(), Drifting(alone=True), Drifting(drift=0.0)])
-def test_real_states_that_cannot_be_worked_out_at_once_are_soon_worked_out_one_by_one(
-    car: Drifting, tmp_path: Path
+@pytest.mark.parametrize("car", [DriftingCar(), DriftingCar(alone=True), DriftingCar(drift=0.0)])
+def test_real_states_that_differ_in_batches_are_replayed_one_by_one(
+    car: DriftingCar, tmp_path: Path
 ) -> None:
-    transcript = transcribed(tmp_path / "game.dmt", car, [Diary(car, 0)], 40)
-    Drifting.moves.clear()
-    assert verify(transcript, car, [Diary(car, 0)]).is_ok
-    assert Drifting.moves.total() < 150
-    content = transcript.content.replace('"left"', '"lift"').rpartition("lift")
-    Drifting.moves.clear()
+    transcript = record_transcript(tmp_path / "game.dmt", car, [TurnIndexPolicy(car, 0)], 40)
+    DriftingCar.moves.clear()
+    assert verify(transcript, car, [TurnIndexPolicy(car, 0)]).is_ok
+    assert DriftingCar.moves.total() < 150
+    parts = transcript.content.replace('"left"', '"lift"').rpartition("lift")
+    DriftingCar.moves.clear()
     with pytest.raises(BadTranscript, match="unknown action 'lift'"):
         replay(
-            parse_transcript((content[0].replace("lift", "left") + "".join(content[1:])).encode()),
+            parse_transcript((parts[0].replace("lift", "left") + "".join(parts[1:])).encode()),
             car,
         )
-    assert Drifting.moves.total() < 150
+    assert DriftingCar.moves.total() < 150
 
 
-def test_an_agent_that_writes_into_what_it_is_given_is_named(tmp_path: Path) -> None:
+def test_a_policy_that_modifies_its_observations_is_reported(tmp_path: Path) -> None:
     problem = HexWorld(rewards=())
-    transcript = transcribed(tmp_path / "game.dmt", problem, [Anything(problem, 0)], 40)
-    found = verify(transcript, problem, [Scribbling(problem, 0)]).findings
-    assert "turn 2, agent: Scribbling.update_memory writes into" in found[0].what
+    transcript = record_transcript(tmp_path / "game.dmt", problem, [Anything(problem, 0)], 40)
+    findings = verify(transcript, problem, [Scribbling(problem, 0)]).findings
+    assert "turn 2, agent: Scribbling.update_memory writes into" in findings[0].what
 
 
-def test_a_game_in_turns_and_one_played_beyond_its_end_are_told_as_ever(tmp_path: Path) -> None:
+def test_sequential_games_and_turns_after_the_end_are_checked(tmp_path: Path) -> None:
     nim = Nim()
     policies = [Anything(nim, seat) for seat in range(2)]
-    transcript = transcribed(tmp_path / "game.dmt", nim, policies, 20)
+    transcript = record_transcript(tmp_path / "game.dmt", nim, policies, 20)
     assert verify(transcript, nim, policies).is_ok
     *blocks, last, _ = transcript.content.split("\n\n")
-    played = len(blocks) - 1  # without the header, but for the last
-    more = [last.replace(f"turn: {played}", f"turn: {played + n}") for n in range(1, 7)]
-    beyond = parse_transcript("\n\n".join([*blocks, last, *more, ""]).encode())
-    with pytest.raises(BadTranscript, match=f"turn {played + 1}: the game is over"):
-        replay(beyond, nim)
+    last_turn = len(blocks) - 1  # the blocks are the header and the turns before the last
+    extra_blocks = [
+        last.replace(f"turn: {last_turn}", f"turn: {last_turn + n}") for n in range(1, 7)
+    ]
+    overlong_transcript = parse_transcript("\n\n".join([*blocks, last, *extra_blocks, ""]).encode())
+    with pytest.raises(BadTranscript, match=f"turn {last_turn + 1}: the game is over"):
+        replay(overlong_transcript, nim)

@@ -1,4 +1,4 @@
-"""Advice that a person was given is counted; a game may forbid it."""
+"""Tests of hints: they are counted in the transcript, and a game may forbid them."""
 
 from pathlib import Path
 
@@ -16,104 +16,115 @@ from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal
 from dmplay.transcript.reading import read_transcript
 from dmplay.words.commands import run_line
-from tests.support.games import altered, values
-from tests.support.programs import run
-from tests.support.screens import play
+from tests.support.games import read_values, replace_in_file
+from tests.support.programs import run_dmplay
+from tests.support.screens import play_keys
 
 
-def begun(path: Path, **options: object) -> Game:
-    """A game that is recorded."""
-    wanted: dict[str, object] = {"problem": "hexworld", "seed": 7, "record_path": path / "g.dmt"}
-    return start_new_game(GameRequest(**{**wanted, **options}))  # type: ignore[arg-type]
+def start_recorded_game(path: Path, **options: object) -> Game:
+    """Start a game that is recorded."""
+    defaults: dict[str, object] = {"problem": "hexworld", "seed": 7, "record_path": path / "g.dmt"}
+    return start_new_game(GameRequest(**{**defaults, **options}))  # type: ignore[arg-type]
 
 
-def counted(path: Path) -> object:
-    """The help that the end line tells of; the file verifies."""
+def read_end_hint_counts(path: Path) -> object:
+    """Verify a file; return the hint counts of its end line, if any."""
     report = verify_file(path)
     assert report.is_ok, str(report)
     end = read_transcript(path).end_block
     assert end is not None
-    told = end["end"]
-    assert isinstance(told, dict)
-    assert told.get("help", {}) == report.hint_counts
-    return told.get("help")
+    end_facts = end["end"]
+    assert isinstance(end_facts, dict)
+    assert end_facts.get("help", {}) == report.hint_counts
+    return end_facts.get("help")
 
 
-def test_hints_values_and_policies_are_counted_and_no_undo_takes_them_back(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
+def test_hints_and_overlays_stay_counted_after_undo(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
     for command in ("hint", "e", "values", "policy", "undo", "look"):
-        run_line(table, command)
-    table.end_game()
-    assert counted(tmp_path / "g.dmt") == {"agent": 3}
-    assert values(tmp_path / "g.dmt", "help") == ['{"agent": 1}'] * 3
-    told = "0 turns; not re-asked: human; help: agent 3"
-    assert verify_file(tmp_path / "g.dmt").summary == told
+        run_line(controller, command)
+    controller.end_game()
+    assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 3}
+    assert read_values(tmp_path / "g.dmt", "help") == ['{"agent": 1}'] * 3
+    summary = "0 turns; not re-asked: human; help: agent 3"
+    assert verify_file(tmp_path / "g.dmt").summary == summary
 
 
-def test_a_game_without_help_says_nothing_of_it(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
-    run_line(table, "e")
-    table.end_game()
-    assert counted(tmp_path / "g.dmt") is None
+def test_a_game_without_hints_records_no_count(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
+    run_line(controller, "e")
+    controller.end_game()
+    assert read_end_hint_counts(tmp_path / "g.dmt") is None
     assert "help" not in (tmp_path / "g.dmt").read_text()
-    run_line(table, "hint")  # after the end there is none
-    assert counted(tmp_path / "g.dmt") is None
+    run_line(controller, "hint")  # hints after the end are not counted
+    assert read_end_hint_counts(tmp_path / "g.dmt") is None
 
 
-def test_each_persons_help_is_counted_and_none_of_agents(tmp_path: Path) -> None:
-    table = GameController(
-        begun(tmp_path, problem="multicaregiver-crying-baby", other_agent="human", turns=3)
+def test_hints_are_counted_per_person_but_not_for_agents(tmp_path: Path) -> None:
+    controller = GameController(
+        start_recorded_game(
+            tmp_path, problem="multicaregiver-crying-baby", other_agent="human", turns=3
+        )
     )
     for command in ("feed", "hint", "feed", "hint"):
-        run_line(table, command)
-    agents = table.game.problem.agents
-    table.end_game()
-    assert counted(tmp_path / "g.dmt") == {agents[1]: 1, agents[0]: 1}
-    watched = GameController(begun(tmp_path, agent="random", record_path=tmp_path / "a.dmt"))
-    run_line(watched, "hint")
-    watched.end_game()
-    assert counted(tmp_path / "a.dmt") is None
+        run_line(controller, command)
+    agents = controller.game.problem.agents
+    controller.end_game()
+    assert read_end_hint_counts(tmp_path / "g.dmt") == {agents[1]: 1, agents[0]: 1}
+    agent_game = GameController(
+        start_recorded_game(tmp_path, agent="random", record_path=tmp_path / "a.dmt")
+    )
+    run_line(agent_game, "hint")
+    agent_game.end_game()
+    assert read_end_hint_counts(tmp_path / "a.dmt") is None
 
 
-def test_a_kill_a_resumption_a_branch_and_a_copy_lose_no_help(tmp_path: Path) -> None:
-    game = begun(tmp_path)
+def test_hint_counts_survive_a_kill_a_resume_a_branch_and_a_copy(tmp_path: Path) -> None:
+    game = start_recorded_game(tmp_path)
     run_line(GameController(game), "hint")
     assert game.recorder is not None
     game.recorder.close()
-    again = resume_game(ResumeRequest(tmp_path / "g.dmt"))
-    run_line(GameController(again), "values")
-    run_line(GameController(again), f"save {tmp_path / 'copy.dmt'}")
-    again.finish()
-    assert counted(tmp_path / "g.dmt") == {"agent": 2}
+    resumed_game = resume_game(ResumeRequest(tmp_path / "g.dmt"))
+    run_line(GameController(resumed_game), "values")
+    run_line(GameController(resumed_game), f"save {tmp_path / 'copy.dmt'}")
+    resumed_game.finish()
+    assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 2}
     assert verify_file(tmp_path / "copy.dmt").hint_counts == {"agent": 2}
     branch = branch_game(BranchRequest(tmp_path / "g.dmt", turn=0, record_path=tmp_path / "b.dmt"))
     branch.finish()
-    assert counted(tmp_path / "b.dmt") == {"agent": 2}
+    assert read_end_hint_counts(tmp_path / "b.dmt") == {"agent": 2}
 
 
-def test_a_game_that_is_not_kept_saves_its_help_too(tmp_path: Path) -> None:
-    kept = begun(tmp_path)
-    assert kept.recorder is not None
-    game = Game("hexworld", kept.session, kept.player_names, kept.keyboard, None, kept.request)
+def test_an_unrecorded_game_saves_its_hint_counts(tmp_path: Path) -> None:
+    recorded_game = start_recorded_game(tmp_path)
+    assert recorded_game.recorder is not None
+    game = Game(
+        "hexworld",
+        recorded_game.session,
+        recorded_game.player_names,
+        recorded_game.keyboard,
+        None,
+        recorded_game.request,
+    )
     run_line(GameController(game), "hint")
     run_line(GameController(game), f"save {tmp_path / 'copy.dmt'}")
     assert verify_file(tmp_path / "copy.dmt").hint_counts == {"agent": 1}
 
 
-def test_a_recording_is_stepped_through_without_a_stop_at_the_help(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
+def test_playback_does_not_stop_at_hint_counts(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
     for command in ("hint", "e", "hint", "e"):
-        run_line(table, command)
-    table.end_game()
-    shown = Playback(tmp_path / "g.dmt")
-    assert [*shown.iter_agent_turns()] == [0, 1]
-    shown.undo()
-    assert len(shown.session.turns) == 1
-    assert shown.session.hint_counts == {"agent": 2}
+        run_line(controller, command)
+    controller.end_game()
+    playback = Playback(tmp_path / "g.dmt")
+    assert [*playback.iter_agent_turns()] == [0, 1]
+    playback.undo()
+    assert len(playback.session.turns) == 1
+    assert playback.session.hint_counts == {"agent": 2}
 
 
-COUNT = 'help: {"agent": 1}\n'
-CHANGED = {  # what stands in its place, and what is found
+HINT_COUNT_LINE = 'help: {"agent": 1}\n'
+FINDING_BY_REPLACEMENT = {  # replacement of the line: expected finding
     "": "end: keys",
     'help: {"agent": 2}\n': "end: help",
     'help: {"agnt": 1}\n': "inputs: help: expected some of agent",
@@ -122,107 +133,115 @@ CHANGED = {  # what stands in its place, and what is found
 }
 
 
-def test_a_changed_count_is_found(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
-    run_line(table, "hint")
-    run_line(table, "e")
-    table.end_game()
+def test_a_changed_hint_count_is_found(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
+    run_line(controller, "hint")
+    run_line(controller, "e")
+    controller.end_game()
     path = tmp_path / "g.dmt"
-    told = path.read_text()
+    original = path.read_text()
 
     def found(before: str, after: str) -> str:
-        path.write_text(told)
-        altered(path, before, after)
+        path.write_text(original)
+        replace_in_file(path, before, after)
         return str(verify_file(path).findings[0])
 
-    for after, fault in CHANGED.items():
-        assert fault in found(COUNT if after else f"{COUNT}\n", after), after
+    for after, finding in FINDING_BY_REPLACEMENT.items():
+        assert finding in found(HINT_COUNT_LINE if after else f"{HINT_COUNT_LINE}\n", after), after
     assert "end: help" in found('"help": {"agent": 1}, ', "")
 
 
-def test_a_rewritten_file_keeps_its_help(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
-    run_line(table, "hint")
-    run_line(table, "e")
-    table.end_game()
+def test_a_rewritten_file_preserves_its_hint_counts(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
+    run_line(controller, "hint")
+    run_line(controller, "e")
+    controller.end_game()
     before = (tmp_path / "g.dmt").read_text()
-    altered(tmp_path / "g.dmt", '"(8,2)"', '"(8,1)"')
-    run(tmp_path, "verify", "g.dmt", "--update")
+    replace_in_file(tmp_path / "g.dmt", '"(8,2)"', '"(8,1)"')
+    run_dmplay(tmp_path, "verify", "g.dmt", "--update")
     assert (tmp_path / "g.dmt").read_text() == before
 
 
 # Overlays
 
 
-def test_an_overlay_is_counted_for_each_turn_that_it_lies_on(tmp_path: Path) -> None:
-    game = begun(tmp_path)
-    play(game, "h", "V", "L", "h", "?", "x", "V", "V", "V", "h")  # values, values, policy, states
+def test_an_overlay_is_counted_once_for_each_turn_that_shows_it(tmp_path: Path) -> None:
+    game = start_recorded_game(tmp_path)
+    play_keys(
+        game, "h", "V", "L", "h", "?", "x", "V", "V", "V", "h"
+    )  # values, values, policy, states
     assert game.session.hint_counts == {"agent": 3}
-    bare = begun(tmp_path, problem="catch", record_path=tmp_path / "c.dmt")
-    play(bare, "V", "V")
-    assert not bare.session.hint_counts
+    catch_game = start_recorded_game(tmp_path, problem="catch", record_path=tmp_path / "c.dmt")
+    play_keys(catch_game, "V", "V")
+    assert not catch_game.session.hint_counts
 
 
-# Games without help
+# Games that forbid hints
 
 
 @pytest.mark.parametrize("command", ["hint", "values", "policy"])
-def test_a_game_may_forbid_help(command: str, tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path, strict="hints"))
+def test_a_game_may_forbid_hints(command: str, tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path, strict="hints"))
     with pytest.raises(BadParameter, match=f"^{command}: this game is strict about help$"):
-        run_line(table, command)
+        run_line(controller, command)
     with pytest.raises(BadParameter, match="undo: this game is strict"):
-        run_line(table, "undo")
+        run_line(controller, "undo")
     assert 'strict: "hints"\n' in (tmp_path / "g.dmt").read_text()
-    table.end_game()
+    controller.end_game()
     assert verify_file(tmp_path / "g.dmt").is_ok
-    run_line(table, "restart")
-    assert table.game.hints_forbidden
+    run_line(controller, "restart")
+    assert controller.game.hints_forbidden
 
 
-def test_the_screen_of_such_a_game_shows_no_help(tmp_path: Path) -> None:
-    game = begun(tmp_path, strict="hints")
-    shown = play(game, "tab", "V")
-    assert "hint" not in shown.frames[0]
-    assert "? help  q quit  : command" in shown.frames[0]
-    assert "hint: this game is strict about help" in shown.frames[1]
-    assert "overlay: this game is strict about help" in shown.last
+def test_the_screen_of_a_game_that_forbids_hints_shows_none(tmp_path: Path) -> None:
+    game = start_recorded_game(tmp_path, strict="hints")
+    screen = play_keys(game, "tab", "V")
+    assert "hint" not in screen.frames[0]
+    assert "? help  q quit  : command" in screen.frames[0]
+    assert "hint: this game is strict about help" in screen.frames[1]
+    assert "overlay: this game is strict about help" in screen.last
     assert not game.session.hint_counts
 
 
-def test_an_overlay_does_not_stay_over_such_a_game(tmp_path: Path) -> None:
-    screen = PlayScreen(GameController(begun(tmp_path)), Terminal(True, "", True, True, False))
+def test_an_overlay_is_closed_by_a_game_that_forbids_hints(tmp_path: Path) -> None:
+    screen = PlayScreen(
+        GameController(start_recorded_game(tmp_path)), Terminal(True, "", True, True, False)
+    )
     screen.show_next_overlay()
     assert screen.frame_state.overlay == "values"
-    screen.controller.set_game(begun(tmp_path, strict="hints", record_path=tmp_path / "s.dmt"))
+    screen.controller.set_game(
+        start_recorded_game(tmp_path, strict="hints", record_path=tmp_path / "s.dmt")
+    )
     assert not screen.frame_state.overlay
 
 
-def test_help_in_such_a_transcript_is_refused(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path))
-    run_line(table, "hint")
-    table.end_game()
-    altered(tmp_path / "g.dmt", "seed: 7\n", 'seed: 7\nstrict: "hints"\n')
+def test_hints_in_a_transcript_that_forbids_them_are_rejected(tmp_path: Path) -> None:
+    controller = GameController(start_recorded_game(tmp_path))
+    run_line(controller, "hint")
+    controller.end_game()
+    replace_in_file(tmp_path / "g.dmt", "seed: 7\n", 'seed: 7\nstrict: "hints"\n')
     with pytest.raises(BadTranscript, match="got help, but the game is strict"):
         read_transcript(tmp_path / "g.dmt")
 
 
 @pytest.mark.parametrize(
-    ("words", "strict"),
+    ("options", "strict"),
     [
         ((), False), (("--strict",), True), (("--strict=hints",), "hints"),
         (("--strict", "--reveal"), True), (("--strict", "--strict=hints"), "hints"),
     ],
 )  # fmt: skip
-def test_strict_stands_alone_or_says_more(
-    words: tuple[str, ...], strict: object, tmp_path: Path
+def test_strict_has_an_optional_value(
+    options: tuple[str, ...], strict: object, tmp_path: Path
 ) -> None:
-    table = GameController(cli_interpreter=interpret_command)
-    table.run_cli_words(["play", "hexworld", "--seed", "7", "-o", str(tmp_path / "s.dmt"), *words])
+    controller = GameController(cli_interpreter=interpret_command)
+    controller.run_cli_words(
+        ["play", "hexworld", "--seed", "7", "-o", str(tmp_path / "s.dmt"), *options]
+    )
     assert read_transcript(tmp_path / "s.dmt").header.strict == strict
 
 
-def test_another_word_after_strict_is_refused(tmp_path: Path) -> None:
+def test_an_unknown_value_of_strict_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match="--strict"):
         GameController(cli_interpreter=interpret_command).run_cli_words(
             ["play", "hexworld", "--strict=hint"]
@@ -230,32 +249,32 @@ def test_another_word_after_strict_is_refused(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("value", "told"),
+    ("value", "expected"),
     [
         ("true", '"strict": true'), ('"hints"', '"strict": "hints"'), ("false", ""),
         ("3", "play.strict: got 3, expected true or false"), ('"x"', "play.strict: got 'x'"),
     ],
 )  # fmt: skip
-def test_a_file_of_settings_says_how_strict_games_are(
-    value: str, told: str, tmp_path: Path
-) -> None:
+def test_the_config_file_sets_strictness(value: str, expected: str, tmp_path: Path) -> None:
     (tmp_path / ".config" / "dmplay").mkdir(parents=True)
     (tmp_path / ".config" / "dmplay" / "config.toml").write_text(f"[play]\nstrict = {value}\n")
-    done = run(tmp_path, "hexworld", "--agent", "random", "--turns", "1", "-o", "g.dmt", "-q")
-    if done.returncode:
-        assert told in done.stderr
+    process = run_dmplay(
+        tmp_path, "hexworld", "--agent", "random", "--turns", "1", "-o", "g.dmt", "-q"
+    )
+    if process.returncode:
+        assert expected in process.stderr
     else:
         text = (tmp_path / "g.dmt").read_text()
-        assert told.replace('"strict"', "strict") in text
-        assert ("strict" in text) == bool(told)
+        assert expected.replace('"strict"', "strict") in text
+        assert ("strict" in text) == bool(expected)
 
 
-def test_the_command_that_plays_it_again_is_as_strict(tmp_path: Path) -> None:
-    game = begun(tmp_path, seed=None, strict="hints")
+def test_the_play_again_command_preserves_strictness(tmp_path: Path) -> None:
+    game = start_recorded_game(tmp_path, seed=None, strict="hints")
     assert " --strict=hints " in game.play_again_command
     assert (
         " --strict "
-        in begun(
+        in start_recorded_game(
             tmp_path, seed=None, strict=True, record_path=tmp_path / "s.dmt"
         ).play_again_command
     )

@@ -1,4 +1,4 @@
-"""A file that asks for more than a game can be ends in one line, whatever is done with it."""
+"""Tests of files that demand more than the limits of a game: every command fails with one line."""
 
 import json
 import re
@@ -15,13 +15,13 @@ from dmplay.game.checking import rewrite_file, verify_file
 from dmplay.game.playback import Playback
 from dmplay.game.request import GameRequest, ResumeRequest
 from dmplay.game.start import resume_game, start_new_game
-from tests.support.quick import quickly
+from tests.support.quick import run_with_call_limit
 
-ROW = [[q, 0] for q in range(20_000)]
+MANY_HEXES = [[q, 0] for q in range(20_000)]
 
 
-class Case(NamedTuple):
-    """What a file asks for, and what it is told."""
+class OversizedCase(NamedTuple):
+    """A problem and agent that a file names, and the expected error message."""
 
     problem: str
     told: str
@@ -29,40 +29,46 @@ class Case(NamedTuple):
     given: Mapping[str, object] = {}
 
 
-AGENTS = [
-    Case("crying-baby", "horizon: got 1e+09", "plan:horizon=1000000000"),
-    Case("machine-replacement", "horizon: got 10000", "optimal:horizon=10000"),
-    Case("machine-replacement", "horizon: got 1e+08", "qmdp:horizon=100000000"),
-    Case("catch", "horizon: got 1e+06", "optimal:horizon=1000000"),
-    Case("catch", "exact search: more than", "optimal:horizon=1000"),
-    Case("travelers-dilemma", "level: got 1e+09", "level-k:level=1000000000"),
-    Case("hexworld", "depth: got 1e+07", "search:depth=10000000"),
-    Case("hexworld", "search: 1,222 MB, more than 512", "search:depth=100000"),
-    Case("hexworld", "simulations: got 1e+07", "search:simulations=10000000"),
+OVERSIZED_AGENTS = [
+    OversizedCase("crying-baby", "horizon: got 1e+09", "plan:horizon=1000000000"),
+    OversizedCase("machine-replacement", "horizon: got 10000", "optimal:horizon=10000"),
+    OversizedCase("machine-replacement", "horizon: got 1e+08", "qmdp:horizon=100000000"),
+    OversizedCase("catch", "horizon: got 1e+06", "optimal:horizon=1000000"),
+    OversizedCase("catch", "exact search: more than", "optimal:horizon=1000"),
+    OversizedCase("travelers-dilemma", "level: got 1e+09", "level-k:level=1000000000"),
+    OversizedCase("hexworld", "depth: got 1e+07", "search:depth=10000000"),
+    OversizedCase("hexworld", "search: 1,222 MB, more than 512", "search:depth=100000"),
+    OversizedCase("hexworld", "simulations: got 1e+07", "search:simulations=10000000"),
 ]
-PROBLEMS = [
-    Case("hexworld", "bump_cost: got 4.29497e+09", given={"bump_cost": 4294967296}),
-    Case("hexworld", "within 1000", given={"hexes": [[0, 0], [50_000_000, 0]], "rewards": []}),
-    Case("hexworld", "got 20000 hexes", given={"hexes": ROW, "rewards": []}),
-    Case("predator-prey", "got 20000 hexes", given={"hexes": ROW}),
-    Case("collaborative-predator-prey", "got 20000 hexes", given={"hexes": ROW}),
-    Case("collaborative-predator-prey", "predators: got 1e+15", given={"predators": 10**15}),
+OVERSIZED_PROBLEMS = [
+    OversizedCase("hexworld", "bump_cost: got 4.29497e+09", given={"bump_cost": 4294967296}),
+    OversizedCase(
+        "hexworld", "within 1000", given={"hexes": [[0, 0], [50_000_000, 0]], "rewards": []}
+    ),
+    OversizedCase("hexworld", "got 20000 hexes", given={"hexes": MANY_HEXES, "rewards": []}),
+    OversizedCase("predator-prey", "got 20000 hexes", given={"hexes": MANY_HEXES}),
+    OversizedCase("collaborative-predator-prey", "got 20000 hexes", given={"hexes": MANY_HEXES}),
+    OversizedCase(
+        "collaborative-predator-prey", "predators: got 1e+15", given={"predators": 10**15}
+    ),
 ]
-SOLVED = [  # today's answers take no longer where a discount is close to 1
-    Case("crying-baby", "", "optimal", {"discount": 0.99999999}),
-    Case("crying-baby", "", "qmdp", {"discount": 0.99999999}),
-    Case("multicaregiver-crying-baby", "", "best-response", {"discount": 0.99999999}),
-    Case("hexworld", "", "optimal", {"discount": 0.99999999, "bump_cost": 1e6}),
+HIGH_DISCOUNT_CASES = [  # solving takes no longer for a discount close to 1
+    OversizedCase("crying-baby", "", "optimal", {"discount": 0.99999999}),
+    OversizedCase("crying-baby", "", "qmdp", {"discount": 0.99999999}),
+    OversizedCase("multicaregiver-crying-baby", "", "best-response", {"discount": 0.99999999}),
+    OversizedCase("hexworld", "", "optimal", {"discount": 0.99999999, "bump_cost": 1e6}),
 ]
 
 
-def asking(path: Path, case: Case, turns: int = 9) -> Path:
-    """An unfinished file of two turns that asks for this."""
-    asked = GameRequest(
+def write_unfinished_game(path: Path, case: OversizedCase, turns: int = 9) -> Path:
+    """Write an unfinished game of two turns and change its file to this case; return its path."""
+    request = GameRequest(
         case.problem, agent="random", other_agent="", seed=1, turns=2, record_path=path
     )
     game = start_new_game(
-        GameRequest(**vars(asked) | {"other_agent": "random"}) if _two(case) else asked
+        GameRequest(**vars(request) | {"other_agent": "random"})
+        if _has_two_agents(case)
+        else request
     )
     assert game.recorder
     while not game.session.over:
@@ -71,66 +77,70 @@ def asking(path: Path, case: Case, turns: int = 9) -> Path:
     text = path.read_text()
     text = re.sub("^turns: 2$", f"turns: {turns}", text, flags=re.MULTILINE)
     text = text.replace('"random"', json.dumps(case.agent), 1)
-    given = f"set: {json.dumps(case.given)}\n" if case.given else ""
-    path.write_text(text.replace("seats: ", f"{given}seats: "))
+    set_line = f"set: {json.dumps(case.given)}\n" if case.given else ""
+    path.write_text(text.replace("seats: ", f"{set_line}seats: "))
     game.recorder.close()
     return path
 
 
-def advanced(asked: GameRequest) -> None:
-    """Begins a game and plays its first turn."""
-    start_new_game(asked).session.advance()
+def play_first_turn(request: GameRequest) -> None:
+    """Start a game and play its first turn."""
+    start_new_game(request).session.advance()
 
 
-def gone_on(path: Path) -> None:
-    """Goes on with a game for one turn."""
+def resume_for_one_turn(path: Path) -> None:
+    """Resume a game and play one turn."""
     resume_game(ResumeRequest(path)).session.advance()
 
 
-def _two(case: Case) -> bool:
+def _has_two_agents(case: OversizedCase) -> bool:
     return case.problem not in ("hexworld", "crying-baby", "machine-replacement", "catch")
 
 
-@pytest.mark.parametrize("case", AGENTS + PROBLEMS, ids=lambda case: case.told)
-def test_what_no_game_can_be_is_a_finding_and_not_gone_on_with(case: Case, tmp_path: Path) -> None:
-    path = asking(tmp_path / "game.dmt", case)
+@pytest.mark.parametrize("case", OVERSIZED_AGENTS + OVERSIZED_PROBLEMS, ids=lambda case: case.told)
+def test_an_oversized_game_is_a_finding_and_is_not_resumed(
+    case: OversizedCase, tmp_path: Path
+) -> None:
+    path = write_unfinished_game(tmp_path / "game.dmt", case)
     before = path.read_bytes()
-    report = quickly(lambda: verify_file(path))
+    report = run_with_call_limit(lambda: verify_file(path))
     assert case.told in str(report)
     with pytest.raises(DmplayError, match=re.escape(case.told)):
-        quickly(partial(gone_on, path))
+        run_with_call_limit(partial(resume_for_one_turn, path))
     assert path.read_bytes() == before
 
 
-@pytest.mark.parametrize("case", PROBLEMS, ids=lambda case: case.told)
-def test_what_no_problem_can_be_is_not_replayed(case: Case, tmp_path: Path) -> None:
-    path = asking(tmp_path / "game.dmt", case)
+@pytest.mark.parametrize("case", OVERSIZED_PROBLEMS, ids=lambda case: case.told)
+def test_an_oversized_problem_is_not_replayed(case: OversizedCase, tmp_path: Path) -> None:
+    path = write_unfinished_game(tmp_path / "game.dmt", case)
     with pytest.raises(BadTranscript, match=re.escape(case.told)):
-        quickly(lambda: Playback(path))
+        run_with_call_limit(lambda: Playback(path))
 
 
-@pytest.mark.parametrize("case", AGENTS + PROBLEMS, ids=lambda case: case.told)
-def test_what_no_game_can_be_is_not_begun(case: Case) -> None:
-    asked = GameRequest(
+@pytest.mark.parametrize("case", OVERSIZED_AGENTS + OVERSIZED_PROBLEMS, ids=lambda case: case.told)
+def test_an_oversized_game_is_not_started(case: OversizedCase) -> None:
+    request = GameRequest(
         case.problem, agent=case.agent, seed=1, turns=100_000, parameters=case.given
     )
     with pytest.raises(DmplayError, match=re.escape(case.told)):
-        quickly(partial(advanced, asked))
+        run_with_call_limit(partial(play_first_turn, request))
 
 
-@pytest.mark.parametrize("case", SOLVED, ids=lambda case: case.agent)
-def test_what_is_soon_solved_at_any_discount_is_asked_again(case: Case, tmp_path: Path) -> None:
-    path = asking(tmp_path / "game.dmt", case)
-    assert quickly(lambda: verify_file(path)).turns == 2
+@pytest.mark.parametrize("case", HIGH_DISCOUNT_CASES, ids=lambda case: case.agent)
+def test_an_agent_that_solves_high_discounts_quickly_is_checked(
+    case: OversizedCase, tmp_path: Path
+) -> None:
+    path = write_unfinished_game(tmp_path / "game.dmt", case)
+    assert run_with_call_limit(lambda: verify_file(path)).turns == 2
 
 
 @pytest.mark.parametrize("problem", ["multicaregiver-crying-baby", "hexworld", "predator-prey"])
-def test_agents_alone_play_no_more_turns_than_their_file_holds(
+def test_games_without_people_cannot_raise_the_turn_limit_in_their_file(
     problem: str, tmp_path: Path
 ) -> None:
-    path = asking(tmp_path / "game.dmt", Case(problem, ""), turns=10**12)
-    told = f"^{path}:.*: turns: got {10**12}, expected at most 10000 where no person plays; if"
-    with pytest.raises(BadTranscript, match=told):
+    path = write_unfinished_game(tmp_path / "game.dmt", OversizedCase(problem, ""), turns=10**12)
+    pattern = f"^{path}:.*: turns: got {10**12}, expected at most 10000 where no person plays; if"
+    with pytest.raises(BadTranscript, match=pattern):
         resume_game(ResumeRequest(path))
     game = resume_game(ResumeRequest(path, turn_limit=10**12))
     game.session.advance()
@@ -138,14 +148,14 @@ def test_agents_alone_play_no_more_turns_than_their_file_holds(
     game.recorder.close()
     with path.open("a") as file:
         file.write('end: {"reason": "turn limit"}\n')
-    with pytest.raises(BadTranscript, match=told):
+    with pytest.raises(BadTranscript, match=pattern):
         rewrite_file(path)
     assert verify_file(path).turns == 2
 
 
-def test_other_seats_than_those_of_the_problem_are_not_sat_in(tmp_path: Path) -> None:
-    case = Case("predator-prey", "", given={"predators": 26})
-    path = asking(tmp_path / "game.dmt", case)
+def test_a_file_with_seats_of_another_problem_is_not_resumed(tmp_path: Path) -> None:
+    case = OversizedCase("predator-prey", "", given={"predators": 26})
+    path = write_unfinished_game(tmp_path / "game.dmt", case)
     with pytest.raises(BadTranscript, match="seats: got predator, prey, expected predator1"):
         resume_game(ResumeRequest(path))
 

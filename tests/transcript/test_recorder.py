@@ -1,4 +1,4 @@
-"""Writing as the game goes: a block a turn, whole or not at all, by one program at a time."""
+"""Tests of writing transcripts: whole blocks, one per turn, by one process at a time."""
 
 import os
 import resource
@@ -15,91 +15,91 @@ from dmplay.game.checking import verify_file
 from dmplay.transcript.header import Header
 from dmplay.transcript.reading import read_transcript
 from dmplay.transcript.recorder import Recorder
-from tests.support.terminals import DMPLAY, clean_environment
+from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
 HEADER = Header(problem="crying-baby", seats={"agent": "human"}, seed=7)
 FEED, SING = 0, 1
 
 
-def recorder(path: Path) -> Recorder:
+def make_recorder(path: Path) -> Recorder:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     return Recorder.create(path, HEADER, game)
 
 
-def turn(recorder: Recorder, action: int) -> None:
+def play_turn(recorder: Recorder, action: int) -> None:
     recorder.session.advance([action])
     recorder.write_turn()
 
 
-def test_a_turn_that_the_disk_cuts_is_written_whole_with_the_next(tmp_path: Path) -> None:
+def test_a_turn_cut_by_a_full_disk_is_written_with_the_next_turn(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    writing = recorder(path)
+    writer = make_recorder(path)
     before = path.read_bytes()
-    least, most = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 9, most))
+    soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (len(before) + 9, hard_limit))
     try:
-        turn(writing, FEED)
+        play_turn(writer, FEED)
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
-    assert os.strerror(28) in str(writing.write_error)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft_limit, hard_limit))
+    assert os.strerror(28) in str(writer.write_error)
     assert path.read_bytes() == before
-    turn(writing, SING)
-    assert writing.write_error is None
-    writing.write_end()
+    play_turn(writer, SING)
+    assert writer.write_error is None
+    writer.write_end()
     assert [block["turn"] for block in read_transcript(path).blocks] == [0, 1, 2]
 
 
-def test_after_the_end_nothing_more_is_written(tmp_path: Path) -> None:
+def test_nothing_is_written_after_the_end(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    writing = recorder(path)
-    writing.session.end("quit")
-    writing.write_end()
-    whole = path.read_bytes()
-    writing.write_end("# once more\n")
-    writing.close()
-    assert not writing.is_open
-    assert path.read_bytes() == whole
+    writer = make_recorder(path)
+    writer.session.end("quit")
+    writer.write_end()
+    content = path.read_bytes()
+    writer.write_end("# once more\n")
+    writer.close()
+    assert not writer.is_open
+    assert path.read_bytes() == content
 
 
-def test_what_is_no_file_is_not_gone_on_with(tmp_path: Path) -> None:
+def test_a_folder_cannot_be_resumed(tmp_path: Path) -> None:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     with pytest.raises(BadParameter, match=r"cannot write .*Is a directory"):
         Recorder.resume(tmp_path, "", game)
 
 
-def test_where_files_cannot_be_locked_nobody_is_said_to_play(
+def test_a_file_that_cannot_be_locked_counts_as_not_in_use(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     path = tmp_path / "game.dmt"
-    writing = recorder(path)
-    with path.open("rb") as other:
-        assert is_locked_elsewhere(other.fileno())
+    writer = make_recorder(path)
+    with path.open("rb") as file:
+        assert is_locked_elsewhere(file.fileno())
         monkeypatch.setitem(sys.modules, "fcntl", None)  # as on Windows
-        assert not is_locked_elsewhere(other.fileno())
+        assert not is_locked_elsewhere(file.fileno())
     monkeypatch.undo()
-    writing.close()
+    writer.close()
     unlockable = os.open(path, os.O_PATH)
     assert not is_locked_elsewhere(unlockable)
     os.close(unlockable)
 
 
-def test_header_and_opening_are_one_write(tmp_path: Path) -> None:
+def test_the_header_and_first_block_are_one_write(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    least, most = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (130, most))  # the header alone would fit
+    soft_limit, hard_limit = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (130, hard_limit))  # the header alone would fit
     try:
-        writing = recorder(path)
+        writer = make_recorder(path)
     finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (least, most))
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft_limit, hard_limit))
     assert path.read_bytes() == b""
-    turn(writing, FEED)
-    writing.write_end()
+    play_turn(writer, FEED)
+    writer.write_end()
     assert [block["turn"] for block in read_transcript(path).blocks] == [0, 1]
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "words",
+    "arguments",
     [
         ("2048", "--agent", "corner"),
         ("hexworld", "--agent", "optimal"),
@@ -110,19 +110,30 @@ def test_header_and_opening_are_one_write(tmp_path: Path) -> None:
     ids=" ".join,
 )
 def test_the_same_seed_gives_the_same_bytes_in_every_process(
-    words: tuple[str, ...], tmp_path: Path
+    arguments: tuple[str, ...], tmp_path: Path
 ) -> None:
-    worlds = (
+    environments = (
         {"PYTHONHASHSEED": "1", "LC_ALL": "C", "LANG": "C", "OPENBLAS_NUM_THREADS": "1"},
         {"PYTHONHASHSEED": "2", "LC_ALL": "C.UTF-8", "OPENBLAS_NUM_THREADS": "2"},
         {"PYTHONHASHSEED": "3", "LANG": "de_DE.UTF-8", "TZ": "Asia/Tokyo", "COLUMNS": "40"},
     )
     files = []
-    for number, world in enumerate(worlds):
+    for number, environment in enumerate(environments):
         subprocess.run(
-            [*DMPLAY, *words, "--seed", "7", "--frames", "--quiet", "-o", f"{number}.dmt"],
-            env=clean_environment(tmp_path, **world), cwd=tmp_path, check=True,
-        )  # fmt: skip
+            [
+                *DMPLAY_COMMAND,
+                *arguments,
+                "--seed",
+                "7",
+                "--frames",
+                "--quiet",
+                "-o",
+                f"{number}.dmt",
+            ],
+            env=clean_environment(tmp_path, **environment),
+            cwd=tmp_path,
+            check=True,
+        )
         files.append((tmp_path / f"{number}.dmt").read_bytes())
     assert files[0] == files[1] == files[2]
     report = verify_file(tmp_path / "0.dmt")

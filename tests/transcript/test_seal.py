@@ -1,4 +1,4 @@
-"""What is hidden stays so while a game can be played on; going on once it was shown is marked."""
+"""Tests of disclosure: early looks at hidden information are rejected, or recorded as peeks."""
 
 import json
 import os
@@ -22,67 +22,73 @@ from dmplay.transcript.reading import read_transcript
 from dmplay.transcript.seal import disclose_transcript
 from dmplay.words.commands import run_line
 from dmplay.words.completion.lists import list_saved_seeds
-from tests.support.games import altered, recorded, values
-from tests.support.programs import run
+from tests.support.games import read_values, record_game, replace_in_file
+from tests.support.programs import run_dmplay
 from tests.support.terminals import CTRL_C, Terminal
 
-OPEN = "this game can still be played on: finish it"
-OVER = "this game is strict: once what is hidden is shown, nobody plays on"
+OPEN_GAME_MESSAGE = "this game can still be played on: finish it"
+STRICT_GAME_MESSAGE = "this game is strict: once what is hidden is shown, nobody plays on"
 
 
 @pytest.fixture(autouse=True)
-def _own_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def _isolated_state(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
 
 
 @pytest.fixture
 def umask() -> Iterator[None]:
-    """The usual umask."""
+    """Set the usual umask during a test."""
     before = os.umask(0o022)
     yield
     os.umask(before)
 
 
-def begun(path: Path, **options: object) -> Game:
-    """A game of a person in which much is hidden, after a turn."""
-    wanted: dict[str, object] = {"problem": "crying-baby", "seed": 7, "record_path": path / "g.dmt"}
-    game = start_new_game(GameRequest(**{**wanted, **options}))  # type: ignore[arg-type]
+def start_hidden_game(path: Path, **options: object) -> Game:
+    """Start a recorded game with hidden information and play one turn."""
+    defaults: dict[str, object] = {
+        "problem": "crying-baby",
+        "seed": 7,
+        "record_path": path / "g.dmt",
+    }
+    game = start_new_game(GameRequest(**{**defaults, **options}))  # type: ignore[arg-type]
     game.choose(0)
     return game
 
 
-def left(path: Path, **options: object) -> Path:
-    """The file of one that a kill left."""
-    game = begun(path, **options)
+def write_killed_game(path: Path, **options: object) -> Path:
+    """Write the file of a game whose process was killed; return its path."""
+    game = start_hidden_game(path, **options)
     assert game.recorder is not None
     game.recorder.close()
     return game.recorder.path
 
 
-def dealt(table: GameController, *words: object) -> str:
-    """What comes of words of the command line at a table."""
-    return table.run_cli_words([*map(str, words)])
+def run_command_line(controller: GameController, *words: object) -> str:
+    """Run these command-line words in a controller; return the output."""
+    return controller.run_cli_words([*map(str, words)])
 
 
-def peeked(path: Path) -> bool:
+def is_peeked(path: Path) -> bool:
     return read_transcript(path).header.peeked
 
 
-LOOKS = [
+DISCLOSING_COMMANDS = [
     ("replay", "{}"), ("export", "{}", "--csv"), ("export", "{}", "--text"), ("review", "{}"),
     ("branch", "{}", "--at", "0", "-o", "{}.copy"),
 ]  # fmt: skip
-every_look = pytest.mark.parametrize("words", LOOKS, ids=lambda words: " ".join(words[::2]))
+each_disclosing_command = pytest.mark.parametrize(
+    "words", DISCLOSING_COMMANDS, ids=lambda words: " ".join(words[::2])
+)
 
 
-@every_look
-def test_a_game_that_can_be_played_on_is_not_looked_into(
-    words: tuple[str, ...], tmp_path: Path
-) -> None:
-    path = left(tmp_path)
+@each_disclosing_command
+def test_a_game_that_can_continue_is_not_disclosed(words: tuple[str, ...], tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
     before = path.read_bytes()
-    with pytest.raises(BadParameter, match=f"{path}: {OPEN}, or say --peek, which marks it"):
-        dealt(
+    with pytest.raises(
+        BadParameter, match=f"{path}: {OPEN_GAME_MESSAGE}, or say --peek, which marks it"
+    ):
+        run_command_line(
             GameController(cli_interpreter=interpret_command),
             *(word.format(path) for word in words),
         )
@@ -90,43 +96,47 @@ def test_a_game_that_can_be_played_on_is_not_looked_into(
     assert not Path(f"{path}.copy").exists()
 
 
-@every_look
-def test_who_peeks_into_it_marks_it_for_good(words: tuple[str, ...], tmp_path: Path) -> None:
-    path = left(tmp_path)
-    table = GameController(cli_interpreter=interpret_command)
-    dealt(table, *(word.format(path) for word in words), "--peek")
-    assert peeked(path)
+@each_disclosing_command
+def test_a_peek_marks_the_game_permanently(words: tuple[str, ...], tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
+    controller = GameController(cli_interpreter=interpret_command)
+    run_command_line(controller, *(word.format(path) for word in words), "--peek")
+    assert is_peeked(path)
     report = verify_file(path)
     assert (report.is_unfinished, report.peeked) == (True, True)
     assert report.summary == "1 turn, unfinished; not re-asked: human; peeked"
-    again = resume_game(ResumeRequest(path))
-    again.finish()
+    resumed_game = resume_game(ResumeRequest(path))
+    resumed_game.finish()
     assert verify_file(path).is_ok
-    assert peeked(path)
+    assert is_peeked(path)
     if words[0] == "branch":
-        table.end_game()
-        assert peeked(Path(f"{path}.copy"))
+        controller.end_game()
+        assert is_peeked(Path(f"{path}.copy"))
 
 
-def test_a_peek_keeps_notes_a_torn_tail_and_the_checksum(tmp_path: Path) -> None:
-    game = begun(tmp_path)
+def test_a_peek_preserves_notes_a_torn_tail_and_the_checksum(tmp_path: Path) -> None:
+    game = start_hidden_game(tmp_path)
     game.finish("interrupted")
     path = tmp_path / "g.dmt"
     path.write_text(f"# a note\n{path.read_text()}# another\n")
-    dealt(GameController(cli_interpreter=interpret_command), "export", path, "--csv", "--peek")
+    run_command_line(
+        GameController(cli_interpreter=interpret_command), "export", path, "--csv", "--peek"
+    )
     assert verify_file(path).is_ok
     assert path.read_text().startswith("# a note\ndmplay: 1\n")
     assert path.read_text().endswith("# another\n")
-    torn = left(tmp_path, record_path=tmp_path / "torn.dmt")
+    torn = write_killed_game(tmp_path, record_path=tmp_path / "torn.dmt")
     torn.write_text(torn.read_text() + "turn: 2\nact")
-    dealt(GameController(cli_interpreter=interpret_command), "export", torn, "--csv", "--peek")
+    run_command_line(
+        GameController(cli_interpreter=interpret_command), "export", torn, "--csv", "--peek"
+    )
     assert torn.read_text().endswith("turn: 2\nact")
 
 
-def test_the_game_somebody_plays_now_is_not_peeked_into(tmp_path: Path) -> None:
-    game = begun(tmp_path)
+def test_a_game_in_progress_cannot_be_peeked_into(tmp_path: Path) -> None:
+    game = start_hidden_game(tmp_path)
     with pytest.raises(BadParameter, match="somebody plays this game now"):
-        dealt(
+        run_command_line(
             GameController(cli_interpreter=interpret_command),
             "replay",
             game.transcript_path,
@@ -136,185 +146,207 @@ def test_the_game_somebody_plays_now_is_not_peeked_into(tmp_path: Path) -> None:
 
 
 def test_the_standard_input_cannot_be_marked(tmp_path: Path) -> None:
-    text = left(tmp_path).read_text()
-    piped = replace(read_transcript(tmp_path / "g.dmt"), path="/dev/stdin")
+    text = write_killed_game(tmp_path).read_text()
+    transcript = replace(read_transcript(tmp_path / "g.dmt"), path="/dev/stdin")
     with pytest.raises(BadParameter, match="--peek: name the file, so that it can be marked"):
-        disclose_transcript(piped, dmplay.load_problem("crying-baby"), peek=True)
-    for words, told in (((), OPEN), (("--peek",), "--peek: name the file")):
-        done = run(tmp_path, "export", "-", "--csv", *words, stdin=text)
-        assert (done.returncode, done.stdout) == (2, "")
-        assert told in done.stderr
+        disclose_transcript(transcript, dmplay.load_problem("crying-baby"), peek=True)
+    for words, message in (((), OPEN_GAME_MESSAGE), (("--peek",), "--peek: name the file")):
+        process = run_dmplay(tmp_path, "export", "-", "--csv", *words, stdin=text)
+        assert (process.returncode, process.stdout) == (2, "")
+        assert message in process.stderr
 
 
 @pytest.mark.parametrize(
     "options", [{"problem": "hexworld"}, {"agent": "random"}, {"reveal": True}], ids=str
 )
-def test_a_game_without_secrets_is_looked_into_as_it_is(
+def test_a_game_without_hidden_information_is_disclosed_without_a_mark(
     options: dict[str, object], tmp_path: Path
 ) -> None:
-    game = begun(tmp_path, turns=3, **options) if "agent" not in options else None
+    game = start_hidden_game(tmp_path, turns=3, **options) if "agent" not in options else None
     if game and game.recorder:
         game.recorder.close()
     else:
-        text = recorded(tmp_path / "g.dmt", "crying-baby", "random", turns=2)
+        text = record_game(tmp_path / "g.dmt", "crying-baby", "random", turns=2)
         (tmp_path / "g.dmt").write_text(text.rpartition("end: ")[0])
-    dealt(GameController(cli_interpreter=interpret_command), "export", tmp_path / "g.dmt", "--csv")
-    assert not peeked(tmp_path / "g.dmt")
+    run_command_line(
+        GameController(cli_interpreter=interpret_command), "export", tmp_path / "g.dmt", "--csv"
+    )
+    assert not is_peeked(tmp_path / "g.dmt")
 
 
-def test_a_seat_cannot_be_played_by_the_actions_of_a_game_that_goes_on(tmp_path: Path) -> None:
-    with pytest.raises(BadParameter, match=OPEN):
-        start_new_game(GameRequest("crying-baby", agent=f"replay:{left(tmp_path)}", seed=3))
+def test_a_replay_agent_cannot_use_a_game_that_can_continue(tmp_path: Path) -> None:
+    with pytest.raises(BadParameter, match=OPEN_GAME_MESSAGE):
+        start_new_game(
+            GameRequest("crying-baby", agent=f"replay:{write_killed_game(tmp_path)}", seed=3)
+        )
 
 
-def test_a_file_that_cannot_be_played_again_is_not_looked_into_either(tmp_path: Path) -> None:
-    path = left(tmp_path)
-    altered(path, '"feed"', '"fed"')
+def test_an_unreplayable_game_that_can_continue_is_not_disclosed(tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
+    replace_in_file(path, '"feed"', '"fed"')
     assert "did you mean feed?" in str(verify_file(path).findings[0])
-    with pytest.raises(BadParameter, match=OPEN):
-        dealt(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
+    with pytest.raises(BadParameter, match=OPEN_GAME_MESSAGE):
+        run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
 
 
-def test_verify_tells_no_values_of_a_game_that_goes_on_and_does_not_rewrite_it(
+def test_verify_neither_prints_values_of_an_unfinished_game_nor_rewrites_it(
     tmp_path: Path,
 ) -> None:
-    path = left(tmp_path)
-    hidden = values(path, "state")[0]
-    line = altered(path, hidden, '"sated"' if hidden == '"hungry"' else '"hungry"')
+    path = write_killed_game(tmp_path)
+    state = read_values(path, "state")[0]
+    line = replace_in_file(path, state, '"sated"' if state == '"hungry"' else '"hungry"')
     assert str(verify_file(path).findings[0]) == f"{path}:{line}: turn 0: state differs"
-    done = run(tmp_path, "verify", "--update", "g.dmt")
-    assert f"not rewritten: g.dmt: {OPEN}\n" in done.stderr
-    assert done.returncode == 3
-    assert hidden not in done.stdout.partition("\n")[0]
+    process = run_dmplay(tmp_path, "verify", "--update", "g.dmt")
+    assert f"not rewritten: g.dmt: {OPEN_GAME_MESSAGE}\n" in process.stderr
+    assert process.returncode == 3
+    assert state not in process.stdout.partition("\n")[0]
 
 
-# Going on
+# Resuming
 
 
 @pytest.mark.parametrize(
-    ("reason", "mark"), [("", False), ("interrupted", False), ("quit", True), ("illegal", True)]
+    ("reason", "is_marked"),
+    [("", False), ("interrupted", False), ("quit", True), ("illegal", True)],
 )
-def test_going_on_after_the_debrief_is_marked_and_after_a_kill_is_not(
-    reason: str, mark: bool, tmp_path: Path
+def test_resuming_is_marked_after_the_debrief_but_not_after_a_kill(
+    reason: str, is_marked: bool, tmp_path: Path
 ) -> None:
-    game = begun(tmp_path)
+    game = start_hidden_game(tmp_path)
     assert game.recorder is not None
     (game.finish(reason) if reason else game.recorder.close())
-    again = resume_game(ResumeRequest(tmp_path / "g.dmt"))
-    assert peeked(tmp_path / "g.dmt") is mark
-    again.choose(0)
-    again.finish()
+    resumed_game = resume_game(ResumeRequest(tmp_path / "g.dmt"))
+    assert is_peeked(tmp_path / "g.dmt") is is_marked
+    resumed_game.choose(0)
+    resumed_game.finish()
     assert verify_file(tmp_path / "g.dmt").is_ok
-    assert verify_file(tmp_path / "g.dmt").peeked is mark
+    assert verify_file(tmp_path / "g.dmt").peeked is is_marked
 
 
-def test_a_game_that_came_to_its_end_is_open_though_its_file_does_not_say_so(
+def test_a_finished_game_without_an_end_line_can_be_disclosed(
     tmp_path: Path,
 ) -> None:
-    path = left(tmp_path, turns=1, strict=True)
-    dealt(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
+    path = write_killed_game(tmp_path, turns=1, strict=True)
+    run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
     resume_game(ResumeRequest(path)).finish()
     assert verify_file(path).is_ok
-    assert not peeked(path)
+    assert not is_peeked(path)
 
 
-def test_a_strict_game_whose_secrets_were_shown_is_over(tmp_path: Path) -> None:
-    begun(tmp_path, strict=True).finish()
+def test_a_disclosed_strict_game_cannot_continue(tmp_path: Path) -> None:
+    start_hidden_game(tmp_path, strict=True).finish()
     path = tmp_path / "g.dmt"
     before = path.read_bytes()
-    with pytest.raises(BadParameter, match=OVER):
+    with pytest.raises(BadParameter, match=STRICT_GAME_MESSAGE):
         resume_game(ResumeRequest(path))
-    with pytest.raises(BadParameter, match=OVER):
+    with pytest.raises(BadParameter, match=STRICT_GAME_MESSAGE):
         branch_game(BranchRequest(path, turn=0, record_path=tmp_path / "b.dmt"))
     assert path.read_bytes() == before
     assert not (tmp_path / "b.dmt").exists()
-    killed = left(tmp_path, strict=True, record_path=tmp_path / "k.dmt")
-    with pytest.raises(BadParameter, match=OVER):
-        branch_game(BranchRequest(killed, turn=0, record_path=tmp_path / "b.dmt", peek=True))
-    assert resume_game(ResumeRequest(killed)).strict
+    killed_path = write_killed_game(tmp_path, strict=True, record_path=tmp_path / "k.dmt")
+    with pytest.raises(BadParameter, match=STRICT_GAME_MESSAGE):
+        branch_game(BranchRequest(killed_path, turn=0, record_path=tmp_path / "b.dmt", peek=True))
+    assert resume_game(ResumeRequest(killed_path)).strict
 
 
 def test_a_branch_of_a_strict_game_is_strict(tmp_path: Path) -> None:
-    begun(tmp_path, problem="hexworld", strict="hints").finish()
-    copy = branch_game(BranchRequest(tmp_path / "g.dmt", turn=0, record_path=tmp_path / "b.dmt"))
-    assert (copy.strict, copy.hints_forbidden) == (True, True)
+    start_hidden_game(tmp_path, problem="hexworld", strict="hints").finish()
+    branch = branch_game(BranchRequest(tmp_path / "g.dmt", turn=0, record_path=tmp_path / "b.dmt"))
+    assert (branch.strict, branch.hints_forbidden) == (True, True)
     assert read_transcript(tmp_path / "b.dmt").header.strict == "hints"
 
 
-AGAIN = ["branch", "branch 0", "restart", "seed 7", "set discount 0.5", "play crying-baby --seed 7"]
+REPEATING_COMMANDS = [
+    "branch",
+    "branch 0",
+    "restart",
+    "seed 7",
+    "set discount 0.5",
+    "play crying-baby --seed 7",
+]
 
 
-@pytest.mark.parametrize("command", AGAIN)
-def test_the_same_dice_after_a_game_that_was_left_are_marked(command: str, tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path), interpret_command)
-    run_line(table, command)
-    source = table.game.transcript_path
+@pytest.mark.parametrize("command", REPEATING_COMMANDS)
+def test_repeating_the_uniforms_of_a_disclosed_game_is_marked(command: str, tmp_path: Path) -> None:
+    controller = GameController(start_hidden_game(tmp_path), interpret_command)
+    run_line(controller, command)
+    source = controller.game.transcript_path
     assert source is not None
     assert source != tmp_path / "g.dmt"
-    table.game.choose(0)
-    table.end_game()
-    assert (peeked(source), verify_file(source).is_ok) == (True, True)
-    assert not peeked(tmp_path / "g.dmt")
+    controller.game.choose(0)
+    controller.end_game()
+    assert (is_peeked(source), verify_file(source).is_ok) == (True, True)
+    assert not is_peeked(tmp_path / "g.dmt")
 
 
-@pytest.mark.parametrize("command", AGAIN[2:])
-def test_the_same_dice_are_refused_where_the_game_is_strict(command: str, tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path, strict=True), interpret_command)
-    with pytest.raises(BadParameter, match=OVER):
-        run_line(table, f"{command} --strict" if command.startswith("play") else command)
-    assert len(table.game.session.turns) == 1
-    assert not table.game.session.over
-    run_line(table, "new")
-    assert not peeked(table.game.transcript_path or Path())
+@pytest.mark.parametrize("command", REPEATING_COMMANDS[2:])
+def test_repeating_the_uniforms_of_a_strict_game_is_rejected(command: str, tmp_path: Path) -> None:
+    controller = GameController(start_hidden_game(tmp_path, strict=True), interpret_command)
+    with pytest.raises(BadParameter, match=STRICT_GAME_MESSAGE):
+        run_line(controller, f"{command} --strict" if command.startswith("play") else command)
+    assert len(controller.game.session.turns) == 1
+    assert not controller.game.session.over
+    run_line(controller, "new")
+    assert not is_peeked(controller.game.transcript_path or Path())
 
 
-def test_fresh_dice_other_dice_and_open_games_are_not_marked(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path), interpret_command)
+def test_new_uniforms_and_fully_observable_games_are_not_marked(tmp_path: Path) -> None:
+    controller = GameController(start_hidden_game(tmp_path), interpret_command)
     for command in ("new", "seed 8", "play catch --seed 7"):
-        run_line(table, command)
-        assert not peeked(table.game.transcript_path or Path())
-    run_line(table, "play crying-baby --seed 7")  # once more, some games later
-    assert peeked(table.game.transcript_path or Path())
-    run_line(table, "new")
-    assert not peeked(table.game.transcript_path or Path())
-    other = GameController(
-        begun(tmp_path, problem="hexworld", record_path=tmp_path / "h.dmt"), interpret_command
+        run_line(controller, command)
+        assert not is_peeked(controller.game.transcript_path or Path())
+    run_line(controller, "play crying-baby --seed 7")  # the same seed again, some games later
+    assert is_peeked(controller.game.transcript_path or Path())
+    run_line(controller, "new")
+    assert not is_peeked(controller.game.transcript_path or Path())
+    second_controller = GameController(
+        start_hidden_game(tmp_path, problem="hexworld", record_path=tmp_path / "h.dmt"),
+        interpret_command,
     )
-    run_line(other, "restart")
-    assert not peeked(other.game.transcript_path or Path())
+    run_line(second_controller, "restart")
+    assert not is_peeked(second_controller.game.transcript_path or Path())
 
 
-def test_a_copy_that_was_saved_is_marked_where_its_game_was_left_before(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path), interpret_command)
-    run_line(table, f"save {tmp_path / 'copy.dmt'}")
-    with pytest.raises(BadParameter, match=OPEN):
-        run_line(table, f"export {tmp_path / 'copy.dmt'} --csv")
+def test_a_saved_copy_is_marked_after_its_game_was_disclosed(tmp_path: Path) -> None:
+    controller = GameController(start_hidden_game(tmp_path), interpret_command)
+    run_line(controller, f"save {tmp_path / 'copy.dmt'}")
+    with pytest.raises(BadParameter, match=OPEN_GAME_MESSAGE):
+        run_line(controller, f"export {tmp_path / 'copy.dmt'} --csv")
     with pytest.raises(BadParameter, match="--peek is for after this game"):
-        run_line(table, f"export {tmp_path / 'copy.dmt'} --csv --peek")
-    run_line(table, "play hexworld")
-    run_line(table, f"load {tmp_path / 'copy.dmt'}")
-    assert peeked(tmp_path / "copy.dmt")
+        run_line(controller, f"export {tmp_path / 'copy.dmt'} --csv --peek")
+    run_line(controller, "play hexworld")
+    run_line(controller, f"load {tmp_path / 'copy.dmt'}")
+    assert is_peeked(tmp_path / "copy.dmt")
 
 
-def test_a_strict_game_with_secrets_has_no_copies(tmp_path: Path) -> None:
-    table = GameController(begun(tmp_path, strict=True), interpret_command)
+def test_a_strict_game_with_hidden_information_cannot_be_copied(tmp_path: Path) -> None:
+    controller = GameController(start_hidden_game(tmp_path, strict=True), interpret_command)
     with pytest.raises(BadParameter, match=r"save: this game is strict, and has no copies"):
-        run_line(table, f"save {tmp_path / 'copy.dmt'}")
-    assert run_line(table, "save") == f"kept as you play: {tmp_path / 'g.dmt'}"
+        run_line(controller, f"save {tmp_path / 'copy.dmt'}")
+    assert run_line(controller, "save") == f"kept as you play: {tmp_path / 'g.dmt'}"
 
 
-def test_two_people_who_branch_are_told_all_and_marked(tmp_path: Path) -> None:
-    words = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "7", "-o", "g.dmt", "--plain")
-    done = run(tmp_path, *words, stdin="feed\nfeed\nbranch\nfeed\nfeed\nquit\n")
-    assert done.returncode == 0
-    assert (peeked(tmp_path / "g.dmt"), peeked(tmp_path / "g-2.dmt")) == (False, True)
+def test_a_branch_of_a_game_of_two_people_is_marked(tmp_path: Path) -> None:
+    arguments = (
+        "multicaregiver-crying-baby",
+        "--vs",
+        "human",
+        "--seed",
+        "7",
+        "-o",
+        "g.dmt",
+        "--plain",
+    )
+    process = run_dmplay(tmp_path, *arguments, stdin="feed\nfeed\nbranch\nfeed\nfeed\nquit\n")
+    assert process.returncode == 0
+    assert (is_peeked(tmp_path / "g.dmt"), is_peeked(tmp_path / "g-2.dmt")) == (False, True)
 
 
-# What is told
+# Reports
 
 
-def test_verify_review_and_data_tell_of_the_mark(tmp_path: Path) -> None:
-    begun(tmp_path).finish()
+def test_verify_review_and_export_report_the_mark(tmp_path: Path) -> None:
+    start_hidden_game(tmp_path).finish()
     path = tmp_path / "g.dmt"
     resume_game(ResumeRequest(path)).finish()
     report = verify_file(path)
@@ -323,25 +355,28 @@ def test_verify_review_and_data_tell_of_the_mark(tmp_path: Path) -> None:
     )
     data = json.loads(format_reports([report], [True], json=True, quiet=False)[0])
     assert (data["peeked"], data["help"]) == (True, {})
-    table = GameController(cli_interpreter=interpret_command)
-    assert dealt(table, "review", path).splitlines()[-1] == "peeked"
-    assert json.loads(dealt(table, "review", path, "--json"))[-1] == {"peeked": True, "help": {}}
-    assert json.loads(dealt(table, "export", path, "--json"))["peeked"] is True
+    controller = GameController(cli_interpreter=interpret_command)
+    assert run_command_line(controller, "review", path).splitlines()[-1] == "peeked"
+    assert json.loads(run_command_line(controller, "review", path, "--json"))[-1] == {
+        "peeked": True,
+        "help": {},
+    }
+    assert json.loads(run_command_line(controller, "export", path, "--json"))["peeked"] is True
 
 
-def test_the_list_of_kept_games_tells_of_the_mark_and_of_help() -> None:
-    table = GameController(cli_interpreter=interpret_command)
-    assert dealt(table, "list", "games") == "no game is kept"
+def test_the_list_of_saved_games_shows_marks_and_hint_counts() -> None:
+    controller = GameController(cli_interpreter=interpret_command)
+    assert run_command_line(controller, "list", "games") == "no game is kept"
     game = start_new_game(GameRequest("crying-baby", seed=7))
     for command in ("hint", "feed"):
         run_line(GameController(game), command)
-    told = f"{game.transcript_path}: crying-baby, agent human; unfinished; help: agent 1"
-    assert dealt(table, "list", "games") == told
+    expected = f"{game.transcript_path}: crying-baby, agent human; unfinished; help: agent 1"
+    assert run_command_line(controller, "list", "games") == expected
     game.finish()
     resume_game(ResumeRequest(game.transcript_path or Path())).finish()
-    told = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; help: agent 1"
-    assert dealt(table, "list", "games") == told
-    (data,) = json.loads(dealt(table, "list", "games", "--json"))
+    expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; help: agent 1"
+    assert run_command_line(controller, "list", "games") == expected
+    (data,) = json.loads(run_command_line(controller, "list", "games", "--json"))
     assert (data["peeked"], data["help"], data["path"]) == (
         True,
         {"agent": 1},
@@ -349,21 +384,21 @@ def test_the_list_of_kept_games_tells_of_the_mark_and_of_help() -> None:
     )
 
 
-def test_an_interrupted_game_is_told_without_its_sums_and_how_to_go_on(
+def test_an_interrupted_game_reports_how_to_resume_but_no_totals(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    table = GameController(begun(tmp_path, seed=None))
-    table.end_game("interrupted")
-    assert table.game.narrator.describe_result() == "interrupted after 1 turn."
-    print_epilogue(table)
-    told = capsys.readouterr().err
-    assert f"resume: dmplay resume {tmp_path / 'g.dmt'}\n" in told
-    assert "replay:" not in told
-    assert "again:" not in told
+    controller = GameController(start_hidden_game(tmp_path, seed=None))
+    controller.end_game("interrupted")
+    assert controller.game.narrator.describe_result() == "interrupted after 1 turn."
+    print_epilogue(controller)
+    stderr = capsys.readouterr().err
+    assert f"resume: dmplay resume {tmp_path / 'g.dmt'}\n" in stderr
+    assert "replay:" not in stderr
+    assert "again:" not in stderr
 
 
 @pytest.mark.slow
-def test_a_screen_that_is_interrupted_shows_nothing_hidden(tmp_path: Path) -> None:
+def test_an_interrupted_screen_shows_no_hidden_information(tmp_path: Path) -> None:
     with Terminal("machine-replacement", "--seed", "7", "-o", "g.dmt", folder=tmp_path) as screen:
         screen.ready().press("m", "turn 1/").press(CTRL_C)
         assert screen.ended() == 130
@@ -372,13 +407,13 @@ def test_a_screen_that_is_interrupted_shows_nothing_hidden(tmp_path: Path) -> No
     with Terminal("resume", "g.dmt", folder=tmp_path) as screen:
         screen.ready().press("q")
         assert screen.ended() == 0
-    assert not peeked(tmp_path / "g.dmt")
+    assert not is_peeked(tmp_path / "g.dmt")
     with Terminal("replay", "g.dmt", folder=tmp_path) as screen:
         screen.ready().press("q")
         assert screen.ended() == 0
 
 
-def test_completion_names_no_seed_of_a_game_that_goes_on() -> None:
+def test_completion_omits_the_seeds_of_unfinished_games() -> None:
     game = start_new_game(GameRequest("crying-baby", seed=23))
     game.choose(0)
     assert list_saved_seeds() == []
@@ -386,58 +421,62 @@ def test_completion_names_no_seed_of_a_game_that_goes_on() -> None:
     assert list_saved_seeds() == ["23"]
 
 
-# Who may read the files
+# File permissions
 
 
-def mode(path: Path) -> int:
+def read_file_mode(path: Path) -> int:
     return stat.S_IMODE(path.stat().st_mode)
 
 
 @pytest.mark.usefixtures("umask")
-def test_nobody_else_reads_a_file_with_secrets_before_the_end(tmp_path: Path) -> None:
-    path = left(tmp_path)
-    assert mode(path) == 0o600
+def test_a_file_with_hidden_information_is_private_until_the_end(tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
+    assert read_file_mode(path) == 0o600
     path.chmod(0o644)
     game = resume_game(ResumeRequest(path))
-    assert mode(path) == 0o600
+    assert read_file_mode(path) == 0o600
     run_line(GameController(game), f"save {tmp_path / 'copy.dmt'}")
-    assert mode(tmp_path / "copy.dmt") == 0o600
+    assert read_file_mode(tmp_path / "copy.dmt") == 0o600
     game.finish()
-    assert mode(path) == 0o644
-    stopped = begun(tmp_path, record_path=tmp_path / "stopped.dmt")
-    stopped.finish("interrupted")
-    assert mode(tmp_path / "stopped.dmt") == 0o600
-    open_ = left(tmp_path, problem="hexworld", record_path=tmp_path / "h.dmt")
-    assert mode(open_) == 0o644
-    old = tmp_path / "old.dmt"
-    old.write_text("an old file")
-    left(tmp_path, record_path=old, force=True)
-    assert mode(old) == 0o600
+    assert read_file_mode(path) == 0o644
+    interrupted_game = start_hidden_game(tmp_path, record_path=tmp_path / "stopped.dmt")
+    interrupted_game.finish("interrupted")
+    assert read_file_mode(tmp_path / "stopped.dmt") == 0o600
+    observable_path = write_killed_game(
+        tmp_path, problem="hexworld", record_path=tmp_path / "h.dmt"
+    )
+    assert read_file_mode(observable_path) == 0o644
+    old_path = tmp_path / "old.dmt"
+    old_path.write_text("an old file")
+    write_killed_game(tmp_path, record_path=old_path, force=True)
+    assert read_file_mode(old_path) == 0o600
 
 
 @pytest.mark.usefixtures("umask")
-def test_kept_games_are_their_owners_alone_also_after_the_end(tmp_path: Path) -> None:
-    path = left(tmp_path, record_path=None)
+def test_saved_games_stay_private_after_the_end(tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path, record_path=None)
     folders = path.parent, path.parent.parent
-    assert (mode(path), *map(mode, folders)) == (0o600, 0o700, 0o700)
+    assert (read_file_mode(path), *map(read_file_mode, folders)) == (0o600, 0o700, 0o700)
     resume_game(ResumeRequest(path)).finish()
-    other = path.with_stem("other")
-    branch_game(BranchRequest(path, turn=0, record_path=other)).finish()
-    assert (mode(path), mode(other)) == (0o600, 0o600)
+    branch_path = path.with_stem("other")
+    branch_game(BranchRequest(path, turn=0, record_path=branch_path)).finish()
+    assert (read_file_mode(path), read_file_mode(branch_path)) == (0o600, 0o600)
 
 
 @pytest.mark.usefixtures("umask")
-def test_a_peek_leaves_the_file_as_private_as_it_was(tmp_path: Path) -> None:
-    path = left(tmp_path)
-    dealt(GameController(cli_interpreter=interpret_command), "export", path, "--csv", "--peek")
-    assert mode(path) == 0o600
+def test_a_peek_preserves_the_file_permissions(tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
+    run_command_line(
+        GameController(cli_interpreter=interpret_command), "export", path, "--csv", "--peek"
+    )
+    assert read_file_mode(path) == 0o600
 
 
-# The form of the mark
+# Format of the mark
 
 
-def test_a_mark_is_true_or_false(tmp_path: Path) -> None:
-    path = left(tmp_path)
-    altered(path, "seed: 7\n", "seed: 7\npeeked: 1\n")
+def test_the_mark_is_true_or_false(tmp_path: Path) -> None:
+    path = write_killed_game(tmp_path)
+    replace_in_file(path, "seed: 7\n", "seed: 7\npeeked: 1\n")
     with pytest.raises(BadTranscript, match="peeked: expected true or false"):
         read_transcript(path)

@@ -1,4 +1,4 @@
-"""The files of exact cases, one case, and the comparisons that its tolerance allows."""
+"""Files of exact cases, a case of a file, and comparisons within the case's tolerance."""
 
 import json
 import math
@@ -10,17 +10,17 @@ from typing import Any
 
 import numpy as np
 
-FOLDER = Path(os.environ.get("DMPLAY_TRUTH") or Path(__file__).parent.parent / "truth")
+TRUTH_FOLDER = Path(os.environ.get("DMPLAY_TRUTH") or Path(__file__).parent.parent / "truth")
 
 
 @cache
-def family(name: str) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads((FOLDER / f"{name}.json").read_text())
-    return found
+def load_family(name: str) -> dict[str, Any]:
+    content: dict[str, Any] = json.loads((TRUTH_FOLDER / f"{name}.json").read_text())
+    return content
 
 
 class Case:
-    """What is given, what is expected, and how close an answer must come."""
+    """The inputs of a case, its expected results and its tolerance."""
 
     def __init__(self, case: dict[str, Any], conventions: dict[str, Any]) -> None:
         self.given: dict[str, Any] = case["given"]
@@ -29,52 +29,64 @@ class Case:
         self.tol = case["tol"] or 0.0
 
     def close(self, key: str, got: object) -> None:
-        """The answer to `key` is within the tolerance, number by number."""
+        """Assert that the result `key` is within the tolerance, number by number."""
         self.equal(self.expect[key], got)
 
-    def equal(self, told: object, got: object) -> None:
-        if isinstance(told, dict):
+    def equal(self, expected: object, got: object) -> None:
+        if isinstance(expected, dict):
             assert isinstance(got, dict)
-            assert told.keys() == got.keys()
-            for key, value in told.items():
+            assert expected.keys() == got.keys()
+            for key, value in expected.items():
                 self.equal(value, got[key])
-        elif isinstance(told, list):
+        elif isinstance(expected, list):
             row = list(got)  # type: ignore[call-overload]
-            assert len(told) == len(row)
-            for one, other in zip(told, row, strict=True):
-                self.equal(one, other)
-        elif isinstance(told, str | bool | None):
-            assert got == told
+            assert len(expected) == len(row)
+            for expected_item, item in zip(expected, row, strict=True):
+                self.equal(expected_item, item)
+        elif isinstance(expected, str | bool | None):
+            assert got == expected
         else:
-            assert isinstance(told, int | float)
-            assert abs(float(got) - told) <= self.tol, f"expected {told}, got {got}"  # type: ignore[arg-type]
+            assert isinstance(expected, int | float)
+            assert abs(float(got) - expected) <= self.tol, f"expected {expected}, got {got}"  # type: ignore[arg-type]
 
     def mean(self, key: str, sample: Any, episodes: int | None = None) -> None:
-        """A sample's mean agrees with a simulated one, to five of its standard errors."""
-        told, error = self.expect[key], self.expect.get(f"{key}_stderr", self.expect.get("stderr"))
-        many = episodes or self.given.get("games") or self.given.get("episodes")
-        assert many
-        assert error
-        slack = 5 * error * math.sqrt(1 + many / len(sample))
-        assert abs(np.mean(sample) - told) <= slack, f"expected {told}, got {np.mean(sample)}"
+        """Assert that a sample's mean is within five standard errors of a simulated mean."""
+        expected, standard_error = (
+            self.expect[key],
+            self.expect.get(f"{key}_stderr", self.expect.get("stderr")),
+        )
+        episode_count = episodes or self.given.get("games") or self.given.get("episodes")
+        assert episode_count
+        assert standard_error
+        tolerance = 5 * standard_error * math.sqrt(1 + episode_count / len(sample))
+        assert abs(np.mean(sample) - expected) <= tolerance, (
+            f"expected {expected}, got {np.mean(sample)}"
+        )
 
-    def share(self, told: float, got: float, many: int, mine: int) -> None:
-        """A share agrees with a simulated one, to five standard deviations of the two."""
-        assert abs(got - told) <= 5 * math.sqrt(told * (1 - told) * (1 / many + 1 / mine)) + 1e-12
+    def share(self, expected: float, got: float, expected_count: int, sample_count: int) -> None:
+        """Assert that a share is within five standard deviations of a simulated share."""
+        assert (
+            abs(got - expected)
+            <= 5 * math.sqrt(expected * (1 - expected) * (1 / expected_count + 1 / sample_count))
+            + 1e-12
+        )
 
 
 Check = Callable[[Case], None]
 
 
-def by_kind(*checks: Check, **others: Check) -> dict[str, Check]:
-    """The checks of a family by the kinds of case: each by its own name, some by others."""
+def map_by_kind(*checks: Check, **others: Check) -> dict[str, Check]:
+    """Map the kinds of case of a family to their checks.
+
+    The kind of a positional check is its function name, that of a keyword check is the keyword.
+    """
     return {check.__name__: check for check in checks} | others
 
 
-def reached(p: Any, keys: list[Any]) -> dict[Any, float]:
-    """The probability of each outcome that can happen."""
+def sum_probabilities(p: Any, keys: list[Any]) -> dict[Any, float]:
+    """Sum the probabilities of equal outcomes, without those of probability 0."""
     sums: dict[Any, float] = {}
-    for weight, key in zip(p, keys, strict=True):
-        if weight > 0:
-            sums[key] = sums.get(key, 0.0) + float(weight)
+    for probability, key in zip(p, keys, strict=True):
+        if probability > 0:
+            sums[key] = sums.get(key, 0.0) + float(probability)
     return sums

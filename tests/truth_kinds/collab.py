@@ -8,90 +8,96 @@ from dmplay.chance import Reals
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
 from dmplay.solvers import sparse
 from dmplay.solvers.value_iteration import mark_best_actions
-from tests.truth_kinds.case import Case, by_kind
-from tests.truth_kinds.hunts import moves
+from tests.truth_kinds.case import Case, map_by_kind
+from tests.truth_kinds.hunts import check_moves
 
-BLOCK = 2048  # states whose outcomes are listed at a time
+BLOCK_STATE_COUNT = 2048  # states whose outcomes are enumerated at a time
 
 
 @cache
-def hunt(map_: str, predators: int = 2, sighted: bool = False) -> CollaborativePredatorPrey:
+def load_hunt(map_: str, predators: int = 2, sighted: bool = False) -> CollaborativePredatorPrey:
     name = "collaborative-predator-prey" + (f":{map_}" if map_ != "standard" else "")
     problem = dmplay.load_problem(name, predators=predators, sighted=sighted)
     assert isinstance(problem, CollaborativePredatorPrey)
     return problem
 
 
-def given(case: Case, after: str = "") -> tuple[CollaborativePredatorPrey, np.ndarray]:
+def read_positions(case: Case, after: str = "") -> tuple[CollaborativePredatorPrey, np.ndarray]:
     predators, prey = case.given[f"predators{after}"], case.given[f"prey{after}"]
-    problem = hunt(case.given["map"], len(predators))
+    problem = load_hunt(case.given["map"], len(predators))
     assert [list(hex_) for hex_ in problem.hexes] == case.conventions["maps"][case.given["map"]]
     return problem, np.array([[problem.hexes.index(tuple(hex_)) for hex_ in [*predators, prey]]])
 
 
 def transition(case: Case) -> None:
-    moves(case, *given(case))
+    check_moves(case, *read_positions(case))
     reward(case)
 
 
 def reward(case: Case) -> None:
-    problem, s = given(case)
-    many = problem.predators
+    problem, s = read_positions(case)
+    predator_count = problem.predators
     for a in range(6):
-        outcome = problem.step(s, np.full((1, many), a), np.full((1, many + 1), 0.75))
-        for paid in outcome.rewards[0]:
-            case.close("reward", paid)
+        outcome = problem.step(
+            s, np.full((1, predator_count), a), np.full((1, predator_count + 1), 0.75)
+        )
+        for paid_reward in outcome.rewards[0]:
+            case.close("reward", paid_reward)
 
 
 def observation(case: Case) -> None:
-    """Every outcome that leads to this state shows the same, whatever was done."""
-    problem, after = given(case, "_after")
-    states, found = problem.enumerate_states(), False
-    for block in np.split(states, range(BLOCK, len(states), BLOCK)):
+    """Check that each outcome with this state has the same observations, for any action."""
+    problem, target = read_positions(case, "_after")
+    states, is_reached = problem.enumerate_states(), False
+    for block in np.split(states, range(BLOCK_STATE_COUNT, len(states), BLOCK_STATE_COUNT)):
         a = np.zeros((len(block), problem.predators), np.int64)
         p, outcome = dmplay.enumerate_outcomes(problem, block, a)
-        leads = (outcome.state == after[0]).all(axis=2) & (p > 0)
-        for seen in outcome.observations[leads]:
-            case.close("observations", [SENSE_LABELS[int(one)] for one in seen])
-        found |= leads.any()
-    assert found
+        matches = (outcome.state == target[0]).all(axis=2) & (p > 0)
+        for observations in outcome.observations[matches]:
+            case.close(
+                "observations", [SENSE_LABELS[int(observation)] for observation in observations]
+            )
+        is_reached |= matches.any()
+    assert is_reached
     assert case.expect["probability"] == 1
 
 
 @cache
-def model(map_: str) -> sparse.SparseMdp:
-    return sparse.build_sparse_mdp(hunt(map_))
+def build_model(map_: str) -> sparse.SparseMdp:
+    return sparse.build_sparse_mdp(load_hunt(map_))
 
 
 @cache
-def random_team(map_: str) -> Reals:
-    uniform = np.full((hunt(map_).state_count, 36), 1 / 36)
-    return sparse.evaluate_policy(model(map_), hunt(map_).discount, uniform)
+def evaluate_random_team(map_: str) -> Reals:
+    uniform = np.full((load_hunt(map_).state_count, 36), 1 / 36)
+    return sparse.evaluate_policy(build_model(map_), load_hunt(map_).discount, uniform)
 
 
 @cache
-def optimum(map_: str) -> Reals:
-    return sparse.compute_optimal_q(model(map_), hunt(map_).discount)
+def compute_optimal_q(map_: str) -> Reals:
+    return sparse.compute_optimal_q(build_model(map_), load_hunt(map_).discount)
 
 
 @cache
-def reactive_team(map_: str, on_prey: int, on_nothing: int) -> Reals:
-    problem = hunt(map_)
+def evaluate_reactive_team(map_: str, on_prey: int, on_nothing: int) -> Reals:
+    problem = load_hunt(map_)
     near = problem.observe(problem.enumerate_states()) == SENSE_LABELS.index("prey")
     action = np.where(near, on_prey, on_nothing) - 1
     policy = np.eye(36)[action[:, 0] * 6 + action[:, 1]]
-    return sparse.evaluate_policy(model(map_), problem.discount, policy)
+    return sparse.evaluate_policy(build_model(map_), problem.discount, policy)
 
 
 def value(case: Case) -> None:
-    problem, s = given(case)
-    map_, place = case.given["map"], int(problem.state_indices(s)[0])
-    case.close("random_team", random_team(map_)[place])
-    for name, told in case.expect["reactive_teams"].items():
-        found = re.fullmatch(r"(\d) on 'prey', (\d) on 'nothing'", name)
-        assert found
-        case.equal(told, reactive_team(map_, int(found[1]), int(found[2]))[place])
-    q = optimum(map_)[place]
+    problem, s = read_positions(case)
+    map_, state_index = case.given["map"], int(problem.state_indices(s)[0])
+    case.close("random_team", evaluate_random_team(map_)[state_index])
+    for name, expected in case.expect["reactive_teams"].items():
+        actions = re.fullmatch(r"(\d) on 'prey', (\d) on 'nothing'", name)
+        assert actions
+        case.equal(
+            expected, evaluate_reactive_team(map_, int(actions[1]), int(actions[2]))[state_index]
+        )
+    q = compute_optimal_q(map_)[state_index]
     case.close("centralised_optimum", q.max())
     pairs = [[int(a) // 6 + 1, int(a) % 6 + 1] for a in np.flatnonzero(mark_best_actions(q))]
     assert pairs == case.expect["optimal_joint_actions"]
@@ -100,13 +106,13 @@ def value(case: Case) -> None:
 def uniform_start_value(case: Case) -> None:
     map_ = case.given["map"]
     if case.given["team"].startswith("centralised optimum"):
-        case.close("value", optimum(map_).max(axis=1).mean())
+        case.close("value", compute_optimal_q(map_).max(axis=1).mean())
     else:
         assert case.given["team"] == "uniformly random actions"
-        case.close("value", random_team(map_).mean())
+        case.close("value", evaluate_random_team(map_).mean())
 
 
-KINDS = by_kind(
+KINDS = map_by_kind(
     transition, observation, reward, value, uniform_start_value,
 )  # fmt: skip
 LATER: set[str] = set()

@@ -1,4 +1,4 @@
-"""The course of games of a deterministic problem from given starts."""
+"""Games of a deterministic problem, played from fixed starts."""
 
 from collections.abc import Iterator
 
@@ -7,18 +7,18 @@ import numpy as np
 from dmplay.core import Percept, Policy, Problem
 
 
-def course(
+def iterate_game(
     problem: Problem, policy: Policy, start: list[float], cap: int
 ) -> Iterator[tuple[np.ndarray, float]]:
-    """The state after each turn and what that turn paid, until it is terminal or `cap` is up."""
-    for states, paid in courses(problem, policy, [start], cap):
-        yield states[0], float(paid[0])
+    """Yield the state and reward after each turn, for at most `cap` turns."""
+    for states, rewards in iterate_games(problem, policy, [start], cap):
+        yield states[0], float(rewards[0])
 
 
-def courses(
+def iterate_games(
     problem: Problem, policy: Policy, starts: list[list[float]], cap: int
 ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-    """The same of many games at once, until the last of them is over; what is over pays no more."""
+    """Yield the states and rewards of several games until all are over; finished games pay 0."""
     s = np.array(starts, float)
     memory = policy.initial_memory(s)
     for _ in range(cap):

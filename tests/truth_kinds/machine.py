@@ -12,8 +12,8 @@ from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.tabular import tabulate
-from tests.oracles.regions import pieces
-from tests.truth_kinds.case import Case, by_kind
+from tests.oracles.regions import find_pieces
+from tests.truth_kinds.case import Case, map_by_kind
 
 PROBLEM: Problem = MachineReplacement()
 TABLES = tabulate(PROBLEM)
@@ -33,20 +33,20 @@ def observation(case: Case) -> None:
     case.close("probabilities", TABLES.observation[a, after])
 
 
-def updated(case: Case) -> belief.Posterior:
+def compute_posterior(case: Case) -> belief.Posterior:
     a, o = ACTIONS.index(case.given["action"]), OBSERVATIONS.index(case.given["observation"])
     return belief.update_belief(PROBLEM, np.array(case.given["b"], float), [a], [o])
 
 
 def belief_update(case: Case) -> None:
-    posterior = updated(case)
+    posterior = compute_posterior(case)
     case.close("observation_probability", posterior.likelihood)
     case.close("posterior", posterior.belief)
 
 
 def impossible_observation(case: Case) -> None:
     with pytest.raises(ImpossibleObservation):
-        updated(case)
+        compute_posterior(case)
 
 
 def always_one_action(case: Case) -> None:
@@ -66,30 +66,34 @@ def fully_observed_value(case: Case) -> None:
 
 
 @cache
-def stage(horizon: int) -> AlphaVectorStage:
+def compute_stage(horizon: int) -> AlphaVectorStage:
     after = (
-        stage(horizon - 1).alpha_vectors if horizon > 1 else np.zeros((1, len(TABLES.transition)))
+        compute_stage(horizon - 1).alpha_vectors
+        if horizon > 1
+        else np.zeros((1, len(TABLES.transition)))
     )
     return alpha_vectors.backup_vectors(TABLES, PROBLEM.discount, after)
 
 
-def named(row: Reals) -> dict[str, Any]:
+def name_values(row: Reals) -> dict[str, Any]:
     return dict(zip(ACTIONS, row, strict=True))
 
 
-def alpha_values(case: Case) -> None:
-    found = stage(case.given["horizon"])
-    assert len(case.expect["vectors"]) == len(found.alpha_vectors)
-    for told in case.expect["vectors"]:
-        k = int(np.argmax(found.alpha_vectors @ told["witness"]))
-        case.equal(told["alpha"], found.alpha_vectors[k])
-        assert told["actions"] == [ACTIONS[a] for a in np.flatnonzero(found.first_action_mask[k])]
+def check_alpha_vectors(case: Case) -> None:
+    solution = compute_stage(case.given["horizon"])
+    assert len(case.expect["vectors"]) == len(solution.alpha_vectors)
+    for expected in case.expect["vectors"]:
+        k = int(np.argmax(solution.alpha_vectors @ expected["witness"]))
+        case.equal(expected["alpha"], solution.alpha_vectors[k])
+        assert expected["actions"] == [
+            ACTIONS[a] for a in np.flatnonzero(solution.first_action_mask[k])
+        ]
 
 
 def alpha_count(case: Case) -> None:
-    found = stage(case.given["horizon"])
-    assert case.expect["count"] == len(found.alpha_vectors)
-    case.close("by_action", named(found.first_action_mask.sum(axis=0)))
+    solution = compute_stage(case.given["horizon"])
+    assert case.expect["count"] == len(solution.alpha_vectors)
+    case.close("by_action", name_values(solution.first_action_mask.sum(axis=0)))
 
 
 def value_grid(case: Case) -> None:
@@ -97,35 +101,45 @@ def value_grid(case: Case) -> None:
     case.close(
         "values",
         alpha_vectors.compute_belief_values(
-            stage(case.given["horizon"]).alpha_vectors, np.array(grid)
+            compute_stage(case.given["horizon"]).alpha_vectors, np.array(grid)
         ),
     )
 
 
-def action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
-    """Q of each action, and the best ones."""
-    q: Reals = alpha_vectors.compute_action_values(stage(horizon), np.array([b]))[0]
+def compute_action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
+    """Return Q of each action, and the best actions."""
+    q: Reals = alpha_vectors.compute_action_values(compute_stage(horizon), np.array([b]))[0]
     return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
 
 
 def q_values(case: Case) -> None:
-    q, best = action_values(case.given["horizon"], case.given["b"])
-    case.close("q", named(q))
+    q, best = compute_action_values(case.given["horizon"], case.given["b"])
+    case.close("q", name_values(q))
     assert best == case.expect["best"]
 
 
-def where_best(case: Case) -> None:
-    found = [pieces(stage(case.given["horizon"]), a) for a in range(len(ACTIONS))]
-    case.close("share_of_simplex", named(np.array([sum(p.share for p in one) for one in found])))
-    case.close("connected_pieces", named(np.array([len(one) for one in found])))
+def check_regions(case: Case) -> None:
+    pieces_by_action = [
+        find_pieces(compute_stage(case.given["horizon"]), a) for a in range(len(ACTIONS))
+    ]
+    case.close(
+        "share_of_simplex",
+        name_values(
+            np.array([sum(p.share for p in action_pieces) for action_pieces in pieces_by_action])
+        ),
+    )
+    case.close(
+        "connected_pieces",
+        name_values(np.array([len(action_pieces) for action_pieces in pieces_by_action])),
+    )
 
 
-def disjoint_manufacture(case: Case) -> None:
-    found = stage(14)
-    main, small = pieces(found, ACTIONS.index("manufacture"))
+def check_disjoint_manufacture(case: Case) -> None:
+    solution = compute_stage(14)
+    main, small = find_pieces(solution, ACTIONS.index("manufacture"))
     if "path" in case.expect:
         for point in case.expect["path"]:
-            assert action_values(14, point["b"])[1] == point["best"]
+            assert compute_action_values(14, point["b"])[1] == point["best"]
     elif "corners" in case.expect:
         case.close("share_of_simplex", small.share)
         assert case.expect["separate"] == (not main.touches & small.touches)
@@ -134,17 +148,17 @@ def disjoint_manufacture(case: Case) -> None:
             nearest = np.argmin(abs(small.outline - corner).max(axis=1))
             case.equal(corner, small.outline[nearest])
     else:
-        q, best = action_values(14, case.given["b"])
-        case.close("q", named(q))
+        q, best = compute_action_values(14, case.given["b"])
+        case.close("q", name_values(q))
         assert best == [case.expect["best"]]
         case.close("margin", np.diff(np.sort(q))[-1])
-        cell = int(np.argmax(found.alpha_vectors @ case.given["b"]))
+        cell = int(np.argmax(solution.alpha_vectors @ case.given["b"]))
         assert cell in {"main": main, "small": small}[case.expect["region"]].cells
 
 
-KINDS = by_kind(
+KINDS = map_by_kind(
     model, observation, belief_update, impossible_observation, always_one_action,
-    fully_observed_value, alpha_count, value_grid, q_values, alpha_vectors=alpha_values,
-    regions=where_best, disjoint_manufacture_14=disjoint_manufacture,
+    fully_observed_value, alpha_count, value_grid, q_values, alpha_vectors=check_alpha_vectors,
+    regions=check_regions, disjoint_manufacture_14=check_disjoint_manufacture,
 )  # fmt: skip
 LATER: set[str] = set()

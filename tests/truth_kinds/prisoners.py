@@ -5,14 +5,14 @@ from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import responses
-from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.case import Case, map_by_kind
 from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = PrisonersDilemma(discount=0.9)
 ACTIONS = PROBLEM.actions[0]
 PAYOFFS = PROBLEM.payoffs
-RULES = {"tit for tat": "tit-for-tat", "grim trigger": "grim"}
-ENOUGH = 230  # rounds: what is left of 10 * 0.9 ** 230 is below the tolerance
+AGENT_NAMES = {"tit for tat": "tit-for-tat", "grim trigger": "grim"}
+ROUND_COUNT = 230  # rounds; the remaining 10 * 0.9 ** 230 is below the tolerance
 
 
 def payoff(case: Case) -> None:
@@ -28,14 +28,17 @@ def mixed(case: Case) -> None:
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.enumerate_equilibria(PAYOFFS)
-    named = [[[ACTIONS[int(a)] for a in np.flatnonzero(mix)] for mix in one] for one in found]
+    equilibria = matrix_game.enumerate_equilibria(PAYOFFS)
+    named = [
+        [[ACTIONS[int(a)] for a in np.flatnonzero(mix)] for mix in profile]
+        for profile in equilibria
+    ]
     assert named == case.expect["equilibria"]
-    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, equilibria[0]))
 
 
 def correlated(case: Case) -> None:
-    # Strictly dominated actions have no weight in any correlated equilibrium: one cell is left.
+    # Strictly dominated actions have no weight in a correlated equilibrium, so one cell remains.
     rows, columns = matrix_game.find_undominated_actions(PAYOFFS)
     assert len(rows) == len(columns) == 1
     joint = np.zeros((2, 2))
@@ -57,19 +60,21 @@ def hierarchical_softmax(case: Case) -> None:
 
 def repeated(case: Case) -> None:
     problem = PrisonersDilemma(discount=case.given["gamma"])
-    names = [RULES.get(rule, rule.replace(" ", "-")) for rule in case.given["rules"]]
+    names = [AGENT_NAMES.get(rule, rule.replace(" ", "-")) for rule in case.given["rules"]]
     rules = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
-    played = dmplay.rollout(problem, rules, episodes=1, turn_limit=ENOUGH)
-    case.close("returns", played.returns[0])
+    batch = dmplay.rollout(problem, rules, episodes=1, turn_limit=ROUND_COUNT)
+    case.close("returns", batch.returns[0])
 
 
 def repeated_threshold(case: Case) -> None:
     assert case.given["rule"] == "grim trigger"
-    least = responses.grim_threshold(PAYOFFS, ACTIONS.index("cooperate"), ACTIONS.index("defect"))
-    case.close("smallest_discount_sustaining_cooperation", least)
+    threshold = responses.compute_grim_threshold(
+        PAYOFFS, ACTIONS.index("cooperate"), ACTIONS.index("defect")
+    )
+    case.close("smallest_discount_sustaining_cooperation", threshold)
 
 
-KINDS = by_kind(
+KINDS = map_by_kind(
     payoff, mixed, nash, correlated, correlated_check, hierarchical_softmax, repeated,
     repeated_threshold,
 )  # fmt: skip

@@ -6,12 +6,12 @@ from dmplay.chance import Normal
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.solvers import linear_regulator
 from dmplay.solvers.linear_regulator import OPTIMAL_POLICY, LinearGaussianPolicy
-from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.case import Case, map_by_kind
 
-MOMENT = START_MEAN**2 + START_DEVIATION**2
+START_SECOND_MOMENT = START_MEAN**2 + START_DEVIATION**2
 
 
-def problem(case: Case) -> SimpleRegulator:
+def make_problem(case: Case) -> SimpleRegulator:
     return SimpleRegulator(discount=case.given["gamma"])
 
 
@@ -23,12 +23,12 @@ def step_distribution(case: Case) -> None:
     case.close("next_mean", chance.mean[0])
     case.close("next_sd", chance.standard_deviation[0])
     after = game.resolve_events(s, a, (np.array([4.25]),))
-    assert after.state[0, 0] == 4.25  # the event is the successor
+    assert after.state[0, 0] == 4.25  # the event is the next state
     case.close("reward", after.rewards[0, 0])
 
 
 def optimal_value(case: Case) -> None:
-    game = problem(case)
+    game = make_problem(case)
     case.close(
         "value",
         linear_regulator.evaluate_infinite_horizon(game, OPTIMAL_POLICY).evaluate_at(
@@ -37,7 +37,7 @@ def optimal_value(case: Case) -> None:
     )
     policy = dmplay.load_agent(game, 0, "optimal")
     memory = policy.initial_memory(np.array([[case.given["s"]]]))
-    # An action has nine decimals.
+    # Actions are rounded to nine decimals.
     assert policy.choose(memory, None, np.zeros((1, 0)))[0] == pytest.approx(
         case.expect["action"], abs=5e-10
     )
@@ -45,19 +45,19 @@ def optimal_value(case: Case) -> None:
 
 def finite_horizon_value(case: Case) -> None:
     value = linear_regulator.evaluate_finite_horizon(
-        problem(case), OPTIMAL_POLICY, case.given["steps"]
+        make_problem(case), OPTIMAL_POLICY, case.given["steps"]
     )
     case.close("value", value.evaluate_at(case.given["s"]))
 
 
 def optimal_value_from_start(case: Case) -> None:
-    value = linear_regulator.evaluate_infinite_horizon(problem(case), OPTIMAL_POLICY)
+    value = linear_regulator.evaluate_infinite_horizon(make_problem(case), OPTIMAL_POLICY)
     case.close("value", value.compute_gaussian_mean(START_MEAN, START_DEVIATION))
 
 
 def linear_policy_return(case: Case) -> None:
     policy = LinearGaussianPolicy(case.given["theta1"], case.given["theta2"])
-    game, undiscounted = problem(case), SimpleRegulator(discount=1.0)
+    game, undiscounted = make_problem(case), SimpleRegulator(discount=1.0)
 
     def mean(value: linear_regulator.QuadraticValue) -> float:
         return value.compute_gaussian_mean(START_MEAN, START_DEVIATION)
@@ -68,22 +68,23 @@ def linear_policy_return(case: Case) -> None:
         "ten_steps_undiscounted",
         mean(linear_regulator.evaluate_finite_horizon(undiscounted, policy, 10)),
     )
-    case.close("gradient", gradient(game, policy))
+    case.close("gradient", compute_gradient(game, policy))
 
 
-def gradient(game: SimpleRegulator, policy: LinearGaussianPolicy) -> list[float]:
-    """The gradient in both parameters of E[U(s)] from the start, without end."""
+def compute_gradient(game: SimpleRegulator, policy: LinearGaussianPolicy) -> list[float]:
+    """Return the gradient of E[U(s)] from the start in both parameters, without a horizon."""
     gain, variance = 1.0 + policy.theta1, policy.theta2**2 + game.noise**2
     curvature = linear_regulator.evaluate_infinite_horizon(game, policy).curvature
-    ahead = game.discount / (1.0 - game.discount)
-    steeper = 2.0 * game.discount * gain * curvature * curvature  # of the curvature, in theta1
+    future_weight = game.discount / (1.0 - game.discount)
+    # derivative with respect to theta1, without the sign
+    curvature_slope = 2.0 * game.discount * gain * curvature * curvature
     return [
-        -steeper * (MOMENT + ahead * variance),
-        -ahead * curvature * 2.0 * policy.theta2,
+        -curvature_slope * (START_SECOND_MOMENT + future_weight * variance),
+        -future_weight * curvature * 2.0 * policy.theta2,
     ]
 
 
-KINDS = by_kind(
+KINDS = map_by_kind(
     step_distribution, optimal_value, finite_horizon_value, optimal_value_from_start,
     linear_policy_return,
 )  # fmt: skip

@@ -5,7 +5,7 @@ from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import correlated, responses
-from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.case import Case, map_by_kind
 from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = RockPaperScissors()
@@ -22,16 +22,21 @@ def mixed(case: Case) -> None:
     profile = MixedProfile(*map(np.array, case.given["strategies"]))
     case.close("utilities", matrix_game.compute_utilities(PAYOFFS, profile))
     case.close("regrets", matrix_game.compute_regrets(PAYOFFS, profile))
-    best = responses.best_responses(PAYOFFS, profile)
-    case.close("best_responses", [[ACTIONS[a] for a in one] for one in best])
+    best = responses.find_best_responses(PAYOFFS, profile)
+    case.close("best_responses", [[ACTIONS[a] for a in actions] for actions in best])
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.enumerate_equilibria(PAYOFFS)
-    case.close("equilibria", found)
-    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
+    equilibria = matrix_game.enumerate_equilibria(PAYOFFS)
+    case.close("equilibria", equilibria)
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, equilibria[0]))
     case.close(
-        "pure", [one for one in found if max(one.row_strategy) == max(one.column_strategy) == 1]
+        "pure",
+        [
+            profile
+            for profile in equilibria
+            if max(profile.row_strategy) == max(profile.column_strategy) == 1
+        ],
     )
 
 
@@ -39,12 +44,12 @@ def correlated_check(case: Case) -> None:
     check_correlated(case, PAYOFFS, np.array(case.given["joint"], float))
 
 
-def correlated_all(case: Case) -> None:
-    (only,) = correlated.equilibria(PAYOFFS)
-    case.close("joint", only)
+def check_all_correlated(case: Case) -> None:
+    (equilibrium,) = correlated.list_corner_equilibria(PAYOFFS)
+    case.close("joint", equilibrium)
 
 
-KINDS = by_kind(
-    payoff, mixed, nash, correlated_check, correlated=correlated_all,
+KINDS = map_by_kind(
+    payoff, mixed, nash, correlated_check, correlated=check_all_correlated,
 )  # fmt: skip
 LATER: set[str] = set()

@@ -7,7 +7,7 @@ from dmplay.problems.travelers_dilemma import CLAIMS, MAX_CLAIM, MIN_CLAIM, Trav
 from dmplay.solvers import matrix_game
 from dmplay.solvers.matrix_game import MixedProfile
 from tests.oracles import responses
-from tests.truth_kinds.case import Case, by_kind
+from tests.truth_kinds.case import Case, map_by_kind
 from tests.truth_kinds.matrices import check_correlated
 
 PROBLEM = TravelersDilemma()
@@ -29,10 +29,10 @@ def payoff_table(case: Case) -> None:
 
 
 def nash(case: Case) -> None:
-    found = matrix_game.enumerate_equilibria(PAYOFFS)
-    claims = [[CLAIMS[np.flatnonzero(mix)].tolist() for mix in one] for one in found]
+    equilibria = matrix_game.enumerate_equilibria(PAYOFFS)
+    claims = [[CLAIMS[np.flatnonzero(mix)].tolist() for mix in profile] for profile in equilibria]
     assert claims == [[[a], [b]] for a, b in case.expect["equilibria"]]
-    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, found[0]))
+    case.close("rewards", matrix_game.compute_utilities(PAYOFFS, equilibria[0]))
     rows, columns = matrix_game.find_undominated_actions(PAYOFFS)
     case.close("surviving_iterated_strict_dominance", CLAIMS[rows])
     assert rows == columns
@@ -59,46 +59,46 @@ def hierarchical_softmax(case: Case) -> None:
         case.close("share_97_to_100", p[CLAIMS >= 97].sum())
 
 
-def mix(text: str) -> np.ndarray:
-    """The mix of claims that words describe."""
+def parse_mix(text: str) -> np.ndarray:
+    """Parse the description of a mixed strategy of claims."""
     p = np.zeros(len(CLAIMS))
-    span = re.fullmatch(r"uniform over (\d+)\.\.(\d+)", text)
-    if span:
-        low, high = map(int, span.groups())
+    uniform_match = re.fullmatch(r"uniform over (\d+)\.\.(\d+)", text)
+    if uniform_match:
+        low, high = map(int, uniform_match.groups())
         p[low - MIN_CLAIM : high - MIN_CLAIM + 1] = 1 / (high - low + 1)
         return p
     for part in text.split(", "):
-        found = re.fullmatch(r"(half|[\d.]+) (?:on )?(\d+)", part)
-        assert found, f"unknown mix {text!r}"
-        weight, claim = found.groups()
+        match = re.fullmatch(r"(half|[\d.]+) (?:on )?(\d+)", part)
+        assert match, f"unknown mix {text!r}"
+        weight, claim = match.groups()
         p[int(claim) - MIN_CLAIM] = 0.5 if weight == "half" else float(weight)
     return p
 
 
-def replies(case: Case, p: np.ndarray) -> np.ndarray:
-    """The expected reward of each claim against a mix, for either agent, checked."""
+def check_best_responses(case: Case, p: np.ndarray) -> np.ndarray:
+    """Check the best responses to a mixed strategy; return the expected reward of each claim."""
     profile = MixedProfile(p, p)
     values, others = matrix_game.compute_response_values(PAYOFFS, profile)
     np.testing.assert_allclose(values, others, atol=1e-12)
-    for best in responses.best_responses(PAYOFFS, profile):
+    for best in responses.find_best_responses(PAYOFFS, profile):
         case.close("claims", CLAIMS[best])
     case.close("utility", values.max())
     return values
 
 
 def best_response(case: Case) -> None:
-    replies(case, np.eye(len(CLAIMS))[case.given["to"] - MIN_CLAIM])
+    check_best_responses(case, np.eye(len(CLAIMS))[case.given["to"] - MIN_CLAIM])
 
 
 def best_response_to_mix(case: Case) -> None:
-    values = replies(case, mix(case.given["mix"]))
+    values = check_best_responses(case, parse_mix(case.given["mix"]))
     case.close("utility_of_2", values[0])
     case.close("utility_of_100", values[MAX_CLAIM - MIN_CLAIM])
 
 
-def reply(claim: int) -> int:
+def best_response_claim(claim: int) -> int:
     p = np.eye(len(CLAIMS))[claim - MIN_CLAIM]
-    ((best,), _) = responses.best_responses(PAYOFFS, MixedProfile(p, p))
+    ((best,), _) = responses.find_best_responses(PAYOFFS, MixedProfile(p, p))
     return best + MIN_CLAIM
 
 
@@ -106,13 +106,13 @@ def iterated_best_response(case: Case) -> None:
     pairs = [tuple(case.given["start"])]
     while len(pairs) < 2 or pairs[-1] != pairs[-2]:
         first, second = pairs[-1]
-        pairs.append((reply(second), reply(first)))
+        pairs.append((best_response_claim(second), best_response_claim(first)))
     case.close("steps_until_fixed", len(pairs) - 2)
     case.close("final", pairs[-1])
     case.close("first_ten", (pairs + pairs[-1:] * 10)[1:11])
 
 
-KINDS = by_kind(
+KINDS = map_by_kind(
     payoff, payoff_table, nash, correlated_check, hierarchical_softmax, best_response,
     best_response_to_mix, iterated_best_response,
 )  # fmt: skip

@@ -1,4 +1,4 @@
-"""Large boards, what each action loses on them, and what one may bring."""
+"""Tests of large boards with hints: the regret of each action, and forecasts of its outcomes."""
 
 from typing import cast
 
@@ -9,47 +9,50 @@ import dmplay
 from dmplay.views import generic as module
 from dmplay.views._advice import format_regret
 from dmplay.views.style import DrawOptions, Forecast, ViewModule, fit_board, load_view_module
-from tests.support.games import after
+from tests.support.games import make_view_after
 
 generic = cast(ViewModule, module)
-LARGE = DrawOptions(80, 17, allow_large=True)
-ASCII = LARGE._replace(ascii=True)
-SMALL = LARGE._replace(width=50, height=9)
-HEARD = Forecast(
+LARGE_OPTIONS = DrawOptions(80, 17, allow_large=True)
+ASCII_OPTIONS = LARGE_OPTIONS._replace(ascii=True)
+SMALL_OPTIONS = LARGE_OPTIONS._replace(width=50, height=9)
+BABY_FORECAST = Forecast(
     1, np.array([0.818, 0.182]), np.array([0, 1]), np.array([[0.0, 1.0], [0.481, 0.519]])
 )
-EXAMINED = Forecast(
+MACHINE_FORECAST = Forecast(
     1,
     np.array([0.752, 0.248]),
     np.array([0, 1]),
     np.array([[0.71, 0.265, 0.025], [0.0, 0.777, 0.223]]),
 )
-THROWN = Forecast(
+THROW_FORECAST = Forecast(
     5,
     np.array([0.603, 0.397]),
     np.array([1, 0]),
     np.array([[0.21, 0.42, 0.31, 0.06], [0.016, 0.167, 0.47, 0.347]]),
 )
-LOST = np.array([0.4, 0.0, 3.25])
-CLAIMED = np.abs(np.arange(2.0, 101.0) - 97.0) / 2
-FAR = np.array([9.0, 4.5, 2.25, 1.0, 0.0, 0.5, 1.75, 4.0, 8.0, 12.5])
-WEARS = np.array([0.0, 0.25, 1.5, 2.75])
-SLIDING = np.array([0.0, np.nan, 2000.0, 1.5])
-BLAMED = np.array([1.5, 0.0])
-SLIDES = np.array([0.25, 0.25, 0.2, 0.1, 0.1, 0.08, 0.02])
-SLID = Forecast(0, SLIDES, np.array([after("2048").observation] * 7))
-SURE = Forecast(0, np.array([1.0]), np.array([0]), np.eye(12**3)[7:8])
+BABY_REGRET = np.array([0.4, 0.0, 3.25])
+CLAIM_REGRET = np.abs(np.arange(2.0, 101.0) - 97.0) / 2
+DISTANCE_REGRET = np.array([9.0, 4.5, 2.25, 1.0, 0.0, 0.5, 1.75, 4.0, 8.0, 12.5])
+MACHINE_REGRET = np.array([0.0, 0.25, 1.5, 2.75])
+SLIDE_REGRET = np.array([0.0, np.nan, 2000.0, 1.5])
+PRISONER_REGRET = np.array([1.5, 0.0])
+SLIDE_PROBABILITIES = np.array([0.25, 0.25, 0.2, 0.1, 0.1, 0.08, 0.02])
+SLIDE_FORECAST = Forecast(
+    0, SLIDE_PROBABILITIES, np.array([make_view_after("2048").observation] * 7)
+)
+CERTAIN_FORECAST = Forecast(0, np.array([1.0]), np.array([0]), np.eye(12**3)[7:8])
 
 
-def reply(action: int) -> Forecast:
-    """What is asked of an action whose outcome the other one chooses."""
+def make_reply_forecast(action: int) -> Forecast:
+    """Return the forecast of an action whose outcome depends on the other agent."""
     return Forecast(action, np.array([1.0]), np.array([0]))
 
 
 FRAMES = {
     "the baby in ascii with what is lost and heard": (
-        after("crying-baby", "ignore"),
-        ASCII._replace(regret=LOST, forecast=HEARD), """
+        make_view_after("crying-baby", "ignore"),
+        ASCII_OPTIONS._replace(regret=BABY_REGRET, forecast=BABY_FORECAST),
+        """
 heard  crying
 
 sated   ####.................................... 0.093
@@ -63,10 +66,12 @@ i ignore          -9.07   +0.00   -9.07  ########## -3.25
 
 if you sing  sated  hungry
  82% crying   0.00    1.00
- 18% quiet    0.48    0.52"""),
+ 18% quiet    0.48    0.52""",
+    ),
     "the baby of the second of two": (
-        after("multicaregiver-crying-baby", "ignore feed", seat=1),
-        LARGE._replace(revealed_state=np.array(0)), """
+        make_view_after("multicaregiver-crying-baby", "ignore feed", seat=1),
+        LARGE_OPTIONS._replace(revealed_state=np.array(0)),
+        """
 heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
@@ -81,10 +86,14 @@ i ignore          +0.00   +0.00   +0.00
 a hungry baby cries 90%, sung to or not
 a sated one 0%, sung to or not; unfed, 50% get hungry
 truly sated
-caregiver1 is unseen: believed to act at random"""),
+caregiver1 is unseen: believed to act at random""",
+    ),
     "the machine in ascii with what is lost and seen": (
-        after("machine-replacement", "manufacture", "manufacture"),
-        ASCII._replace(regret=WEARS, forecast=EXAMINED, revealed_state=np.array(1)), r"""
+        make_view_after("machine-replacement", "manufacture", "manufacture"),
+        ASCII_OPTIONS._replace(
+            regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
+        ),
+        r"""
 saw  nondefective                            0 failed
                                                  .
 0 failed  #############....... 0.656            / \
@@ -100,10 +109,12 @@ r replace     -2.000 ######## -2.75    / i i i i i i r r r \
 truly 1 failed                        -----o-----------------
 if you examine        0     1     2   1 failed       2 failed
  75% nondefective  0.71  0.27  0.03
- 25% defective     0.00  0.78  0.22"""),
+ 25% defective     0.00  0.78  0.22""",
+    ),
     "the catches in ascii with what is lost and seen": (
-        after("catch", "50", "100", "60"),
-        ASCII._replace(regret=FAR, forecast=THROWN), """
+        make_view_after("catch", "50", "100", "60"),
+        ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
+        """
 skill believed throw  10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
@@ -120,10 +131,12 @@ throws 50v 100x 60x
 
 if you throw 60 m  20 m  40 m  60 m  80 m
  60% dropped       0.21  0.42  0.31  0.06
- 40% caught        0.02  0.17  0.47  0.35"""),
+ 40% caught        0.02  0.17  0.47  0.35""",
+    ),
     "the second prisoner with what is lost and paid": (
-        after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
-        LARGE._replace(regret=BLAMED, forecast=reply(1)), """
+        make_view_after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
+        LARGE_OPTIONS._replace(regret=PRISONER_REGRET, forecast=make_reply_forecast(1)),
+        """
 agent1        agent2 (you) chooses
 chooses     │  cooperate    │> defect
             │  ████ -1.5    │  best
@@ -138,10 +151,12 @@ agent1          D    D
 total -3        0   -3
 you             C    D
 total -7       -4   -3
-if defect: 0 against cooperate, -3 defect"""),
+if defect: 0 against cooperate, -3 defect""",
+    ),
     "the hands in ascii with what is lost and paid": (
-        after("rock-paper-scissors", "rock rock", "paper rock"),
-        ASCII._replace(regret=LOST, forecast=reply(1)), """
+        make_view_after("rock-paper-scissors", "rock rock", "paper rock"),
+        ASCII_OPTIONS._replace(regret=BABY_REGRET, forecast=make_reply_forecast(1)),
+        """
 agent1 (you)  agent2 chooses
 chooses     |> rock         |  paper        |  scissors
 ------------+---------------+---------------+---------------
@@ -158,10 +173,12 @@ you             R    P
 total 1         0    1
 agent2          R    R
 total -1        0   -1
-if paper: 1 against rock, 0 paper, -1 scissors"""),
+if paper: 1 against rock, 0 paper, -1 scissors""",
+    ),
     "the travelers in ascii with what is lost and paid": (
-        after("travelers-dilemma", "60 99", seat=1),
-        ASCII._replace(regret=CLAIMED, forecast=reply(95)), """
+        make_view_after("travelers-dilemma", "60 99", seat=1),
+        ASCII_OPTIONS._replace(regret=CLAIM_REGRET, forecast=make_reply_forecast(95)),
+        """
 agent1 v   agent2 (you) >   cells pay agent1, agent2
      |   94   |   95   |   96   |   97   |   98   |   99
 -----+--------+--------+--------+--------+--------+--------
@@ -177,10 +194,12 @@ agent1 v   agent2 (you) >   cells pay agent1, agent2
                                  agent1 60, paid 62
   #######******+++++++======-------::::::......._____*__
 * best 97; the worst -47.5
-if you claim 97: if equal 97, lower 99, higher theirs less 2"""),
+if you claim 97: if equal 97, lower 99, higher theirs less 2""",
+    ),
     "generic with a belief, what is lost and seen": (
-        after("crying-baby", "ignore"),
-        LARGE._replace(regret=LOST, forecast=HEARD), """
+        make_view_after("crying-baby", "ignore"),
+        LARGE_OPTIONS._replace(regret=BABY_REGRET, forecast=BABY_FORECAST),
+        """
 seen  crying
 
 sated   ███▊···································· 0.093
@@ -192,18 +211,24 @@ hungry  ████████████████████████
 
 if you sing  sated  hungry
  82% crying   0.00    1.00
- 18% quiet    0.48    0.52"""),
+ 18% quiet    0.48    0.52""",
+    ),
     "generic in few rows": (
-        after("crying-baby", "ignore"),
-        SMALL._replace(height=6, regret=LOST, forecast=HEARD._replace(is_sampled=True)), """
+        make_view_after("crying-baby", "ignore"),
+        SMALL_OPTIONS._replace(
+            height=6, regret=BABY_REGRET, forecast=BABY_FORECAST._replace(is_sampled=True)
+        ),
+        """
 seen  crying
 hint  sing best  feed ▌··· -0.4  ignore ████ -3.25
 if you sing (samples)  sated  hungry
  82% crying             0.00    1.00
- 18% quiet              0.48    0.52"""),
+ 18% quiet              0.48    0.52""",
+    ),
     "generic with illegal actions and many outcomes": (
-        after("2048"),
-        LARGE._replace(regret=SLIDING, forecast=SLID), """
+        make_view_after("2048"),
+        LARGE_OPTIONS._replace(regret=SLIDE_REGRET, forecast=SLIDE_FORECAST),
+        """
 state  . . . ./. . . ./. . . ./. 2 2 .
 
 1 left     best
@@ -218,10 +243,12 @@ if you left
  10% . . . ./. . . ./. . . ./. 2 2 .
  10% . . . ./. . . ./. . . ./. 2 2 .
   8% . . . ./. . . ./. . . ./. 2 2 .
-     … 1 more"""),
+     … 1 more""",
+    ),
     "generic with many states to believe": (
-        after("collaborative-predator-prey", "e w"),
-        ASCII._replace(height=40, forecast=SURE), """
+        make_view_after("collaborative-predator-prey", "e w"),
+        ASCII_OPTIONS._replace(height=40, forecast=CERTAIN_FORECAST),
+        """
 seen  nothing
 
 (4,1) (-1,2) (1,1)  ........................................ 0.002
@@ -245,31 +272,32 @@ seen  nothing
 
 if you e
 100% prey  (-1,2) (-1,2) (0,0) 1.000, (-1,2) (-1,2) (-1,2) 0.000, (-1,2) (-1,2)
-(0,2) 0.000"""),
-}  # fmt: skip
+(0,2) 0.000""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_what_actions_lose_and_what_one_may_bring_is_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    style = generic if what.startswith("generic") else load_view_module(view.problem)
-    assert fit_board(style, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_large_boards_show_regrets_and_forecasts(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    view_module = generic if case.startswith("generic") else load_view_module(view.problem)
+    assert fit_board(view_module, view, options).plain == expected[1:]
 
 
-PANELED = (
+PROBLEMS_WITH_PANEL = (
     "catch", "crying-baby", "machine-replacement", "multicaregiver-crying-baby",
     "prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma",
 )  # fmt: skip
 
 
-@pytest.mark.parametrize("name", PANELED)
-def test_a_panel_needs_no_more_than_17_columns_and_repeats_nothing_of_the_board(name: str) -> None:
+@pytest.mark.parametrize("name", PROBLEMS_WITH_PANEL)
+def test_the_panel_fits_in_17_columns_and_does_not_repeat_the_board(name: str) -> None:
     problem = dmplay.load_problem(name)
-    first = " ".join(problem.format_action(seat, 0) for seat in range(len(problem.agents)))
-    view = after(name, first, first)
+    first_actions = " ".join(problem.format_action(seat, 0) for seat in range(len(problem.agents)))
+    view = make_view_after(name, first_actions, first_actions)
     panel = load_view_module(problem).panel_rows(view)
-    longest = max(len(label) for label, _ in panel)
-    assert all(longest + 1 + len(value) <= 17 for _, value in panel)
+    label_columns = max(len(label) for label, _ in panel)
+    assert all(label_columns + 1 + len(value) <= 17 for _, value in panel)
     assert not {label for label, _ in panel} & {"heard", "last", *problem.agents}
 
 
@@ -277,34 +305,38 @@ def test_a_panel_needs_no_more_than_17_columns_and_repeats_nothing_of_the_board(
 def test_rewards_are_hidden_until_the_game_is_over(name: str) -> None:
     problem = dmplay.load_problem(name)
     game = dmplay.Session(problem, dmplay.SeededUniforms(5), turn_limit=1)
-    told = [dict(load_view_module(problem).panel_rows(game.view(0)))["reward"]]
+    rewards = [dict(load_view_module(problem).panel_rows(game.view(0)))["reward"]]
     game.advance([0])
-    told.append(dict(load_view_module(problem).panel_rows(game.view(0)))["reward"])
-    assert told == ["hidden", {"crying-baby": "-15", "machine-replacement": "0.9025"}[name]]
+    rewards.append(dict(load_view_module(problem).panel_rows(game.view(0)))["reward"])
+    assert rewards == ["hidden", {"crying-baby": "-15", "machine-replacement": "0.9025"}[name]]
 
 
 @pytest.mark.parametrize("width", [1, 3])
-def test_where_not_even_a_word_of_advice_has_room_there_is_only_what_would_be_needed(
+def test_a_board_without_space_for_hints_stays_within_its_width(
     width: int,
 ) -> None:
-    view = after("crying-baby")
-    drawn = fit_board(
-        load_view_module(view.problem), view, DrawOptions(width, 1, allow_large=True, regret=LOST)
+    view = make_view_after("crying-baby")
+    board = fit_board(
+        load_view_module(view.problem),
+        view,
+        DrawOptions(width, 1, allow_large=True, regret=BABY_REGRET),
     )
-    assert len(drawn.plain) <= width
+    assert len(board.plain) <= width
 
 
 @pytest.mark.parametrize(
-    ("advised", "told"),
+    ("suggested_action", "labels"),
     [
         (None, ["best", "best", "-2"]),
         (1, ["as good", "best", "-2"]),
-        (2, ["best", "best", "-2"]),  # what is written, and not the best
+        (2, ["best", "best", "-2"]),  # the suggested action is not optimal
     ],
 )
-def test_of_equal_actions_the_advised_one_is_the_best(
-    advised: float | None, told: list[str]
+def test_the_suggested_action_is_the_best_of_equal_actions(
+    suggested_action: float | None, labels: list[str]
 ) -> None:
-    look = LARGE._replace(regret=np.array([1e-12, 0.0, 2.0]), suggested_action=advised)
-    assert [format_regret(look, action, 12) for action in range(3)] == told
-    assert format_regret(look, 0) == "best"  # no room for more
+    options = LARGE_OPTIONS._replace(
+        regret=np.array([1e-12, 0.0, 2.0]), suggested_action=suggested_action
+    )
+    assert [format_regret(options, action, 12) for action in range(3)] == labels
+    assert format_regret(options, 0) == "best"  # too narrow for the longer label

@@ -1,4 +1,4 @@
-"""What a person sees of a cart and its pole, frame by frame."""
+"""Tests of the cart-pole view, frame by frame."""
 
 import pytest
 
@@ -6,36 +6,39 @@ import dmplay
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import Session, View
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
-from tests.support.games import started
+from tests.support.games import make_session_from_state
 
 cart_pole = load_view_module(dmplay.load_problem("cart-pole"))
 
 
-def leaning() -> Session:
-    return started("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
+def make_leaning_game() -> Session:
+    return make_session_from_state("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
 
 
 @pytest.mark.parametrize(
-    ("view", "fate", "push", "numbers"),
+    ("view", "outcome", "push", "numbers"),
     [
-        (leaning().view(0), "stands", "right",
+        (make_leaning_game().view(0), "stands", "right",
          "place +1.01 m, speed +0.59 m/s, lean +11.0 deg, swing +21 deg/s"),
-        (started("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0), "fell to the left", "right",
+        (make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
+         "fell to the left", "right",
          "place +1.01 m, speed +0.60 m/s, lean -12.1 deg, swing -54 deg/s"),
-        (started("cart-pole:gym", [2.39, 1.0, 0.05, 0.6], [1]).view(0),
+        (make_session_from_state("cart-pole:gym", [2.39, 1.0, 0.05, 0.6], [1]).view(0),
          "off the track on the right", "right",
          "place +2.41 m, speed +1.19 m/s, lean +3.6 deg, swing +19 deg/s"),
     ],
 )  # fmt: skip
-def test_how_the_pole_fares_is_told_first_and_its_limits_last(
-    view: View[CartPole], fate: str, push: str, numbers: str
+def test_the_state_of_the_pole_is_described_first_and_its_limits_last(
+    view: View[CartPole], outcome: str, push: str, numbers: str
 ) -> None:
-    assert cart_pole.describe_turn(view) == f"{fate}. pushed {push}. {numbers}."
-    assert cart_pole.describe_situation(view) == f"{fate}. {numbers}. fails past 2.4 m or 12 deg."
+    assert cart_pole.describe_turn(view) == f"{outcome}. pushed {push}. {numbers}."
+    assert (
+        cart_pole.describe_situation(view) == f"{outcome}. {numbers}. fails past 2.4 m or 12 deg."
+    )
 
 
-def test_the_panel_has_units_and_how_long_the_pole_stood() -> None:
-    view = leaning().view(0)
+def test_the_panel_shows_units_and_the_balanced_time() -> None:
+    view = make_leaning_game().view(0)
     assert cart_pole.panel_rows(view) == [
         ("place", "+1.01 m"), ("speed", "+0.59 m/s"), ("lean", "+11.0 deg"),
         ("swings", "+21 deg/s"), ("stood", "0.02 s"), ("last", "right"), ("force", "10 N"),
@@ -43,7 +46,10 @@ def test_the_panel_has_units_and_how_long_the_pole_stood() -> None:
 
 
 FRAMES = {
-    "cart pole leans to its right": (leaning().view(0), DrawOptions(80, 24), """
+    "cart pole leans to its right": (
+        make_leaning_game().view(0),
+        DrawOptions(80, 24),
+        """
                                            ●
                                            │
                                            ╱
@@ -57,8 +63,12 @@ FRAMES = {
    ├┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄●┄┤
 -12                         theta                     +12 deg
 
-x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s"""),
-    "cart pole in ascii is still a cart": (leaning().view(0), DrawOptions(80, 24, ascii=True), """
+x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
+    ),
+    "cart pole in ascii is still a cart": (
+        make_leaning_game().view(0),
+        DrawOptions(80, 24, ascii=True),
+        """
                                            *
                                            |
                                            /
@@ -72,8 +82,12 @@ x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s"""),
    +--------------------------+------------------------*-+
 -12                         theta                     +12 deg
 
-x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s"""),
-    "cart pole in a small room": (leaning().view(0), DrawOptions(40, 12), """
+x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s""",
+    ),
+    "cart pole in a small room": (
+        make_leaning_game().view(0),
+        DrawOptions(40, 12),
+        """
 
                            ●
                            ╱
@@ -81,8 +95,12 @@ x +1.01/2.4 m  v +0.59 m/s  th +11.0/12 deg  om +21 deg/s"""),
                         ┌─┴─┐
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
-    "cart pole in a small room in ascii": (leaning().view(0), DrawOptions(40, 12, ascii=True), """
+x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
+    ),
+    "cart pole in a small room in ascii": (
+        make_leaning_game().view(0),
+        DrawOptions(40, 12, ascii=True),
+        """
 
                            *
                            /
@@ -90,16 +108,23 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
                         +-+-+
                        >+o-o+
    #===============^===============#
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
-    "cart pole in six rows": (leaning().view(0), DrawOptions(40, 6), """
+x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
+    ),
+    "cart pole in six rows": (
+        make_leaning_game().view(0),
+        DrawOptions(40, 6),
+        """
                            ●
                           │
                         ┌─┴─┐
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
+x +1.01/2.4 v +0.59 th +11.0/12 om +21""",
+    ),
     "a pole that fell is crossed out at its limit": (
-        started("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0), DrawOptions(80, 24), """
+        make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
+        DrawOptions(80, 24),
+        """
                                       ●
                                        │
                                        ╲
@@ -113,9 +138,12 @@ x +1.01/2.4 v +0.59 th +11.0/12 om +21"""),
    ✗┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┤
 -12                         theta                     +12 deg
 
-x +1.01/2.4 m  v +0.60 m/s  th -12.1>12 deg  om -54 deg/s"""),
+x +1.01/2.4 m  v +0.60 m/s  th -12.1>12 deg  om -54 deg/s""",
+    ),
     "a cart that left its track stands beyond it": (
-        started("cart-pole", [-2.39, -1.0, -0.05, -0.6], [0]).view(0), DrawOptions(40, 12), """
+        make_session_from_state("cart-pole", [-2.39, -1.0, -0.05, -0.6], [0]).view(0),
+        DrawOptions(40, 12),
+        """
 
   ●
   │
@@ -123,11 +151,12 @@ x +1.01/2.4 m  v +0.60 m/s  th -12.1>12 deg  om -54 deg/s"""),
 ┌─┴─┐
 └o─o┘←
    ✗━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-x -2.41>2.4 v -1.19 th -3.6/12 om -19"""),
-}  # fmt: skip
+x -2.41>2.4 v -1.19 th -3.6/12 om -19""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_a_cart_and_its_pole_are_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(cart_pole, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_a_cart_and_its_pole_are_drawn(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(cart_pole, view, options).plain == expected[1:]

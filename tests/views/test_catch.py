@@ -9,23 +9,26 @@ from tests.support import games
 
 catch = load_view_module(dmplay.load_problem("catch"))
 
-after = partial(games.after, "catch")
+make_view_after = partial(games.make_view_after, "catch")
 
 
-def test_catch_tells_the_throw_and_the_promises() -> None:
-    assert catch.describe_situation(after()) == (
+def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
+    assert catch.describe_situation(make_view_after()) == (
         "no throw yet. belief in the proficiency: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
         "80 m 0.250. expected reward: 10 m 8.7, 20 m 16.0, 30 m 21.3, 40 m 24.4, 50 m 25.0, "
         "60 m 23.5, 70 m 20.2, 80 m 15.8, 90 m 11.3, 100 m 7.4."
     )
     assert (
-        catch.describe_turn(after("50", "100"))
+        catch.describe_turn(make_view_after("50", "100"))
         == "dropped. threw 100 m. proficiency likeliest 80 m 0.395."
     )
 
 
 FRAMES = {
-    "the curves with the belief below": (after("50", "100", "60"), DrawOptions(80, 24), """
+    "the curves with the belief below": (
+        make_view_after("50", "100", "60"),
+        DrawOptions(80, 24),
+        """
 1.0 ┤   68  68   8   8                          p(caught) by
     │    4   4   6   6   8   8                  proficiency:
     │    2       4       6       8              2 is 20 m,
@@ -42,9 +45,12 @@ belief in the proficiency
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
 80 m  ███▌················ 0.175
-throws 50✓ 100✗ 60✗"""),
+throws 50✓ 100✗ 60✗""",
+    ),
     "the curves in ascii with the belief beside": (
-        after("50", "100", "60"), DrawOptions(120, 24, ascii=True), """
+        make_view_after("50", "100", "60"),
+        DrawOptions(120, 24, ascii=True),
+        """
 1.0 +   68  68   8   8                          p(caught) by    belief in the proficiency
     |    4   4   6   6   8   8                  proficiency:    20 m  ###................. 0.134
     |    2       4       6       8              2 is 20 m,      40 m  ######.............. 0.318
@@ -56,8 +62,12 @@ throws 50✓ 100✗ 60✗"""),
 metres  10  20  30  40  50  60  70  80  90 100
 pays     9  17  23  26  26  24  20  15  10   7  expected
 
-throws 50v 100x 60x"""),
-    "the odds as a table": (after("50", "100", "60"), DrawOptions(50, 8), """
+throws 50v 100x 60x""",
+    ),
+    "the odds as a table": (
+        make_view_after("50", "100", "60"),
+        DrawOptions(50, 8),
+        """
 metres   10 20 30 40 50 60 70 80 90 100
 caught % 90 84 75 65 52 40 28 19 12   7
 expected  9 17 23 26 26 24 20 15 10   7
@@ -65,18 +75,22 @@ expected  9 17 23 26 26 24 20 15 10   7
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
 80 m  ███▌················ 0.175
-throws 50✓ 100✗ 60✗"""),
+throws 50✓ 100✗ 60✗""",
+    ),
     "the odds as a small table with the truth": (
-        after("50", "100", "60"), DrawOptions(40, 6, ascii=True, revealed_state=np.array(3)), """
+        make_view_after("50", "100", "60"),
+        DrawOptions(40, 6, ascii=True, revealed_state=np.array(3)),
+        """
 metres   10 20 30 40 50 60 70 80 90 100
 caught % 90 84 75 65 52 40 28 19 12   7
 expected  9 17 23 26 26 24 20 15 10   7
 20: 0.13  40: 0.32  60: 0.37  80: 0.18
-truly 80 m  throws 50v 100x 60x"""),
-}  # fmt: skip
+truly 80 m  throws 50v 100x 60x""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_the_throws_and_their_odds_are_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(catch, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_throws_and_catch_probabilities_are_drawn(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(catch, view, options).plain == expected[1:]

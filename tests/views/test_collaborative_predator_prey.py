@@ -8,13 +8,15 @@ from tests.support import games
 
 collaborative_predator_prey = load_view_module(dmplay.load_problem("collaborative-predator-prey"))
 
-after = partial(games.after, "collaborative-predator-prey")
+make_view_after = partial(games.make_view_after, "collaborative-predator-prey")
 
 
 def test_the_belief_of_a_blind_predator() -> None:
-    drawn = fit_board(collaborative_predator_prey, after("e w", "ne w"), DrawOptions(80, 24)).plain
+    board = fit_board(
+        collaborative_predator_prey, make_view_after("e w", "ne w"), DrawOptions(80, 24)
+    ).plain
     assert (
-        drawn
+        board
         == """\
     ╱   ╲ ╱   ╲ ╱   ╲
    │o▁ 9%│o▁ 8%│o▁ 6%│
@@ -30,14 +32,14 @@ sensed nothing. o prey, @ you"""
     )
 
 
-def test_the_belief_in_ascii_with_the_truth() -> None:
-    drawn = fit_board(
+def test_the_belief_in_ascii_with_the_true_state() -> None:
+    board = fit_board(
         collaborative_predator_prey,
-        after("e w", "ne w"),
+        make_view_after("e w", "ne w"),
         DrawOptions(80, 24, ascii=True, revealed_state=np.array([3, 4, 5])),
     ).plain
     assert (
-        drawn
+        board
         == r"""
     /   \ /   \ /   \
    |o  9%|o  8%|o  6%|
@@ -54,12 +56,12 @@ truly predator1 (-1,1), predator2 (1,1), prey (3,1)"""[1:]
     )
 
 
-def test_the_belief_compact() -> None:
-    drawn = fit_board(
-        collaborative_predator_prey, after("e w", "ne w", seat=1), DrawOptions(40, 8)
+def test_the_belief_on_a_compact_map() -> None:
+    board = fit_board(
+        collaborative_predator_prey, make_view_after("e w", "ne w", seat=1), DrawOptions(40, 8)
     ).plain
     assert (
-        drawn
+        board
         == """\
    ╱ ╲ ╱ ╲ ╱ ╲
   │11▂│10▁│11▁│
@@ -72,12 +74,12 @@ sensed nothing. % prey, bar: you"""
     )
 
 
-def test_the_belief_in_dots() -> None:
-    drawn = fit_board(
-        collaborative_predator_prey, after("e w", "ne w"), DrawOptions(40, 6, ascii=True)
+def test_the_belief_on_a_dot_map() -> None:
+    board = fit_board(
+        collaborative_predator_prey, make_view_after("e w", "ne w"), DrawOptions(40, 6, ascii=True)
     ).plain
     assert (
-        drawn
+        board
         == """\
    9_  8_  6.
 10_      9_      8_  6:
@@ -87,11 +89,13 @@ sensed nothing. % prey, bar: you"""
 
 
 def test_a_sighted_predator_sees_its_keys() -> None:
-    drawn = fit_board(
-        collaborative_predator_prey, after("e w", sighted=True), DrawOptions(80, 24, show_keys=True)
+    board = fit_board(
+        collaborative_predator_prey,
+        make_view_after("e w", sighted=True),
+        DrawOptions(80, 24, show_keys=True),
     ).plain
     assert (
-        drawn
+        board
         == """\
     ╱   ╲ ╱   ╲ ╱   ╲
    │o▁11%│o▂16%│o▁ 9%│
@@ -108,11 +112,11 @@ sensed nothing (2,0). o prey, @ you"""
 
 
 def test_a_team_too_large_for_a_belief() -> None:
-    drawn = fit_board(
-        collaborative_predator_prey, after("e w e", predators=3), DrawOptions(80, 24)
+    board = fit_board(
+        collaborative_predator_prey, make_view_after("e w e", predators=3), DrawOptions(80, 24)
     ).plain
     assert (
-        drawn
+        board
         == """\
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │     │
@@ -128,7 +132,7 @@ sensed nothing. belief too large"""
     )
 
 
-def test_the_reward_is_hidden_until_it_may_be_known() -> None:
+def test_the_reward_is_hidden_until_the_game_ends() -> None:
     game = dmplay.Session(
         dmplay.load_problem("collaborative-predator-prey"), dmplay.SeededUniforms(5)
     )
@@ -138,16 +142,18 @@ def test_the_reward_is_hidden_until_it_may_be_known() -> None:
     assert ("reward", "10") in collaborative_predator_prey.panel_rows(game.view(0))
 
 
-def test_a_blind_predator_is_told_the_likeliest_hexes() -> None:
+def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> None:
     assert (
-        collaborative_predator_prey.describe_turn(after("e w"))
+        collaborative_predator_prey.describe_turn(make_view_after("e w"))
         == "nothing. chose E. prey likeliest at (-1,1) 0.103. you likeliest at (4,1) 0.161."
     )
-    assert collaborative_predator_prey.describe_situation(after("e w", sighted=True)) == (
+    assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
         "sensed nothing (2,0). prey likeliest at (0,2) 0.163, (-1,1) 0.153, (3,1) 0.149, "
         "(4,0) 0.149. you likeliest at (2,0) 1.000. at (2,0). E (3,0) prey 0.000. NE wall. NW "
         "(1,1) prey 0.000. W (1,0) prey 0.000. SW wall. SE wall. predator2 is unseen and "
         "believed to act uniformly at random."
     )
-    large = collaborative_predator_prey.describe_situation(after("e w e", predators=3))
-    assert large.endswith("the belief is over too many states to be told.")
+    description = collaborative_predator_prey.describe_situation(
+        make_view_after("e w e", predators=3)
+    )
+    assert description.endswith("the belief is over too many states to be told.")

@@ -1,17 +1,17 @@
-"""What a person sees of an encounter in the air, frame by frame."""
+"""Tests of the collision-avoidance view, frame by frame."""
 
 import pytest
 
 import dmplay
 from dmplay.session import Session
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
-from tests.support.games import started
+from tests.support.games import make_session_from_state
 
 collision_avoidance = load_view_module(dmplay.load_problem("collision-avoidance"))
 
 
-def advised() -> Session:
-    return started(
+def make_advised_game() -> Session:
+    return make_session_from_state(
         "collision-avoidance",
         [40.0, -3.0, 0.0, 40.0],
         [1, 1, 1, 2, 2, 2, 2, 0, 0, 1],
@@ -20,49 +20,54 @@ def advised() -> Session:
     )
 
 
-def collided() -> Session:
-    return started(
+def make_collided_game() -> Session:
+    return make_session_from_state(
         "collision-avoidance", [-20.0, -3.0, 0.0, 3.0], [0, 2, 2, 2], [0.5], [0.5], [0.5], [0.5]
     )
 
 
-REVERSED = "clear ahead: will pass 301 m above the intruder."
+CLEAR_DESCRIPTION = "clear ahead: will pass 301 m above the intruder."
 
 
 @pytest.mark.parametrize(
-    ("game", "told", "situation"),
+    ("game", "turn_description", "situation"),
     [
         (
-            collided(),
+            make_collided_game(),
             "collision: passed 30 m below the intruder. kept climb. "
             "height -30 m, rate -2.0 m/s, 0 s left.",
             "collision: passed 30 m below the intruder. "
             "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
         ),
         (
-            started("collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]),
-            f"{REVERSED} changed to descend. height +301 m, rate +0.0 m/s, 18 s left.",
-            f"{REVERSED} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
+            make_session_from_state(
+                "collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]
+            ),
+            f"{CLEAR_DESCRIPTION} changed to descend. height +301 m, rate +0.0 m/s, 18 s left.",
+            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
         ),
     ],
 )
-def test_a_collision_and_an_advisory_reversed_are_told_first(
-    game: Session, told: str, situation: str
+def test_collisions_and_reversed_advisories_are_described_first(
+    game: Session, turn_description: str, situation: str
 ) -> None:
     view = game.view(0)
-    assert collision_avoidance.describe_turn(view) == told
+    assert collision_avoidance.describe_turn(view) == turn_description
     assert collision_avoidance.describe_situation(view) == situation
 
 
-def test_the_panel_has_what_the_board_does_not_say() -> None:
-    view = advised().view(0)
+def test_the_panel_shows_height_rate_time_and_advisory() -> None:
+    view = make_advised_game().view(0)
     assert collision_avoidance.panel_rows(view) == [
         ("height", "+23 m"), ("rate", "-5.0 m/s"), ("left", "30 s"), ("advice", "none"),
     ]  # fmt: skip
 
 
 FRAMES = {
-    "the encounter with every advisory": (advised().view(0), DrawOptions(80, 24), """
+    "the encounter with every advisory": (
+        make_advised_game().view(0),
+        DrawOptions(80, 24),
+        """
  +100
 
 
@@ -78,8 +83,12 @@ FRAMES = {
  -100                                   ∘
      40s       30s       20s       10s       0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""),
-    "the encounter in ascii": (advised().view(0), DrawOptions(80, 24, ascii=True), """
+will pass 127 m below A: clear""",
+    ),
+    "the encounter in ascii": (
+        make_advised_game().view(0),
+        DrawOptions(80, 24, ascii=True),
+        """
  +100
 
 
@@ -95,8 +104,12 @@ will pass 127 m below A: clear"""),
  -100                                   o
      40s       30s       20s       10s       0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""),
-    "the encounter in a small room": (advised().view(0), DrawOptions(40, 12), """
+will pass 127 m below A: clear""",
+    ),
+    "the encounter in a small room": (
+        make_advised_game().view(0),
+        DrawOptions(40, 12),
+        """
  +100
   +50 ··↑↑↑↓↓·                      ▒▒
     0 ┄┄┄┄┄┄┄┄◆┄∘┄∘┄∘┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄▒A
@@ -104,8 +117,12 @@ will pass 127 m below A: clear"""),
  -100                         ∘ ∘
      40s     30s     20s    10s     0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""),
-    "the encounter in a small room in ascii": (advised().view(0), DrawOptions(40, 12, ascii=True), """
+will pass 127 m below A: clear""",
+    ),
+    "the encounter in a small room in ascii": (
+        make_advised_game().view(0),
+        DrawOptions(40, 12, ascii=True),
+        """
  +100
   +50 ..^^^vv.                      ::
     0 --------+-o-o-o---------------:A
@@ -113,8 +130,12 @@ will pass 127 m below A: clear"""),
  -100                         o o
      40s     30s     20s    10s     0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear"""),
-    "the encounter after a collision": (collided().view(0), DrawOptions(80, 12), """
+will pass 127 m below A: clear""",
+    ),
+    "the encounter after a collision": (
+        make_collided_game().view(0),
+        DrawOptions(80, 12),
+        """
  +100
 
   +50                                        ▒▒
@@ -126,18 +147,23 @@ will pass 127 m below A: clear"""),
  -100
      40s       30s       20s       10s       0s
 ◆ h -30 m  dh -2.0 m/s  0 s  climb
-passed 30 m below A: COLLISION"""),
-    "the encounter in six rows": (collided().view(0), DrawOptions(40, 6), """
+passed 30 m below A: COLLISION""",
+    ),
+    "the encounter in six rows": (
+        make_collided_game().view(0),
+        DrawOptions(40, 6),
+        """
  +100
   +50                               ▒▒
     0 ┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄↑▒A
   -50                               ↑◆
  -100
-passed 30 m below A: COLLISION"""),
-}  # fmt: skip
+passed 30 m below A: COLLISION""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_an_encounter_is_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(collision_avoidance, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_an_encounter_is_drawn(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(collision_avoidance, view, options).plain == expected[1:]

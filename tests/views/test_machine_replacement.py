@@ -10,13 +10,13 @@ from tests.support import games
 
 machine_replacement = load_view_module(dmplay.load_problem("machine-replacement"))
 
-after = partial(games.after, "machine-replacement")
+make_view_after = partial(games.make_view_after, "machine-replacement")
 
 
-def test_the_machine_at_its_start() -> None:
-    drawn = fit_board(machine_replacement, after(), DrawOptions(80, 24)).plain
+def test_the_board_at_the_start() -> None:
+    board = fit_board(machine_replacement, make_view_after(), DrawOptions(80, 24)).plain
     assert (
-        drawn
+        board
         == """\
 saw  nothing yet                                0 ●
                                                 ╱   ╲
@@ -34,13 +34,13 @@ r replace     -2.000"""
 
 
 def test_a_defect_moves_the_dot_down_the_triangle() -> None:
-    drawn = fit_board(
+    board = fit_board(
         machine_replacement,
-        after(*["manufacture"] * 6, "examine", seed=11),
+        make_view_after(*["manufacture"] * 6, "examine", seed=11),
         DrawOptions(80, 24, ascii=True),
     ).plain
     assert (
-        drawn
+        board
         == r"""
 saw  defective                                    0
                                                 /   \
@@ -57,14 +57,14 @@ r replace     -2.000"""[1:]
     )
 
 
-def test_the_machine_in_a_small_room_with_its_truth() -> None:
-    drawn = fit_board(
+def test_a_small_board_with_the_true_state() -> None:
+    board = fit_board(
         machine_replacement,
-        after("manufacture", "manufacture"),
+        make_view_after("manufacture", "manufacture"),
         DrawOptions(40, 8, revealed_state=np.array(1)),
     ).plain
     assert (
-        drawn
+        board
         == """\
 saw  nondefective
 0 failed  █████████████▏······ 0.656
@@ -75,19 +75,19 @@ truly 1 failed"""
     )
 
 
-def test_the_corners_of_the_triangle_are_the_states_for_sure() -> None:
-    drawn = Canvas()
-    _draw_small_triangle(drawn, 0, np.array([0.0, 1.0, 0.0]))
-    _draw_small_triangle(drawn, 25, np.array([0.0, 0.0, 1.0]))
-    assert drawn.to_text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
+def test_the_corners_of_the_triangle_are_certain_beliefs() -> None:
+    canvas = Canvas()
+    _draw_small_triangle(canvas, 0, np.array([0.0, 1.0, 0.0]))
+    _draw_small_triangle(canvas, 25, np.array([0.0, 0.0, 1.0]))
+    assert canvas.to_text().plain.split("\n")[4] == "1 ●───────────────╲ 2    1 ╱───────────────● 2"
 
 
-def test_the_machine_tells_its_belief_and_its_prospects() -> None:
-    view = after("manufacture")
+def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
+    view = make_view_after("manufacture")
     assert machine_replacement.describe_turn(view) == (
         "nondefective. chose manufacture. belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
-    assert machine_replacement.describe_situation(after()) == (
+    assert machine_replacement.describe_situation(make_view_after()) == (
         "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
         "at once: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
     )

@@ -1,29 +1,29 @@
-"""What a person sees of a car on its hill, frame by frame."""
+"""Tests of the mountain-car view, frame by frame."""
 
 import pytest
 
 import dmplay
 from dmplay.session import Session
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
-from tests.support.games import started
+from tests.support.games import make_session_from_state
 
 mountain_car = load_view_module(dmplay.load_problem("mountain-car"))
 
 
-def rolling() -> Session:
-    return started("mountain-car", [-0.9, -0.05], [1])
+def make_rolling_game() -> Session:
+    return make_session_from_state("mountain-car", [-0.9, -0.05], [1])
 
 
-def test_a_rolling_car_is_told_with_its_goal() -> None:
-    view = rolling().view(0)
+def test_a_rolling_car_is_described_with_its_goal() -> None:
+    view = make_rolling_game().view(0)
     assert mountain_car.describe_turn(view) == "rolls left at -0.0477, place -0.948. coasted."
     assert mountain_car.describe_situation(view) == (
         "rolls left at -0.0477, place -0.948. height -0.29. goal x >= 0.6."
     )
 
 
-def test_a_car_at_its_goal_is_told_so() -> None:
-    view = started("mountain-car", [0.58, 0.05], [2]).view(0)
+def test_the_description_says_that_a_car_is_at_its_goal() -> None:
+    view = make_session_from_state("mountain-car", [0.58, 0.05], [2]).view(0)
     assert mountain_car.describe_turn(view) == "at the goal, place +0.600. drove right."
     assert (
         mountain_car.describe_situation(view)
@@ -32,7 +32,7 @@ def test_a_car_at_its_goal_is_told_so() -> None:
 
 
 def test_a_car_at_the_left_wall_keeps_rolling() -> None:
-    view = started("mountain-car", [-1.17, -0.06], [0]).view(0)
+    view = make_session_from_state("mountain-car", [-1.17, -0.06], [0]).view(0)
     assert (
         mountain_car.describe_turn(view) == "at the left wall, rolls left at -0.0587. drove left."
     )
@@ -41,23 +41,26 @@ def test_a_car_at_the_left_wall_keeps_rolling() -> None:
     )
 
 
-def test_a_car_at_the_left_wall_of_gym_stopped() -> None:
-    view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
+def test_a_car_at_the_left_wall_of_gym_stops() -> None:
+    view = make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
     assert mountain_car.describe_turn(view) == "at the left wall, stopped. drove left."
     assert mountain_car.describe_situation(view) == (
         "at the left wall, stopped. height +0.44. goal x >= 0.5 and v >= 0."
     )
 
 
-def test_the_panel_has_the_state_in_words() -> None:
-    view = started("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
+def test_the_panel_shows_the_state() -> None:
+    view = make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
     assert mountain_car.panel_rows(view) == [
         ("place", "-1.200"), ("speed", "+0.0000"), ("height", "+0.44"), ("last", "left"),
     ]  # fmt: skip
 
 
 FRAMES = {
-    "the car rolls up the hill behind it": (rolling().view(0), DrawOptions(80, 24), """
+    "the car rolls up the hill behind it": (
+        make_rolling_game().view(0),
+        DrawOptions(80, 24),
+        """
 │                                                           F
 │                                                           │
 │                                                  ▂▄▅▆▇████▇
@@ -73,8 +76,12 @@ FRAMES = {
  ├┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┤
 -0.07                         v                         +0.07
 
-x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
-    "the car in ascii is unlike its hill": (rolling().view(0), DrawOptions(80, 24, ascii=True), """
+x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
+    ),
+    "the car in ascii is unlike its hill": (
+        make_rolling_game().view(0),
+        DrawOptions(80, 24, ascii=True),
+        """
 |                                                           F
 |                                                           |
 |                                                  _-==######
@@ -90,8 +97,12 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
  +--------*-------------------+----------------------------+
 -0.07                         v                         +0.07
 
-x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
-    "the car in a small room": (rolling().view(0), DrawOptions(40, 12), """
+x -0.948  v -0.0477  last: coast   goal x >= 0.6""",
+    ),
+    "the car in a small room": (
+        make_rolling_game().view(0),
+        DrawOptions(40, 12),
+        """
 │                                     F
 │                                     │
 │                              ▂▄▆▇███▇
@@ -99,8 +110,12 @@ x -0.948  v -0.0477  last: coast   goal x >= 0.6"""),
 │██▇▄▁●                  ▂▅████████████
 │█████▇·▁             ▂▄▇██████████████
 │████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
-x -0.948  v -0.0477  goal x >= 0.6"""),
-    "the car in a small room in ascii": (rolling().view(0), DrawOptions(40, 12, ascii=True), """
+x -0.948  v -0.0477  goal x >= 0.6""",
+    ),
+    "the car in a small room in ascii": (
+        make_rolling_game().view(0),
+        DrawOptions(40, 12, ascii=True),
+        """
 |                                     F
 |                                     |
 |                              _-=#####
@@ -108,8 +123,12 @@ x -0.948  v -0.0477  goal x >= 0.6"""),
 |###-_*                  _=############
 |######._             _-###############
 |#########=-_______-=##################
-x -0.948  v -0.0477  goal x >= 0.6"""),
-    "the car at its flag": (started("mountain-car", [0.58, 0.05], [2]).view(0), DrawOptions(80, 24), """
+x -0.948  v -0.0477  goal x >= 0.6""",
+    ),
+    "the car at its flag": (
+        make_session_from_state("mountain-car", [0.58, 0.05], [2]).view(0),
+        DrawOptions(80, 24),
+        """
 │                                                           F
 │                                                          ·●
 │                                                  ▂▄▅▆▇████▇
@@ -125,9 +144,12 @@ x -0.948  v -0.0477  goal x >= 0.6"""),
  ├┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┼┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄┄●┄┄┄┄┄┄┄┤
 -0.07                         v                         +0.07
 
-x +0.600  v +0.0514  last: right   goal x >= 0.6"""),
+x +0.600  v +0.0514  last: right   goal x >= 0.6""",
+    ),
     "the flag of gym stands before the end and its wall stops the car": (
-        started("mountain-car:gym", [-1.17, -0.06], [0]).view(0), DrawOptions(40, 12), """
+        make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0),
+        DrawOptions(40, 12),
+        """
 │                                   F
 │                                   │
 │●                             ▂▄▆▇███▇
@@ -135,19 +157,23 @@ x +0.600  v +0.0514  last: right   goal x >= 0.6"""),
 │██▇▄▁                   ▂▅████████████
 │█████▇▄▁             ▂▄▇██████████████
 │████████▇▅▃▂▁▁▁▁▁▂▃▅▇█████████████████
-x -1.200  v +0.0000  goal x >= 0.5"""),
+x -1.200  v +0.0000  goal x >= 0.5""",
+    ),
     "the car at its flag in six rows": (
-        started("mountain-car", [0.58, 0.05], [2]).view(0), DrawOptions(40, 6), """
+        make_session_from_state("mountain-car", [0.58, 0.05], [2]).view(0),
+        DrawOptions(40, 6),
+        """
 │                                     ●
 │                             ▁▃▅▆▇████
 │▇▅▃                      ▁▃▅▇█████████
 │████▆▄▂               ▂▄▆█████████████
 │███████▇▆▄▃▁▁▁▁▁▁▂▃▄▆█████████████████
-x +0.600  v +0.0514  goal x >= 0.6"""),
-}  # fmt: skip
+x +0.600  v +0.0514  goal x >= 0.6""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_a_car_on_its_hill_is_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(mountain_car, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_a_car_on_its_hill_is_drawn(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(mountain_car, view, options).plain == expected[1:]

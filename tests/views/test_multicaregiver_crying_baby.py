@@ -6,15 +6,17 @@ from tests.support import games
 
 multicaregiver_crying_baby = load_view_module(dmplay.load_problem("multicaregiver-crying-baby"))
 
-after = partial(games.after, "multicaregiver-crying-baby")
+make_view_after = partial(games.make_view_after, "multicaregiver-crying-baby")
 
 
-def test_what_one_of_two_caregivers_believes() -> None:
-    drawn = fit_board(
-        multicaregiver_crying_baby, after("ignore ignore", "sing feed", seat=1), DrawOptions(80, 24)
+def test_the_board_shows_the_belief_of_the_second_caregiver() -> None:
+    board = fit_board(
+        multicaregiver_crying_baby,
+        make_view_after("ignore ignore", "sing feed", seat=1),
+        DrawOptions(80, 24),
     ).plain
     assert (
-        drawn
+        board
         == """\
 heard  quiet
 
@@ -25,12 +27,12 @@ caregiver1 is unseen: believed to act at random"""
     )
 
 
-def test_two_caregivers_in_a_small_ascii_room() -> None:
-    drawn = fit_board(
-        multicaregiver_crying_baby, after("ignore feed"), DrawOptions(40, 8, ascii=True)
+def test_the_belief_on_a_small_ascii_board() -> None:
+    board = fit_board(
+        multicaregiver_crying_baby, make_view_after("ignore feed"), DrawOptions(40, 8, ascii=True)
     ).plain
     assert (
-        drawn
+        board
         == """\
 heard  quiet
 
@@ -41,8 +43,8 @@ caregiver2: believed to act at random"""
     )
 
 
-def test_a_caregiver_is_told_what_the_other_is_believed_to_do() -> None:
-    assert multicaregiver_crying_baby.describe_situation(after()) == (
+def test_the_description_states_the_assumed_policy_of_the_other_caregiver() -> None:
+    assert multicaregiver_crying_baby.describe_situation(make_view_after()) == (
         "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is unseen and believed "
         "to act uniformly at random."
     )

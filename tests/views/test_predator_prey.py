@@ -10,13 +10,13 @@ from tests.support import games
 
 predator_prey = load_view_module(dmplay.load_problem("predator-prey"))
 
-after = partial(games.after, "predator-prey")
+make_view_after = partial(games.make_view_after, "predator-prey")
 
 
-def test_the_hunt_at_its_start_with_the_keys() -> None:
-    drawn = fit_board(predator_prey, after(), DrawOptions(80, 24, show_keys=True)).plain
+def test_the_map_at_the_start_with_keys() -> None:
+    board = fit_board(predator_prey, make_view_after(), DrawOptions(80, 24, show_keys=True)).plain
     assert (
-        drawn
+        board
         == """\
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │  h  │  @  │
@@ -31,17 +31,17 @@ def test_the_hunt_at_its_start_with_the_keys() -> None:
     )
 
 
-def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
-    view = after()
-    best = dmplay.load_agent(view.problem, 0, "best-response:to=flee")
+def test_an_overlay_shows_your_value_on_each_hex_for_the_current_prey_hex() -> None:
+    view = make_view_after()
+    policy = dmplay.load_agent(view.problem, 0, "best-response:to=flee")
     states = view.problem.enumerate_states()
-    values = best.action_values(best.initial_memory(states))
+    values = policy.action_values(policy.initial_memory(states))
     assert values is not None
-    drawn = fit_board(
+    board = fit_board(
         predator_prey, view, DrawOptions(80, 24, overlay=Overlay("values", values))
     ).plain
     assert (
-        drawn
+        board
         == """\
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │  @  │
@@ -54,19 +54,19 @@ def test_an_overlay_is_of_you_on_each_hex_with_the_prey_where_it_is() -> None:
    │-8.16│-7.54│     │-7.62│-8.16│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱"""
     )
-    prey, there = view.observation[1], [list(map(int, state)) for state in states]
-    moved = there.index([view.problem.hexes.index((0, 0)), int(prey)])  # type: ignore[attr-defined]
-    assert f"{values[moved].max():.2f}" == "-8.16"
+    prey, state_lists = view.observation[1], [list(map(int, state)) for state in states]
+    index = state_lists.index([view.problem.hexes.index((0, 0)), int(prey)])  # type: ignore[attr-defined]
+    assert f"{values[index].max():.2f}" == "-8.16"
 
 
-def test_several_on_one_hex() -> None:
-    drawn = fit_board(
+def test_several_agents_on_one_hex() -> None:
+    board = fit_board(
         predator_prey,
-        after("e e e e e", seed=3, predators=2, prey=3),
+        make_view_after("e e e e e", seed=3, predators=2, prey=3),
         DrawOptions(80, 24, ascii=True),
     ).plain
     assert (
-        drawn
+        board
         == r"""
     /   \ /   \ /   \
    |     |     |  o3 |
@@ -81,67 +81,67 @@ def test_several_on_one_hex() -> None:
     )
 
 
-def test_the_key_that_leads_to_the_prey_stands_below_it() -> None:
-    rows = fit_board(predator_prey, after("sw e"), DrawOptions(80, 24, show_keys=True)).plain.split(
-        "\n"
-    )
+def test_the_key_that_leads_to_the_prey_is_drawn_below_it() -> None:
+    rows = fit_board(
+        predator_prey, make_view_after("sw e"), DrawOptions(80, 24, show_keys=True)
+    ).plain.split("\n")
     assert rows[7:9] == ["   │     │  b  │  o  │     │     │", "   │     │     │  n  │     │     │"]
 
 
-def test_more_on_one_hex_than_fit_are_cut_short() -> None:
-    view = after(seed=434, predators=2, prey=3)
-    crowded = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
-    assert "│@Bo1…│" in fit_board(predator_prey, crowded, DrawOptions(80, 24)).plain
-    assert ("* (1,2)", "A B o1 o2 o3") in predator_prey.panel_rows(crowded)
-    assert predator_prey.describe_situation(crowded).startswith(
+def test_the_glyphs_of_a_crowded_hex_are_truncated() -> None:
+    view = make_view_after(seed=434, predators=2, prey=3)
+    crowded_view = dataclasses.replace(view, observations=(np.array([2, 2, 2, 2, 2]),))
+    assert "│@Bo1…│" in fit_board(predator_prey, crowded_view, DrawOptions(80, 24)).plain
+    assert ("* (1,2)", "A B o1 o2 o3") in predator_prey.panel_rows(crowded_view)
+    assert predator_prey.describe_situation(crowded_view).startswith(
         "at (1,2), you are predator1. you feed: any action stays here."
     )
 
 
-def test_the_panel_has_both_scores_and_the_glyphs_that_never_change() -> None:
-    view = after(seed=1)
-    fed = dataclasses.replace(
+def test_the_panel_shows_both_scores_and_constant_glyphs() -> None:
+    view = make_view_after(seed=1)
+    predator_view = dataclasses.replace(
         view,
         observations=(np.array([9, 9]), np.array([9, 0]), np.array([8, 0])),
         actions=(0, 3),
         joint_actions=(np.array([0, 3]), np.array([3, 0])),
         rewards=(1.0, -1.0),
     )
-    facts = dict(predator_prey.panel_rows(fed))
+    facts = dict(predator_prey.panel_rows(predator_view))
     assert facts.items() >= {
         "A you": "(1,0)", "o prey": "(-1,2)", "score A": "0.1", "score o": "-100",
         "slips aside": "0.15 each", "discount": "0.90 (gamma)",
     }.items()  # fmt: skip
-    eaten = dataclasses.replace(fed, seat=1, actions=(3, 0), rewards=(-100.0, 0.0))
-    facts = dict(predator_prey.panel_rows(eaten))
+    prey_view = dataclasses.replace(predator_view, seat=1, actions=(3, 0), rewards=(-100.0, 0.0))
+    facts = dict(predator_prey.panel_rows(prey_view))
     assert facts.items() >= {
         "A predator": "(1,0)", "o you": "(-1,2)", "score A": "0.1", "score o": "-100",
     }.items()  # fmt: skip
 
 
-def test_a_capture_is_told_to_both_sides() -> None:
-    view = after(seed=1)
-    together = dataclasses.replace(
+def test_a_capture_is_described_to_both_sides() -> None:
+    view = make_view_after(seed=1)
+    predator_view = dataclasses.replace(
         view,
         observations=(np.array([9, 9]), np.array([9, 0])),
         actions=(0,),
         joint_actions=(np.array([0, 3]),),
     )
-    assert predator_prey.describe_turn(together) == (
+    assert predator_prey.describe_turn(predator_view) == (
         "at (2,0). chose E, fed, stayed. prey chose W, was devoured, born again at (-1,2)."
     )
-    eaten = dataclasses.replace(together, seat=1, actions=(3,))
-    assert predator_prey.describe_turn(eaten) == (
+    prey_view = dataclasses.replace(predator_view, seat=1, actions=(3,))
+    assert predator_prey.describe_turn(prey_view) == (
         "at (-1,2). chose W, was devoured, born again. predator chose E, fed, stayed at (2,0)."
     )
 
 
-def test_the_hunt_compact_as_the_prey_sees_it() -> None:
-    drawn = fit_board(
-        predator_prey, after("sw e", seat=1), DrawOptions(40, 8, show_keys=True)
+def test_the_compact_map_as_the_prey_sees_it() -> None:
+    board = fit_board(
+        predator_prey, make_view_after("sw e", seat=1), DrawOptions(40, 8, show_keys=True)
     ).plain
     assert (
-        drawn
+        board
         == """\
    ╱ ╲ ╱ ╲ ╱ ╲
   │   │   │   │
@@ -153,10 +153,10 @@ def test_the_hunt_compact_as_the_prey_sees_it() -> None:
     )
 
 
-def test_the_hunt_in_dots() -> None:
-    drawn = fit_board(predator_prey, after(), DrawOptions(40, 6, ascii=True)).plain
+def test_the_dot_map() -> None:
+    board = fit_board(predator_prey, make_view_after(), DrawOptions(40, 6, ascii=True)).plain
     assert (
-        drawn
+        board
         == """\
    .   .   @
  .       .       .   .
@@ -164,32 +164,34 @@ def test_the_hunt_in_dots() -> None:
     )
 
 
-def test_the_hunt_is_told_from_where_one_stands() -> None:
-    assert predator_prey.describe_situation(after()) == (
+def test_the_description_is_relative_to_the_hex_of_the_player() -> None:
+    assert predator_prey.describe_situation(make_view_after()) == (
         "at (1,2), you are predator. E wall. NE wall. NW wall. W (0,2) free. SW (1,1) free. "
         "SE wall. prey at (2,0): 2 steps."
     )
     assert (
-        predator_prey.describe_turn(after("sw e"))
+        predator_prey.describe_turn(make_view_after("sw e"))
         == "at (1,1). chose SW, moved SW. prey chose E, bumped, stayed at (2,0)."
     )
 
 
-def test_each_of_many_has_a_score() -> None:
+def test_every_agent_has_a_score() -> None:
     problem = dmplay.load_problem("predator-prey", predators=2)
     game = dmplay.Session(problem, dmplay.SeededUniforms(7))
     for _ in range(4):
         game.advance([0, 3, 0])
     scores = {
-        name: told for name, told in predator_prey.panel_rows(game.view(1)) if "score" in name
+        name: score for name, score in predator_prey.panel_rows(game.view(1)) if "score" in name
     }
-    each = zip(("A", "B", "o"), game.returns(), strict=True)
-    assert scores == {f"score {mark}": f"{total:.4g}" for mark, total in each}
+    expected = zip(("A", "B", "o"), game.returns(), strict=True)
+    assert scores == {f"score {mark}": f"{total:.4g}" for mark, total in expected}
 
 
-def test_the_other_predator_is_no_key_of_the_board() -> None:
-    left = {label: key for key, label in SECOND_PLAYER_KEYS.items()}
-    shown = fit_board(
-        predator_prey, after(seat=1), DrawOptions(80, 24, show_keys=True, keys_by_action=left)
+def test_a_key_letter_differs_from_the_glyph_of_the_predator() -> None:
+    keys_by_label = {label: key for key, label in SECOND_PLAYER_KEYS.items()}
+    board = fit_board(
+        predator_prey,
+        make_view_after(seat=1),
+        DrawOptions(80, 24, show_keys=True, keys_by_action=keys_by_label),
     ).plain
-    assert [shown.count(mark) for mark in ("  A  ", "  a  ")] == [1, 1]
+    assert [board.count(mark) for mark in ("  A  ", "  a  ")] == [1, 1]

@@ -1,18 +1,18 @@
 import dmplay
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
-from tests.support.games import after
+from tests.support.games import make_view_after
 
 rock_paper_scissors = load_view_module(dmplay.load_problem("rock-paper-scissors"))
 
 
 def test_paper_covers_rock() -> None:
-    drawn = fit_board(
+    board = fit_board(
         rock_paper_scissors,
-        after("rock-paper-scissors", "rock rock", "paper rock"),
+        make_view_after("rock-paper-scissors", "rock rock", "paper rock"),
         DrawOptions(80, 24),
     ).plain
     assert (
-        drawn
+        board
         == """\
           │   rock   │  paper   │ scissors
 ──────────┼──────────┼──────────┼──────────
@@ -25,14 +25,14 @@ agent2       R R"""
     )
 
 
-def test_the_table_in_a_small_ascii_room() -> None:
-    drawn = fit_board(
+def test_the_table_on_a_small_ascii_board() -> None:
+    board = fit_board(
         rock_paper_scissors,
-        after("rock-paper-scissors", "paper scissors", seat=1),
+        make_view_after("rock-paper-scissors", "paper scissors", seat=1),
         DrawOptions(30, 6, ascii=True),
     ).plain
     assert (
-        drawn
+        board
         == """\
          | rock |paper |scisso
 ---------+------+------+------

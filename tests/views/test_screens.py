@@ -1,4 +1,4 @@
-"""What a screen draws beyond a transcript's frames: more room, what is lost, what may come."""
+"""Tests of boards on the screen: larger than in transcripts, with regrets, forecasts and motion."""
 
 import math
 
@@ -9,61 +9,66 @@ import dmplay
 from dmplay.core import Problem
 from dmplay.session import Session, View
 from dmplay.views.style import DrawOptions, fit_board, load_view_module
-from tests.support.games import session, started
-from tests.support.looks import foreseen, losing
+from tests.support.games import make_session, make_session_from_state
+from tests.support.looks import forecast_action, make_regrets
 
-LARGE = DrawOptions(80, 12, allow_large=True)
-SMALL = DrawOptions(50, 9, allow_large=True)
-PLAIN = SMALL._replace(ascii=True)
+LARGE_OPTIONS = DrawOptions(80, 12, allow_large=True)
+SMALL_OPTIONS = DrawOptions(50, 9, allow_large=True)
+ASCII_OPTIONS = SMALL_OPTIONS._replace(ascii=True)
 
 
-def hexworld(q: int, r: int) -> Session:
-    """A game of hex world that begins on this hex."""
-    game = session("hexworld", [0.5], [0.5])
+def make_hexworld_game(q: int, r: int) -> Session:
+    """Return a hex world game that starts on this hex."""
+    game = make_session("hexworld", [0.5], [0.5])
     game.initial_state = np.array(game.problem.hexes.index((q, r)))  # type: ignore[attr-defined]
     return game
 
 
-def played(name: str, *turns: str) -> Session:
-    """A game after these turns, the actions of one turn with blanks between."""
+def play_turns(name: str, *turns: str) -> Session:
+    """Return a game after these turns; a turn is the agents' actions, separated by spaces."""
     problem = dmplay.load_problem(name)
     game = Session(problem, dmplay.SeededUniforms(5))
     for turn in turns:
-        game.advance([problem.parse_action(seat, word) for seat, word in enumerate(turn.split())])
+        game.advance(
+            [problem.parse_action(seat, action) for seat, action in enumerate(turn.split())]
+        )
     return game
 
 
-def tiles() -> Session:
-    """A board whose only closed way is to the left."""
-    game = session("2048", [0.0, 0.0, 0.0, 0.9], [0.0, 0.0])
+def make_tile_game() -> Session:
+    """Return a 2048 game in which only a slide to the left is illegal."""
+    game = make_session("2048", [0.0, 0.0, 0.0, 0.9], [0.0, 0.0])
     game.advance([1])
     return game
 
 
-def slid() -> Session:
-    """The same board after a slide up."""
-    game = tiles()
+def make_slid_tile_game() -> Session:
+    """Return the same game after a slide up."""
+    game = make_tile_game()
     game.advance([3], np.array([0.9, 0.0]))
     return game
 
 
-def now(game: Session, seat: int = 0) -> View[Problem]:
-    """What a seat sees."""
+def get_view(game: Session, seat: int = 0) -> View[Problem]:
+    """Return the view of a seat."""
     return game.view(seat)
 
 
-EXIT = hexworld(9, 0)
-HUNT, BLIND = played("predator-prey", "sw e"), played("collaborative-predator-prey", "e w", "ne w")
-TILES = tiles()
-CART = started("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
-EDGE = started("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])
-SLID = slid()
-SLIDES = losing(math.nan, 2.5, 0, 40)
+EXIT_GAME = make_hexworld_game(9, 0)
+HUNT_GAME, BLIND_HUNT_GAME = (
+    play_turns("predator-prey", "sw e"),
+    play_turns("collaborative-predator-prey", "e w", "ne w"),
+)
+TILE_GAME = make_tile_game()
+CART_GAME = make_session_from_state("cart-pole", [1.0, 0.4, 0.18, 0.6], [1])
+CART_AT_EDGE_GAME = make_session_from_state("cart-pole", [2.2, 0.4, 0.18, 0.6], [1])
+SLID_TILE_GAME = make_slid_tile_game()
+SLIDE_REGRET = make_regrets(math.nan, 2.5, 0, 40)
 
 FRAMES = {
     "an exit says that any key collects it": (
-        now(EXIT),
-        LARGE,
+        get_view(EXIT_GAME),
+        LARGE_OPTIONS,
         """
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲
 │     │     │     │     │     │     │     │     │     │     │
@@ -77,8 +82,8 @@ FRAMES = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 any key collects +10"""),
     "the prey has the same glyph for itself": (
-        now(HUNT, 1),
-        SMALL._replace(show_keys=True),
+        get_view(HUNT_GAME, 1),
+        SMALL_OPTIONS._replace(show_keys=True),
         """
    ╱ ╲ ╱ ╲ ╱ ╲
   │   │   │   │
@@ -88,8 +93,8 @@ any key collects +10"""),
   │   │ h │ o │ l │   │
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱"""),
     "the blind hunt in shades": (
-        now(BLIND),
-        LARGE._replace(width=60),
+        get_view(BLIND_HUNT_GAME),
+        LARGE_OPTIONS._replace(width=60),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │  @  │  @  │  @@ │
@@ -103,8 +108,8 @@ any key collects +10"""),
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
 @ where you may be, █ where the prey may be"""),
     "the blind hunt in shades, small and in ascii": (
-        now(BLIND),
-        PLAIN,
+        get_view(BLIND_HUNT_GAME),
+        ASCII_OPTIONS,
         r"""
    / \ / \ / \
   |@##|@##|@++|
@@ -115,8 +120,8 @@ any key collects +10"""),
    \ / \ / \ / \ / \ /
 @ where you may be, # where the prey may be"""),
     "where the prey would be after either sense": (
-        now(BLIND),
-        LARGE._replace(width=60, height=13, forecast=foreseen(BLIND, 4)),
+        get_view(BLIND_HUNT_GAME),
+        LARGE_OPTIONS._replace(width=60, height=13, forecast=forecast_action(BLIND_HUNT_GAME, 4)),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │█████│█10%█│▆▆▆▆▆│
@@ -131,8 +136,8 @@ any key collects +10"""),
 if you go SW, where the prey is
 upper if nothing, 95%; lower if prey, 5%"""),
     "who truly was where": (
-        now(BLIND),
-        LARGE._replace(width=60, revealed_state=np.array([3, 4, 5])),
+        get_view(BLIND_HUNT_GAME),
+        LARGE_OPTIONS._replace(width=60, revealed_state=np.array([3, 4, 5])),
         """
     ╱   ╲ ╱   ╲ ╱   ╲
    │     │     │     │
@@ -146,8 +151,8 @@ upper if nothing, 95%; lower if prey, 5%"""),
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
 truly @ predator1, B predator2, o prey"""),
     "the actions of the blind from the best down": (
-        now(BLIND),
-        SMALL._replace(regret=losing(1.3, 1.04, 0.78, 0.52, 0.26, 0)),
+        get_view(BLIND_HUNT_GAME),
+        SMALL_OPTIONS._replace(regret=make_regrets(1.3, 1.04, 0.78, 0.52, 0.26, 0)),
         """
    ╱ ╲ ╱ ╲ ╱ ╲
   │@██│@██│@▆▆│
@@ -158,8 +163,8 @@ truly @ predator1, B predator2, o prey"""),
    ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱ ╲ ╱
 hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
     "tiles half on their way, two of them to the same cell": (
-        now(SLID),
-        SMALL._replace(height=10, motion_progress=0.5),
+        get_view(SLID_TILE_GAME),
+        SMALL_OPTIONS._replace(height=10, motion_progress=0.5),
         """
 ┌──────┬──────┬──────┬──────┐
 │  2   │      │      │      │
@@ -171,16 +176,16 @@ hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
 │      │      │      │      │
 └──────┴──────┴──────┴──────┘"""),
     "four rows of tiles without one": (
-        now(TILES),
-        PLAIN._replace(height=4, regret=SLIDES),
+        get_view(TILE_GAME),
+        ASCII_OPTIONS._replace(height=4, regret=SLIDE_REGRET),
         """
     2    .    .    .  ^ -40
     .    .    .    .
     .    .    .    .  > best
     2    4    .    .  v -2.5"""),
     "the cart says what is lost by a push": (
-        now(CART),
-        SMALL._replace(regret=losing(0.5, 0)),
+        get_view(CART_GAME),
+        SMALL_OPTIONS._replace(regret=make_regrets(0.5, 0)),
         """
                             ●
                            │
@@ -192,8 +197,8 @@ hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
 place +1.01/2.4 m  speed +0.59 m/s
 lean +11.0/12 deg  swings +21 deg/s"""),
     "the cart says it where there is room": (
-        now(EDGE),
-        PLAIN._replace(regret=losing(0.5, 0)),
+        get_view(CART_AT_EDGE_GAME),
+        ASCII_OPTIONS._replace(regret=make_regrets(0.5, 0)),
         """
                                     *
                                    |
@@ -207,7 +212,7 @@ lean +11.0/12 deg  swings +21 deg/s"""),
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_a_screen_draws(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(load_view_module(view.problem), view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_a_board_is_drawn_on_the_screen(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(load_view_module(view.problem), view, options).plain == expected[1:]

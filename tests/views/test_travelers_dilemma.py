@@ -8,11 +8,11 @@ from tests.support import games
 
 travelers_dilemma = load_view_module(dmplay.load_problem("travelers-dilemma"))
 
-after = partial(games.after, "travelers-dilemma")
+make_view_after = partial(games.make_view_after, "travelers-dilemma")
 
 
-def test_the_rule_is_told_in_words_and_not_in_9801_cells() -> None:
-    assert travelers_dilemma.describe_situation(after("60 45")) == (
+def test_the_rule_is_described_in_words_instead_of_9801_cells() -> None:
+    assert travelers_dilemma.describe_situation(make_view_after("60 45")) == (
         "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
         "dollars. equal claims are paid as they are. else both are paid the lower claim, its "
         "author 2 more and the other 2 less."
@@ -20,7 +20,10 @@ def test_the_rule_is_told_in_words_and_not_in_9801_cells() -> None:
 
 
 FRAMES = {
-    "a window round both claims": (after("100 97", "60 45"), DrawOptions(80, 24), """
+    "a window round both claims": (
+        make_view_after("100 97", "60 45"),
+        DrawOptions(80, 24),
+        """
      │ … │   43   │   44   │   45   │   46   │   47   │ …
 ─────┼───┼────────┼────────┼────────┼────────┼────────┼───
    … │   │        │        │        │        │        │
@@ -32,8 +35,12 @@ FRAMES = {
    … │   │        │        │        │        │        │
 
 agent1 (you) 100  60
-agent2        97  45"""),
-    "a window at the corner in ascii": (after("2 3", seat=1), DrawOptions(80, 24, ascii=True), """
+agent2        97  45""",
+    ),
+    "a window at the corner in ascii": (
+        make_view_after("2 3", seat=1),
+        DrawOptions(80, 24, ascii=True),
+        """
      |   2    |   3    |   4    |   5    |   6    | ~
 -----+--------+--------+--------+--------+--------+---
 >  2 |  2, 2  | [4,0]  |  4, 0  |  4, 0  |  4, 0  |
@@ -44,23 +51,32 @@ agent2        97  45"""),
    ~ |        |        |        |        |        |
 
 agent1         2
-agent2 (you)   3"""),
-    "three claims by three": (after("100 97"), DrawOptions(40, 8), """
+agent2 (you)   3""",
+    ),
+    "three claims by three": (
+        make_view_after("100 97"),
+        DrawOptions(40, 8),
+        """
      │ … │   96   │   97   │   98   │ …
 ─────┼───┼────────┼────────┼────────┼───
    … │   │        │        │        │
   98 │   │ 94, 98 │ 95, 99 │ 98, 98 │
   99 │   │ 94, 98 │ 95, 99 │96, 100 │
->100 │   │ 94, 98 │[95,99] │96, 100 │"""),
-    "the rounds alone": (after("100 97", "60 45"), DrawOptions(40, 6), """
+>100 │   │ 94, 98 │[95,99] │96, 100 │""",
+    ),
+    "the rounds alone": (
+        make_view_after("100 97", "60 45"),
+        DrawOptions(40, 6),
+        """
 agent1 (you) 100  60
 agent2        97  45
 both are paid the lower claim,
-its author 2 more, the other 2 less"""),
-}  # fmt: skip
+its author 2 more, the other 2 less""",
+    ),
+}
 
 
-@pytest.mark.parametrize("what", FRAMES)
-def test_the_claims_are_drawn(what: str) -> None:
-    view, look, board = FRAMES[what]
-    assert fit_board(travelers_dilemma, view, look).plain == board[1:]
+@pytest.mark.parametrize("case", FRAMES)
+def test_the_claims_are_drawn(case: str) -> None:
+    view, options, expected = FRAMES[case]
+    assert fit_board(travelers_dilemma, view, options).plain == expected[1:]

@@ -1,4 +1,4 @@
-"""What a person sees, board by board, and that it fits and can be read by everyone."""
+"""Tests of every view: its board, its fit in the viewport, and its plain-text descriptions."""
 
 import re
 from functools import cache
@@ -21,19 +21,19 @@ from dmplay.views import game_2048 as tiles
 from dmplay.views import generic
 from dmplay.views import hexworld as exits
 from dmplay.views.style import DrawOptions, Overlay, fit_board, load_view_module
-from tests.files.sources import ballet, team
-from tests.support.games import session
-from tests.support.glyphs import GLYPHS, PLAIN
-from tests.support.hidden import cheese
-from tests.support.looks import foreseen
+from tests.files.sources import read_ballet, read_team
+from tests.support.games import make_session
+from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
+from tests.support.hidden import make_cheese_maze
+from tests.support.looks import forecast_action
 
 game_2048 = load_view_module(dmplay.load_problem("2048"))
 hexworld = load_view_module(dmplay.load_problem("hexworld"))
 
-SIZES = [(80, 24), (80, 12), (50, 14), (40, 8), (12, 2)]
+VIEWPORT_SIZES = [(80, 24), (80, 12), (50, 14), (40, 8), (12, 2)]
 
 
-EVERYTHING = [
+PROBLEM_VARIANTS = [
     pytest.param(problem, id=f"{name}:{variant}" if variant else name)
     for name in problem_names()
     for variant, problem in problems.load_variants(name).items()
@@ -41,8 +41,8 @@ EVERYTHING = [
 
 
 @cache
-def played(problem: Problem, turns: int) -> Session:
-    """A game of random agents, which nobody plays on with."""
+def play_randomly(problem: Problem, turns: int) -> Session:
+    """Play a game of random agents; it is cached, and tests must not play it further."""
     agents = [dmplay.load_agent(problem, seat, "random") for seat in range(len(problem.agents))]
     game = Session(problem, SeededUniforms(5), agents)
     while len(game.turns) < turns and not game.over:
@@ -53,10 +53,10 @@ def played(problem: Problem, turns: int) -> Session:
 def test_hexworld_in_compact_ascii_with_its_policy() -> None:
     problem = dmplay.load_problem("hexworld")
     q = value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
-    view = session("hexworld", [0.55], [0.0]).view(0)
-    drawn = fit_board(hexworld, view, DrawOptions(50, 8, ascii=True, overlay=Overlay("policy", q)))
+    view = make_session("hexworld", [0.55], [0.0]).view(0)
+    board = fit_board(hexworld, view, DrawOptions(50, 8, ascii=True, overlay=Overlay("policy", q)))
     assert (
-        drawn.plain
+        board.plain
         == r"""
  / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
 | SE| SW| SW| W | E | E | @ | E | SE| SW|
@@ -69,7 +69,7 @@ def test_hexworld_in_compact_ascii_with_its_policy() -> None:
 
 
 def test_hexworld_in_three_rows_of_dots() -> None:
-    view = session("hexworld", [0.55], [0.0]).view(0)
+    view = make_session("hexworld", [0.55], [0.0]).view(0)
     assert (
         fit_board(hexworld, view, DrawOptions(40, 3)).plain
         == """\
@@ -80,11 +80,11 @@ def test_hexworld_in_three_rows_of_dots() -> None:
 
 
 def test_2048_with_its_new_tile_underlined() -> None:
-    game = session("2048", [0.0, 0.0, 0.0, 0.9], [0.0, 0.0])
+    game = make_session("2048", [0.0, 0.0, 0.0, 0.9], [0.0, 0.0])
     game.advance([1])
-    drawn = fit_board(game_2048, game.view(0), DrawOptions(80, 24))
+    board = fit_board(game_2048, game.view(0), DrawOptions(80, 24))
     assert (
-        drawn.plain
+        board.plain
         == """\
 ┌──────┬──────┬──────┬──────┐
 │  2   │  ·   │  ·   │  ·   │
@@ -96,7 +96,7 @@ def test_2048_with_its_new_tile_underlined() -> None:
 │  2   │  4   │  ·   │  ·   │
 └──────┴──────┴──────┴──────┘"""
     )
-    underlined = [drawn.plain[s.start : s.end] for s in drawn.spans if "underline" in str(s.style)]
+    underlined = [board.plain[s.start : s.end] for s in board.spans if "underline" in str(s.style)]
     assert underlined == ["2"]
     assert (
         fit_board(game_2048, game.view(0), DrawOptions(20, 4)).plain
@@ -108,71 +108,83 @@ def test_2048_with_its_new_tile_underlined() -> None:
     )
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
-@pytest.mark.parametrize("plain", [False, True])
-def test_every_view_fits_every_room_in_allowed_glyphs(problem: Problem, plain: bool) -> None:
-    style = load_view_module(problem)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
+@pytest.mark.parametrize("is_ascii", [False, True])
+def test_every_view_fits_every_viewport_and_uses_allowed_glyphs(
+    problem: Problem, is_ascii: bool
+) -> None:
+    view_module = load_view_module(problem)
     for turns in (0, 9):
-        game = played(problem, turns)
+        game = play_randomly(problem, turns)
         for seat in range(len(problem.agents)):
             view = game.view(seat)
-            for width, height in SIZES[:: 1 + plain]:
-                look = DrawOptions(width, height, ascii=plain, show_keys=True)
-                drawn = fit_board(style, view, look)
-                rows = drawn.plain.split("\n")
+            for width, height in VIEWPORT_SIZES[:: 1 + is_ascii]:
+                options = DrawOptions(width, height, ascii=is_ascii, show_keys=True)
+                board = fit_board(view_module, view, options)
+                rows = board.plain.split("\n")
                 assert max(map(len, rows)) <= width
                 assert len(rows) <= height
-                glyphs = {glyph for glyph in drawn.plain if not glyph.isascii()}
-                assert not glyphs if plain else glyphs <= GLYPHS
+                glyphs = {glyph for glyph in board.plain if not glyph.isascii()}
+                assert not glyphs if is_ascii else glyphs <= GLYPHS
                 assert all(wcswidth(glyph) == 1 for glyph in glyphs)
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
-@pytest.mark.parametrize("plain", [False, True])
-def test_what_is_advised_fits_every_room_in_allowed_glyphs(problem: Problem, plain: bool) -> None:
-    style, game = load_view_module(problem), played(problem, 3)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
+@pytest.mark.parametrize("is_ascii", [False, True])
+def test_hints_fit_every_viewport_and_use_allowed_glyphs(problem: Problem, is_ascii: bool) -> None:
+    view_module, game = load_view_module(problem), play_randomly(problem, 3)
     for seat, actions in enumerate(problem.actions):
         view = game.view(seat)
-        many = len(actions.labels)
+        action_count = len(actions.labels)
         regret = np.where(
-            view.legal_actions_mask is None or view.legal_actions_mask, np.arange(many) / 7, np.nan
+            view.legal_actions_mask is None or view.legal_actions_mask,
+            np.arange(action_count) / 7,
+            np.nan,
         )
-        listed = bool(many) and len(problem.agents) == 1 and not game.over
-        large = DrawOptions(0, 0, ascii=plain, allow_large=True)
-        looks = [large, large._replace(regret=regret)] if many else [large]
-        if listed:
-            first = int(np.argmin(np.isnan(regret)))
-            looks.append(large._replace(forecast=foreseen(game, first)))
-        for look in looks:
-            for width, height in SIZES[:: 1 + plain]:
-                drawn = fit_board(style, view, look._replace(width=width, height=height)).plain
-                rows = drawn.split("\n")
+        has_forecast = bool(action_count) and len(problem.agents) == 1 and not game.over
+        large_options = DrawOptions(0, 0, ascii=is_ascii, allow_large=True)
+        option_sets = (
+            [large_options, large_options._replace(regret=regret)]
+            if action_count
+            else [large_options]
+        )
+        if has_forecast:
+            first_legal = int(np.argmin(np.isnan(regret)))
+            option_sets.append(large_options._replace(forecast=forecast_action(game, first_legal)))
+        for options in option_sets:
+            for width, height in VIEWPORT_SIZES[:: 1 + is_ascii]:
+                board = fit_board(
+                    view_module, view, options._replace(width=width, height=height)
+                ).plain
+                rows = board.split("\n")
                 assert max(map(len, rows)) <= width
                 assert len(rows) <= height
-                assert {*drawn} - {"\n"} <= (PLAIN if plain else PLAIN | GLYPHS)
+                assert {*board} - {"\n"} <= (
+                    ASCII_CHARACTERS if is_ascii else ASCII_CHARACTERS | GLYPHS
+                )
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
-def test_every_view_fits_the_common_terminals_with_a_board(problem: Problem) -> None:
-    style = load_view_module(problem)
-    view = played(problem, 3).view(0)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
+def test_every_view_draws_a_board_in_common_terminal_sizes(problem: Problem) -> None:
+    view_module = load_view_module(problem)
+    view = play_randomly(problem, 3).view(0)
     for width, height in ((80, 18), (50, 9), (40, 8)):
-        assert "need" not in fit_board(style, view, DrawOptions(width, height)).plain
+        assert "need" not in fit_board(view_module, view, DrawOptions(width, height)).plain
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
-def test_a_view_says_what_to_aim_for_the_most_important_first(problem: Problem) -> None:
-    view = played(problem, 0).view(0)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
+def test_a_view_lists_the_most_important_goal_first(problem: Problem) -> None:
+    view = play_randomly(problem, 0).view(0)
     clauses = load_view_module(problem).goal_lines(view)
     assert len(clauses[0]) <= 48
     assert all(clause.isascii() and clause.strip(" .;") == clause for clause in clauses)
 
 
-def test_what_is_written_on_a_filling_is_read_on_any_terminal() -> None:
+def test_text_on_filled_cells_has_enough_contrast() -> None:
     def light(number: int) -> float:
-        shares = [share / 255 for share in palette_rgb(number)]
-        each = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in shares]
-        return 0.2126 * each[0] + 0.7152 * each[1] + 0.0722 * each[2]
+        channels = [channel / 255 for channel in palette_rgb(number)]
+        linear = [x / 12.92 if x <= 0.04045 else ((x + 0.055) / 1.055) ** 2.4 for x in channels]
+        return 0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2]
 
     styles = {
         exits.POSITIVE_EXIT_STYLE,
@@ -180,14 +192,14 @@ def test_what_is_written_on_a_filling_is_read_on_any_terminal() -> None:
         *map(tiles.get_tile_style, range(1, 18)),
     }
     for style in styles:
-        written, filling = map(int, re.findall(r"color\((\d+)\)", style))
-        low, high = sorted([light(written), light(filling)])
-        assert (high + 0.05) / (low + 0.05) >= 4.5, style  # the contrast of WCAG 2
+        text_color, fill_color = map(int, re.findall(r"color\((\d+)\)", style))
+        darker, lighter = sorted([light(text_color), light(fill_color)])
+        assert (lighter + 0.05) / (darker + 0.05) >= 4.5, style  # minimum contrast ratio of WCAG 2
 
 
-def test_the_goal_is_of_the_problems_own_parameters_and_of_the_seat() -> None:
-    def said(name: str, seat: int = 0, **changed: object) -> str:
-        problem = dmplay.load_problem(name, **changed)
+def test_the_goal_depends_on_the_parameters_and_the_seat() -> None:
+    def said(name: str, seat: int = 0, **parameters: object) -> str:
+        problem = dmplay.load_problem(name, **parameters)
         return "; ".join(
             load_view_module(problem).goal_lines(Session(problem, SeededUniforms(1)).view(seat))
         )
@@ -205,70 +217,68 @@ def test_the_goal_is_of_the_problems_own_parameters_and_of_the_seat() -> None:
     )
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
-def test_a_view_says_itself_in_plain_sentences(problem: Problem) -> None:
-    style = load_view_module(problem)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
+def test_descriptions_are_plain_ascii_sentences(problem: Problem) -> None:
+    view_module = load_view_module(problem)
     for turns in (0, 1, 5):
-        game = played(problem, turns)
+        game = play_randomly(problem, turns)
         for seat in range(len(problem.agents)):
             view = game.view(seat)
-            words = [
-                style.describe_situation(view),
-                *(label + value for label, value in style.panel_rows(view)),
+            sentences = [
+                view_module.describe_situation(view),
+                *(label + value for label, value in view_module.panel_rows(view)),
             ]
-            words += [style.describe_turn(view)] if view.turns_played else []
-            for sentence in words:
+            sentences += [view_module.describe_turn(view)] if view.turns_played else []
+            for sentence in sentences:
                 assert "\n" not in sentence
                 assert sentence.isascii()
-            assert style.describe_situation(view).endswith(".")
+            assert view_module.describe_situation(view).endswith(".")
 
 
-@pytest.mark.parametrize("problem", EVERYTHING)
+@pytest.mark.parametrize("problem", PROBLEM_VARIANTS)
 def test_every_action_has_a_key_and_every_key_an_action(problem: Problem) -> None:
-    style = load_view_module(problem)
+    view_module = load_view_module(problem)
     for seat, labels in enumerate(problem.actions):
         if not isinstance(labels, tuple) or not isinstance(labels[0], str):
             continue
         if len(labels) > 10:
-            continue  # a number is typed
-        assert set(style.KEYS.values()) <= set(labels)
+            continue  # the player types a number
+        assert set(view_module.KEYS.values()) <= set(labels)
         for number in range(1, len(labels) + 1):
             assert find_action_by_key(problem, seat, str(number % 10)) == number - 1
-        for key, label in style.KEYS.items():
+        for key, label in view_module.KEYS.items():
             assert find_action_by_key(problem, seat, key) == labels.index(label)
 
 
-def test_a_brought_game_tells_what_all_did_where_they_see_it_and_no_state_where_there_is_one() -> (
-    None
-):
-    game = Session(ballet(), SeededUniforms(1))
+def test_a_user_defined_game_describes_only_actions_that_a_seat_observes() -> None:
+    game = Session(read_ballet(), SeededUniforms(1))
     first, second = game.problem.agents
     assert generic.describe_situation(game.view(0)).startswith("actions: ")
     game.advance([0, 1])
     names = [game.problem.format_action(seat, action) for seat, action in enumerate((0, 1))]
-    told = f"{first} chose {names[0]}; {second} chose {names[1]}."
+    description = f"{first} chose {names[0]}; {second} chose {names[1]}."
     assert (generic.describe_turn(game.view(0)), generic.describe_turn(game.view(1))) == (
-        told,
-        told,
+        description,
+        description,
     )
-    unseen = Session(team(), SeededUniforms(1))
-    unseen.advance([0, 1])
-    assert generic.describe_turn(unseen.view(0)).count("chose") == 1
+    team_game = Session(read_team(), SeededUniforms(1))
+    team_game.advance([0, 1])
+    assert generic.describe_turn(team_game.view(0)).count("chose") == 1
 
 
-def test_a_belief_in_many_states_is_told_of_the_likeliest_and_goes_on() -> None:
-    view = Session(cheese(), SeededUniforms(1)).view(0)
+def test_a_large_belief_is_described_by_its_likeliest_states() -> None:
+    view = Session(make_cheese_maze(), SeededUniforms(1)).view(0)
     likeliest = "(0, 2) 0.100, (1, 2) 0.100, (2, 2) 0.100, ..."
     assert (
         generic.describe_situation(view) == f"nothing yet. belief: {likeliest} actions: n, e, s, w."
     )
 
 
-def test_a_problem_without_a_word_of_its_own_has_a_goal_all_the_same() -> None:
-    silent = type(
+def test_a_problem_without_a_description_has_a_default_goal() -> None:
+    problem = type(
         "Silent", (type(dmplay.load_problem("crying-baby")),), {"description": lambda self: ""}
     )()
-    view = Session(silent, SeededUniforms(7), turn_limit=1).view(0)
+    view = Session(problem, SeededUniforms(7), turn_limit=1).view(0)
     assert generic.goal_lines(view) == [
         "gather the largest sum of rewards",
         "in 1 turn",

@@ -1,4 +1,4 @@
-"""What bash, zsh and fish are told can follow, by the protocol that their scripts speak."""
+"""Tests of completion in bash, zsh and fish, by the protocol of their completion scripts."""
 
 import re
 import subprocess
@@ -9,53 +9,53 @@ import pytest
 
 from dmplay.cli.group import rejoin_bash_words
 from dmplay.finding.names import problem_names
-from tests.support.programs import loaded, run
+from tests.support.programs import list_loaded_modules, run_dmplay
 from tests.support.terminals import clean_environment
 
-pytestmark = pytest.mark.slow  # starts the program again and again
+pytestmark = pytest.mark.slow  # starts many processes
 
 
-def asked(folder: Path, **env: str) -> list[str]:
-    """The lines that the program answers."""
-    done = run(folder, stdin=None, **env)
-    assert (done.returncode, done.stderr) == (0, "")
-    return done.stdout.splitlines()
+def request_completions(folder: Path, **env: str) -> list[str]:
+    """Return the lines of the program's completion."""
+    completed = run_dmplay(folder, stdin=None, **env)
+    assert (completed.returncode, completed.stderr) == (0, "")
+    return completed.stdout.splitlines()
 
 
-def bash(line: str, folder: Path) -> list[str]:
-    """As bash asks: words apart at `:` and `=`, the cursor behind the last."""
+def complete_in_bash(line: str, folder: Path) -> list[str]:
+    """Complete a line as bash does: words split at `:` and `=`, the cursor behind the last."""
     words = line.replace(":", " : ").replace("=", " = ").split(" ")
     words = [word for word in words[:-1] if word] + words[-1:]
     if len(words) > 1 and words[-2] in ":=" and not words[-1]:
-        words.pop()  # the cursor touches the sign
+        words.pop()  # the cursor directly follows the sign
     env = {"COMP_WORDS": " ".join(words), "COMP_CWORD": str(len(words) - 1)}
-    return asked(folder, _DMPLAY_COMPLETE="complete_bash", **env)
+    return request_completions(folder, _DMPLAY_COMPLETE="complete_bash", **env)
 
 
-def zsh(line: str, folder: Path) -> list[str]:
-    told = asked(folder, _DMPLAY_COMPLETE="complete_zsh", _TYPER_COMPLETE_ARGS=line)
-    return [re.findall(r'"([^"]*)"', one)[0].replace(r"\\:", ":") for one in told]
+def complete_in_zsh(line: str, folder: Path) -> list[str]:
+    rows = request_completions(folder, _DMPLAY_COMPLETE="complete_zsh", _TYPER_COMPLETE_ARGS=line)
+    return [re.findall(r'"([^"]*)"', row)[0].replace(r"\\:", ":") for row in rows]
 
 
-def fish(line: str, folder: Path) -> list[str]:
+def complete_in_fish(line: str, folder: Path) -> list[str]:
     env = {"_TYPER_COMPLETE_FISH_ACTION": "get-args", "_TYPER_COMPLETE_ARGS": line}
-    told = asked(folder, _DMPLAY_COMPLETE="complete_fish", **env)
-    return [one.partition("\t")[0] for one in told]
+    rows = request_completions(folder, _DMPLAY_COMPLETE="complete_fish", **env)
+    return [row.partition("\t")[0] for row in rows]
 
 
 @pytest.fixture
-def place(tmp_path: Path) -> Path:
-    """A folder with a transcript, and the state of a game played before."""
+def home_folder(tmp_path: Path) -> Path:
+    """Create a folder with a transcript and a saved game."""
     (tmp_path / "game.dmt").touch()
     (tmp_path / "notes.txt").touch()
     (tmp_path / "more").mkdir()
-    kept = tmp_path / "state" / "dmplay" / "games"
-    kept.mkdir(parents=True)
-    (kept / "a.dmt").write_text("dmplay: 1\nseed: 1234\n\nturn: 0\n")
+    games_folder = tmp_path / "state" / "dmplay" / "games"
+    games_folder.mkdir(parents=True)
+    (games_folder / "a.dmt").write_text("dmplay: 1\nseed: 1234\n\nturn: 0\n")
     return tmp_path
 
 
-CASES = [
+COMPLETION_CASES = [
     ("dmplay he", ["hexworld"]),
     ("dmplay play p", ["predator-prey", "prisoners-dilemma"]),
     ("dmplay solve ca", ["cart-pole", "catch"]),
@@ -83,14 +83,16 @@ CASES = [
 ]
 
 
-@pytest.mark.parametrize("shell", [bash, zsh, fish], ids=["bash", "zsh", "fish"])
-def test_what_can_follow_is_offered(shell: "type[object]", place: Path) -> None:
-    """Bash is told only what it lacks of a word behind a colon or an equals sign."""
-    for line, offered in CASES:
-        found: list[str] = shell(line, place)  # type: ignore[call-arg, assignment]
-        begun = "" if shell is bash else re.sub("[^:=]*$", "", line.rpartition(" ")[2])
-        told = [one for one in found if not one.endswith("=VALUE")]
-        assert told == [f"{begun}{one}" for one in offered], line
+@pytest.mark.parametrize(
+    "shell", [complete_in_bash, complete_in_zsh, complete_in_fish], ids=["bash", "zsh", "fish"]
+)
+def test_valid_completions_are_offered(shell: "type[object]", home_folder: Path) -> None:
+    """Bash is offered only the missing part of a word after a colon or an equals sign."""
+    for line, offered in COMPLETION_CASES:
+        completions: list[str] = shell(line, home_folder)  # type: ignore[call-arg, assignment]
+        prefix = "" if shell is complete_in_bash else re.sub("[^:=]*$", "", line.rpartition(" ")[2])
+        values = [value for value in completions if not value.endswith("=VALUE")]
+        assert values == [f"{prefix}{value}" for value in offered], line
 
 
 @pytest.mark.parametrize(
@@ -103,27 +105,27 @@ def test_what_can_follow_is_offered(shell: "type[object]", place: Path) -> None:
         ("dmplay review a", ["a\\ b.dmt"]),
     ],
 )
-def test_bash_ends_no_word_that_goes_on_and_escapes_blanks(
-    line: str, offered: list[str], place: Path
+def test_bash_does_not_end_incomplete_words_and_escapes_blanks(
+    line: str, offered: list[str], home_folder: Path
 ) -> None:
-    (place / "a b.dmt").touch()
-    assert bash(line, place) == offered
+    (home_folder / "a b.dmt").touch()
+    assert complete_in_bash(line, home_folder) == offered
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
-def test_the_script_of_any_shell_can_be_asked_for(shell: str, place: Path) -> None:
-    done = run(place, "--show-completion", shell)
-    assert f"complete_{shell}" in done.stdout
+def test_the_completion_script_of_every_shell_is_printed(shell: str, home_folder: Path) -> None:
+    completed = run_dmplay(home_folder, "--show-completion", shell)
+    assert f"complete_{shell}" in completed.stdout
 
 
-def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
-    done = run(place, "--install-completion", "csh")
-    assert done.returncode == 2
-    assert "'csh' is not one of 'bash', 'zsh', 'fish'" in done.stderr
+def test_an_unknown_shell_is_refused(home_folder: Path) -> None:
+    completed = run_dmplay(home_folder, "--install-completion", "csh")
+    assert completed.returncode == 2
+    assert "'csh' is not one of 'bash', 'zsh', 'fish'" in completed.stderr
 
 
 @pytest.mark.parametrize(
-    ("words", "at", "found"),
+    ("words", "cursor", "expected"),
     [
         (["dmplay", ""], 1, (["dmplay", ""], 1, "")),
         (["dmplay", "a", ":"], 2, (["dmplay", "a:"], 1, "a:")),
@@ -136,54 +138,54 @@ def test_a_shell_that_is_not_known_is_refused(place: Path) -> None:
         (["dmplay", "--set", "=", "a", "="], 4, (["dmplay", "--set=a="], 1, "a=")),
     ],
 )
-def test_words_that_bash_took_apart_are_joined(
-    words: list[str], at: int, found: tuple[list[str], int, str]
+def test_words_that_bash_split_are_joined(
+    words: list[str], cursor: int, expected: tuple[list[str], int, str]
 ) -> None:
-    assert rejoin_bash_words(words, at) == found
+    assert rejoin_bash_words(words, cursor) == expected
 
 
-def test_commands_problems_and_aliases_are_offered_first(place: Path) -> None:
-    own = place / ".config" / "dmplay"
-    own.mkdir(parents=True)
-    (own / "config.toml").write_text('[aliases]\nhw = "play hexworld"\n')
-    offered = bash("dmplay ", place)
+def test_commands_problems_and_aliases_are_offered_first(home_folder: Path) -> None:
+    config_folder = home_folder / ".config" / "dmplay"
+    config_folder.mkdir(parents=True)
+    (config_folder / "config.toml").write_text('[aliases]\nhw = "play hexworld"\n')
+    offered = complete_in_bash("dmplay ", home_folder)
     assert {"play", "verify", "shell", "hw", *problem_names()} <= set(offered)
 
 
-def test_a_wrong_file_of_settings_does_not_stop_completion(place: Path) -> None:
-    (place / "dmplay.toml").write_text("colour = 3\n")
-    assert bash("dmplay play he", place) == ["hexworld"]
+def test_an_invalid_settings_file_does_not_stop_completion(home_folder: Path) -> None:
+    (home_folder / "dmplay.toml").write_text("colour = 3\n")
+    assert complete_in_bash("dmplay play he", home_folder) == ["hexworld"]
 
 
-def test_completion_runs_no_code_of_others(place: Path) -> None:
-    (place / "evil.py").write_text("open('ran', 'w').close()\n")
-    bash("dmplay play ./evil.py:X --agent ", place)
-    assert not (place / "ran").exists()
+def test_completion_runs_no_user_code(home_folder: Path) -> None:
+    (home_folder / "evil.py").write_text("open('ran', 'w').close()\n")
+    complete_in_bash("dmplay play ./evil.py:X --agent ", home_folder)
+    assert not (home_folder / "ran").exists()
 
 
 @pytest.mark.parametrize(
-    ("variable", "line", "never"),
+    ("variable", "line", "unwanted_modules"),
     [
         ("complete_bash", "dmplay he", {"numpy", "rich", "prompt_toolkit"}),
         ("complete_bash", "dmplay play he", {"numpy", "rich", "prompt_toolkit"}),
         ("complete_bash", "dmplay hexworld --agent o", {"rich", "prompt_toolkit"}),
     ],
 )
-def test_a_tab_loads_no_more_than_it_needs(
-    variable: str, line: str, never: set[str], place: Path
+def test_completion_imports_only_the_modules_it_needs(
+    variable: str, line: str, unwanted_modules: set[str], home_folder: Path
 ) -> None:
     code = (
         "import sys\nfrom dmplay.__main__ import main\nsys.argv[1:] = []\n"
         "try:\n    main()\nexcept SystemExit as end:\n    assert not end.code, end.code\n"
     )
     env = {"_DMPLAY_COMPLETE": variable, "COMP_WORDS": line, "COMP_CWORD": str(line.count(" "))}
-    assert not loaded(code, never, env)
+    assert not list_loaded_modules(code, unwanted_modules, env)
 
 
 @pytest.mark.slow
-def test_bash_itself_completes_a_variant(place: Path) -> None:
-    (place / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
-    (place / "dmplay").chmod(0o755)
+def test_a_real_bash_completes_a_variant(home_folder: Path) -> None:
+    (home_folder / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
+    (home_folder / "dmplay").chmod(0o755)
     script = """
         PATH=.:$PATH
         eval "$(_DMPLAY_COMPLETE=source_bash dmplay)"
@@ -191,8 +193,8 @@ def test_bash_itself_completes_a_variant(place: Path) -> None:
         _dmplay_completion dmplay
         printf '%s\\n' "${COMPREPLY[@]}"
     """
-    done = subprocess.run(
-        ["bash", "-c", script], capture_output=True, text=True, env=clean_environment(place),
-        cwd=place, check=True, timeout=60,
+    completed = subprocess.run(
+        ["bash", "-c", script], capture_output=True, text=True, env=clean_environment(home_folder),
+        cwd=home_folder, check=True, timeout=60,
     )  # fmt: skip
-    assert done.stdout == "straight-line\n"
+    assert completed.stdout == "straight-line\n"

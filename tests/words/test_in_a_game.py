@@ -1,4 +1,4 @@
-"""Commands of the command line in a game: they mean its problem, and do not end it unasked."""
+"""Tests of commands typed in a game: they apply to its problem and do not end it unasked."""
 
 from pathlib import Path
 
@@ -14,102 +14,106 @@ from dmplay.screen.acts import run_typed_line
 from dmplay.screen.screen import PlayScreen
 from dmplay.terminal import Terminal, TerminalOptions, choose_terminal
 from dmplay.words.commands import run_line
-from tests.support.screens import game, play
+from tests.support.screens import make_game, play_keys
 
 
 @pytest.fixture
-def table(tmp_path: Path) -> GameController:
-    """A table at which a person played a turn."""
-    made = GameController(
+def controller(tmp_path: Path) -> GameController:
+    """The controller of a game in which a person played a turn."""
+    game_controller = GameController(
         start_new_game(GameRequest("hexworld", seed=7, record_path=tmp_path / "game.dmt")),
         interpret_command,
     )
-    made.is_interactive = True
-    run_line(made, "e")
-    return made
+    game_controller.is_interactive = True
+    run_line(game_controller, "e")
+    return game_controller
 
 
 @pytest.mark.parametrize("command", ["info", "agents", "solve"])
-def test_a_question_about_a_problem_means_the_one_that_is_played(
-    command: str, table: GameController
+def test_commands_about_a_problem_default_to_the_problem_of_the_game(
+    command: str, controller: GameController
 ) -> None:
-    assert run_line(table, command) == run_line(table, f"{command} hexworld")
-    assert run_line(table, command) != run_line(table, f"{command} prisoners-dilemma")
+    assert run_line(controller, command) == run_line(controller, f"{command} hexworld")
+    assert run_line(controller, command) != run_line(controller, f"{command} prisoners-dilemma")
 
 
-def test_a_game_is_solved_with_the_parameters_that_it_has(table: GameController) -> None:
-    table.is_interactive = False
-    run_line(table, "set slip 0")
-    told = run_line(table, "solve")
-    assert told.startswith("hexworld slip=0: value iteration\n")
-    assert told == run_line(table, "solve hexworld --set slip=0")
-    assert run_line(table, "solve --set slip=0.5") == run_line(
-        table, "solve hexworld --set slip=0.5"
+def test_solve_uses_the_parameters_of_the_game(controller: GameController) -> None:
+    controller.is_interactive = False
+    run_line(controller, "set slip 0")
+    output = run_line(controller, "solve")
+    assert output.startswith("hexworld slip=0: value iteration\n")
+    assert output == run_line(controller, "solve hexworld --set slip=0")
+    assert run_line(controller, "solve --set slip=0.5") == run_line(
+        controller, "solve hexworld --set slip=0.5"
     )
-    assert run_line(table, "solve --json catch") == run_line(table, "solve catch --json")
+    assert run_line(controller, "solve --json catch") == run_line(controller, "solve catch --json")
     with pytest.raises(UnknownName, match="'hexwrld'; did you mean hexworld"):
-        run_line(table, "solve hexwrld")
-    assert table.game.recorder
-    recording = GameController(Playback(table.game.recorder.path), interpret_command)
-    assert run_line(recording, "solve") == told.replace("slip=0", "slip=0.0")
+        run_line(controller, "solve hexwrld")
+    assert controller.game.recorder
+    replay = GameController(Playback(controller.game.recorder.path), interpret_command)
+    assert run_line(replay, "solve") == output.replace("slip=0", "slip=0.0")
 
 
-def test_a_copy_is_written_to_one_file(table: GameController, tmp_path: Path) -> None:
+def test_save_writes_a_copy_to_a_single_file(controller: GameController, tmp_path: Path) -> None:
     with pytest.raises(BadParameter, match=r"^save: got 'a b.dmt', expected one file; quotes"):
-        run_line(table, "save a b.dmt")
-    assert run_line(table, f"save '{tmp_path}/a b.dmt'").startswith(f"saved {tmp_path}/a b.dmt; ")
+        run_line(controller, "save a b.dmt")
+    assert run_line(controller, f"save '{tmp_path}/a b.dmt'").startswith(
+        f"saved {tmp_path}/a b.dmt; "
+    )
 
 
 @pytest.mark.parametrize("line", ["set slip 0", "agent agent optimal"])
-def test_what_would_end_a_game_is_asked_first(line: str, table: GameController) -> None:
-    played = table.game
+def test_a_command_that_ends_the_game_needs_confirmation(
+    line: str, controller: GameController
+) -> None:
+    original_game = controller.game
     name = line.partition(" ")[0]
-    asked = f"{name}: that ends this game of 1 turn; once more does it"
-    assert run_line(table, line) == asked
-    assert run_line(table, "look").startswith("at ")
-    run_line(table, "e")
-    assert run_line(table, line).startswith(f"{name}: that ends this game of 2 turns")
-    assert table.game is played
-    assert run_line(table, line).startswith("new game of hexworld")
-    assert table.game is not played
+    question = f"{name}: that ends this game of 1 turn; once more does it"
+    assert run_line(controller, line) == question
+    assert run_line(controller, "look").startswith("at ")
+    run_line(controller, "e")
+    assert run_line(controller, line).startswith(f"{name}: that ends this game of 2 turns")
+    assert controller.game is original_game
+    assert run_line(controller, line).startswith("new game of hexworld")
+    assert controller.game is not original_game
 
 
 @pytest.mark.parametrize("line", ["set nothing 7", "set slip 3", "agent agent bst"])
-def test_what_cannot_be_is_refused_before_anything_is_asked(
-    line: str, table: GameController
+def test_an_invalid_command_is_refused_without_confirmation(
+    line: str, controller: GameController
 ) -> None:
     with pytest.raises((BadParameter, UnknownName)):
-        run_line(table, line)
-    assert table.game.session.end_reason is None
+        run_line(controller, line)
+    assert controller.game.session.end_reason is None
 
 
-def test_a_game_without_a_turn_and_a_script_are_not_asked(table: GameController) -> None:
-    run_line(table, "undo")
-    assert run_line(table, "set slip 0").startswith("new game")
-    run_line(table, "e")
-    table.is_interactive = False
-    assert run_line(table, "set slip 0.1").startswith("new game")
+def test_games_without_turns_and_scripts_need_no_confirmation(controller: GameController) -> None:
+    run_line(controller, "undo")
+    assert run_line(controller, "set slip 0").startswith("new game")
+    run_line(controller, "e")
+    controller.is_interactive = False
+    assert run_line(controller, "set slip 0.1").startswith("new game")
 
 
 @pytest.mark.parametrize("form", ["svg", "film", "html", "cast", "cast3"])
 def test_a_picture_is_written_to_a_file_not_over_the_board(
-    form: str, table: GameController, tmp_path: Path
+    form: str, controller: GameController, tmp_path: Path
 ) -> None:
     with pytest.raises(BadParameter, match=f"export: --{form} is for a file; -o game[.]"):
-        run_line(table, f"export --{form}")
-    run_line(table, f"export --{form} -o {tmp_path / 'drawn'}")
+        run_line(controller, f"export --{form}")
+    run_line(controller, f"export --{form} -o {tmp_path / 'drawn'}")
     assert (tmp_path / "drawn").exists()
-    assert run_line(table, "export --csv").startswith("turn")
+    assert run_line(controller, "export --csv").startswith("turn")
 
 
-def test_turns_that_agents_play_are_logged_and_do_not_cover_the_board() -> None:
-    shown = PlayScreen(
-        GameController(game("2048", "random")), Terminal(True, "", True, True, False)
+def test_turns_that_agents_play_are_logged_without_covering_the_board() -> None:
+    screen = PlayScreen(
+        GameController(make_game("2048", "random")), Terminal(True, "", True, True, False)
     )
-    run_typed_line(shown, "auto 5")
-    assert len(shown.log) == 5
-    assert not shown.page_rows
-    assert not shown.message
+    run_typed_line(screen, "auto 5")
+    assert len(screen.log) == 5
+    assert not screen.page_rows
+    assert not screen.message
 
 
 @pytest.mark.parametrize(
@@ -123,7 +127,7 @@ def test_turns_that_agents_play_are_logged_and_do_not_cover_the_board() -> None:
         ({}, False),
     ],
 )
-def test_the_bare_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) -> None:
+def test_the_c_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) -> None:
     with Path("/dev/null").open("w+", encoding="utf-8") as stream:
         assert choose_terminal(TerminalOptions(), env, stream, stream).ascii is ascii_
 
@@ -136,7 +140,7 @@ def test_the_bare_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) ->
         ("hexworld", " hexworld  turn 0  score 0  you: agent"),
     ],
 )
-def test_a_title_tells_a_fact_whole_or_not_at_all(name: str, title: str) -> None:
-    first = play(game(name), size=(50, 14)).last.split("\n")[0]
+def test_a_title_shows_each_fact_completely_or_not_at_all(name: str, title: str) -> None:
+    first = play_keys(make_game(name), size=(50, 14)).last.split("\n")[0]
     assert first.startswith(title)
     assert not first.endswith("…")

@@ -1,4 +1,4 @@
-"""The shell: typed lines, scripts, and a real session on a terminal."""
+"""Tests of the shell: typed lines, completion, scripts, and real sessions on a terminal."""
 
 import json
 import signal
@@ -26,8 +26,8 @@ from dmplay.transcript.reading import read_transcript
 from dmplay.words.commands import COMMANDS, COMMANDS_BY_TOPIC, run_line
 from dmplay.words.completion.candidates import CommandCompleter, complete_line
 from dmplay.words.shell import Shell
-from tests.support.games import values
-from tests.support.programs import run
+from tests.support.games import read_values
+from tests.support.programs import run_dmplay
 from tests.support.terminals import (
     CTRL_C,
     CTRL_D,
@@ -35,76 +35,81 @@ from tests.support.terminals import (
     ENTER,
     TAB,
     Terminal,
-    colours,
+    list_colour_codes,
 )
 
-ON_A_TERMINAL = Wished(True, "", True, False, False)
+TERMINAL_SETTINGS = Wished(True, "", True, False, False)
 
 
 @pytest.fixture
-def place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A state folder of this test's own."""
+def state_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A temporary state folder."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     return tmp_path
 
 
-def shell(*lines: str) -> Shell:
-    """A shell in which these lines were done."""
-    made = Shell(
+def create_shell(*lines: str) -> Shell:
+    """Return a shell after running these lines."""
+    new_shell = Shell(
         GameController(cli_interpreter=interpret_command, aliases={"hw": "play hexworld --seed 7"}),
-        ON_A_TERMINAL,
+        TERMINAL_SETTINGS,
     )
     for line in lines:
-        made.run_line(line)
-    return made
+        new_shell.run_line(line)
+    return new_shell
 
 
-def session(keys: str, made: Shell | None = None) -> int:
-    """Types these keys at the prompt; the exit code."""
+def type_at_prompt(keys: str, current_shell: Shell | None = None) -> int:
+    """Type these keys at the prompt and return the exit code."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        return prompt.run_prompt(made or shell(), pipe, DummyOutput())
+        return prompt.run_prompt(current_shell or create_shell(), pipe, DummyOutput())
 
 
-def kept(folder: Path) -> list[Path]:
-    """The transcripts kept, in the order of their names."""
+def list_transcripts(folder: Path) -> list[Path]:
+    """List the saved transcripts in the order of their names."""
     return sorted((folder / "dmplay" / "games").glob("*.dmt"))
 
 
-def test_a_game_is_played_on_from_an_earlier_turn_in_a_file_of_its_own(tmp_path: Path) -> None:
-    words = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
-    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
-    assert done.returncode == 0
-    assert "on from turn 1. new game of hexworld. kept: g.dmt" in done.stdout
-    told = {name: values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")}
-    assert told == {
+def test_a_branch_from_an_earlier_turn_is_recorded_in_a_new_file(tmp_path: Path) -> None:
+    commands = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
+    completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
+    assert completed.returncode == 0
+    assert "on from turn 1. new game of hexworld. kept: g.dmt" in completed.stdout
+    actions_by_file = {
+        name: read_values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")
+    }
+    assert actions_by_file == {
         "g.dmt": ['{"agent": "e"}', '{"agent": "ne"}'],
         "g-2.dmt": ['{"agent": "e"}', '{"agent": "w"}'],
     }
-    assert all(verify_file(tmp_path / name).is_ok for name in told)
+    assert all(verify_file(tmp_path / name).is_ok for name in actions_by_file)
 
 
-def test_a_recording_that_is_looked_at_is_played_on_from_where_it_stands(tmp_path: Path) -> None:
-    run(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nw\n")
-    words = ("replay g.dmt", "step 2", "branch", "e", "quit")
-    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
-    assert "on from turn 2." in done.stdout
-    assert "turn 3. at (8,2). chose E, bumped" in done.stdout
+def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nw\n")
+    commands = ("replay g.dmt", "step 2", "branch", "e", "quit")
+    completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
+    assert "on from turn 2." in completed.stdout
+    assert "turn 3. at (8,2). chose E, bumped" in completed.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
     assert verify_file(file).is_ok
 
 
-def test_a_path_with_a_blank_is_told_as_a_shell_takes_it(tmp_path: Path) -> None:
-    words = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
-    done = run(tmp_path, *(w for line in words for w in ("-e", line)))
-    assert "dmplay resume 'c d.dmt' goes on" in done.stdout
-    assert "replay: dmplay replay 'a b.dmt'\n" in done.stderr
+def test_a_path_with_a_blank_is_printed_with_quotes(tmp_path: Path) -> None:
+    commands = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
+    completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
+    assert "dmplay resume 'c d.dmt' goes on" in completed.stdout
+    assert "replay: dmplay replay 'a b.dmt'\n" in completed.stderr
 
 
-def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
+def test_a_figure_is_the_same_inside_and_outside_the_shell(tmp_path: Path) -> None:
     for env in ({}, {"PYTHONIOENCODING": "ascii"}, {"DMPLAY_ASCII": "1"}):
-        alone = run(tmp_path, "figure", "F.2", **env).stdout
-        assert run(tmp_path, "-e", "figure F.2", **env).stdout.rstrip() == alone.rstrip()
+        direct_output = run_dmplay(tmp_path, "figure", "F.2", **env).stdout
+        assert (
+            run_dmplay(tmp_path, "-e", "figure F.2", **env).stdout.rstrip()
+            == direct_output.rstrip()
+        )
 
 
 @pytest.mark.parametrize(
@@ -114,52 +119,58 @@ def test_a_figure_is_drawn_as_outside_the_shell(tmp_path: Path) -> None:
         ("branch one", "branch: got 'one', expected a turn, 0 to 1"),
     ],
 )
-def test_a_turn_that_is_not_there_is_told(line: str, message: str, tmp_path: Path) -> None:
-    done = run(tmp_path, "-e", "play hexworld -o g.dmt", "-e", "e", "-e", line)
-    assert (done.returncode, done.stderr.splitlines()[0]) == (2, "transcript: g.dmt")
-    assert f"error: command 3: {message}\n" in done.stderr
+def test_a_branch_at_an_invalid_turn_is_refused(line: str, message: str, tmp_path: Path) -> None:
+    completed = run_dmplay(tmp_path, "-e", "play hexworld -o g.dmt", "-e", "e", "-e", line)
+    assert (completed.returncode, completed.stderr.splitlines()[0]) == (2, "transcript: g.dmt")
+    assert f"error: command 3: {message}\n" in completed.stderr
 
 
 # At the prompt
 
 
-WALKED = "turn 1. at (8,2). chose E, moved E.", "turn 2. at (8,2). chose NE, bumped, stayed."
+WALK_LINES = "turn 1. at (8,2). chose E, moved E.", "turn 2. at (8,2). chose NE, bumped, stayed."
 
 
 @pytest.mark.parametrize(
-    ("keys", "code", "told"),
+    ("keys", "code", "expected"),
     [
-        ("play hexworld --seed 7\re\rne; hint\r\x04", 0, (*WALKED, "hint (optimal): sw")),
-        ("play hexworld --seed 7\re\rne\r\x04", 0, ("  @  ",) * 3),  # one board a line
-        # Ctrl-C cancels a line, and twice on an empty one leaves.
+        ("play hexworld --seed 7\re\rne; hint\r\x04", 0, (*WALK_LINES, "hint (optimal): sw")),
+        ("play hexworld --seed 7\re\rne\r\x04", 0, ("  @  ",) * 3),  # a board after each line
+        # Ctrl-C cancels a line; a second Ctrl-C on an empty line leaves.
         (
             "play hexwo\x03list\r\x03help act\r\x03\x03",
             130,
             ("problem  ", *["Ctrl-C once more"] * 2),
         ),
-        # Lines that are pasted together are done one after the other.
-        ("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04", 0, WALKED),
+        # Lines that are pasted together run one after the other.
+        ("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04", 0, WALK_LINES),
     ],
 )
-def test_what_is_typed_is_done(
-    keys: str, code: int, told: tuple[str, ...], place: Path, capsys: pytest.CaptureFixture[str]
+def test_typed_lines_are_executed(
+    keys: str,
+    code: int,
+    expected: tuple[str, ...],
+    state_folder: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
-    assert session(keys) == code
-    shown = capsys.readouterr().out
-    assert [shown.count(one) for one in told] == [told.count(one) for one in told]
+    assert type_at_prompt(keys) == code
+    output = capsys.readouterr().out
+    assert [output.count(text) for text in expected] == [expected.count(text) for text in expected]
 
 
-def test_quit_leaves_with_0_and_so_does_its_key_and_help_is_its_key_too(
-    place: Path, capsys: pytest.CaptureFixture[str]
+def test_quit_and_its_key_exit_with_code_0_and_help_has_a_key(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert session("quit\r") == 0
-    assert session("? keys\rq\r") == 0
+    assert type_at_prompt("quit\r") == 0
+    assert type_at_prompt("? keys\rq\r") == 0
     assert "keys: which key does what" in capsys.readouterr().out
 
 
-def test_an_error_is_told_and_asked_again(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    assert session("hexwrold\rlegal\rplay\rhexworld\rnee\rplay '\r\x04") == 0
-    told = capsys.readouterr()
+def test_an_error_is_printed_and_the_prompt_returns(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert type_at_prompt("hexwrold\rlegal\rplay\rhexworld\rnee\rplay '\r\x04") == 0
+    captured = capsys.readouterr()
     for error in (
         "unknown command 'hexwrold'; did you mean hexworld or reroll or help?",
         "no game is played; play PROBLEM begins one, list names them",
@@ -167,132 +178,139 @@ def test_an_error_is_told_and_asked_again(place: Path, capsys: pytest.CaptureFix
         "unknown action 'nee'; did you mean ne or e?",
         'got "\'": no closing quotation',
     ):
-        assert f"error: {error}\n" in told.err
+        assert f"error: {error}\n" in captured.err
 
 
-def test_f1_is_help_that_fits_a_screen_and_names_every_command(
-    place: Path, capsys: pytest.CaptureFixture[str]
+def test_f1_prints_help_that_fits_a_screen_and_names_every_command(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    assert session("\x1bOP\x04") == 0
-    told = capsys.readouterr().out
-    assert told.count("\n") < 20
+    assert type_at_prompt("\x1bOP\x04") == 0
+    output = capsys.readouterr().out
+    assert output.count("\n") < 20
     for topic, commands in COMMANDS_BY_TOPIC.items():
         assert f"{topic}: {', '.join(command.name for command in commands)}" in " ".join(
-            told.split()
+            output.split()
         )
 
 
-def test_help_knows_actions_and_problems(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    made = shell()
-    made.run_line("help hexworld")
-    made.run_line("play hexworld")
-    made.run_line("help ne")
-    told = capsys.readouterr().out.splitlines()
-    assert told[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
-    assert told[-1] == "ne: an action; its name alone plays it"
+def test_help_explains_actions_and_problems(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    current_shell = create_shell()
+    current_shell.run_line("help hexworld")
+    current_shell.run_line("play hexworld")
+    current_shell.run_line("help ne")
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
+    assert lines[-1] == "ne: an action; its name alone plays it"
 
 
 @pytest.mark.parametrize("topic", COMMANDS_BY_TOPIC)
-def test_help_tells_of_a_topic_what_each_command_does(
-    topic: str, place: Path, capsys: pytest.CaptureFixture[str]
+def test_help_for_a_topic_explains_each_command(
+    topic: str, state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shell().run_line(f"help {topic}")
-    told = capsys.readouterr().out.splitlines()
-    wanted = [
+    create_shell().run_line(f"help {topic}")
+    lines = capsys.readouterr().out.splitlines()
+    expected = [
         f"{c.name} {c.argument_help}".strip() + f": {c.help}" for c in COMMANDS_BY_TOPIC[topic]
     ]
-    assert told == wanted
+    assert lines == expected
     with pytest.raises(UnknownName, match="did you mean files or"):
-        shell().run_line("help file")
+        create_shell().run_line("help file")
 
 
-def test_the_prompt_and_the_toolbar_tell_where_the_game_stands(place: Path) -> None:
-    made = shell()
-    assert (made.prompt, prompt.toolbar_text(made)) == ("dmplay> ", " F1 help")
-    made.run_line("hw; e")
-    assert made.prompt == "dmplay [hexworld t1]> "
-    assert prompt.toolbar_text(made) == " score 0.00 · at (8,2) · F1 help"
-    made.run_line("play crying-baby --turns 1")
-    assert prompt.toolbar_text(made) == " F1 help"
-    made.run_line("feed")
-    assert made.prompt == "dmplay [crying-baby t1 over]> "
-    made.run_line("play prisoners-dilemma --vs human")
-    made.run_line("c")
-    assert made.prompt == "dmplay [prisoners-dilemma t0 agent2]> "
+def test_the_prompt_and_the_toolbar_show_the_state_of_the_game(state_folder: Path) -> None:
+    current_shell = create_shell()
+    assert (current_shell.prompt, prompt.toolbar_text(current_shell)) == ("dmplay> ", " F1 help")
+    current_shell.run_line("hw; e")
+    assert current_shell.prompt == "dmplay [hexworld t1]> "
+    assert prompt.toolbar_text(current_shell) == " score 0.00 · at (8,2) · F1 help"
+    current_shell.run_line("play crying-baby --turns 1")
+    assert prompt.toolbar_text(current_shell) == " F1 help"
+    current_shell.run_line("feed")
+    assert current_shell.prompt == "dmplay [crying-baby t1 over]> "
+    current_shell.run_line("play prisoners-dilemma --vs human")
+    current_shell.run_line("c")
+    assert current_shell.prompt == "dmplay [prisoners-dilemma t0 agent2]> "
 
 
-def test_lines_are_remembered_but_not_the_choices_of_several(place: Path) -> None:
-    session("hw\re\rplay prisoners-dilemma --vs human\rcooperate\rdefect\r\x04")
-    typed_ = (place / "dmplay" / "history").read_text()
-    assert [line[1:] for line in typed_.splitlines() if line[:1] == "+"] == [
+def test_the_history_contains_lines_but_no_simultaneous_choices(state_folder: Path) -> None:
+    type_at_prompt("hw\re\rplay prisoners-dilemma --vs human\rcooperate\rdefect\r\x04")
+    history = (state_folder / "dmplay" / "history").read_text()
+    assert [line[1:] for line in history.splitlines() if line[:1] == "+"] == [
         "hw", "e", "play prisoners-dilemma --vs human",
     ]  # fmt: skip
-    assert session("\x1b[A\x1b[A\r\x04") == 0  # two up: `e`, which no game takes
+    # two lines up is `e`, which has no effect without a game
+    assert type_at_prompt("\x1b[A\x1b[A\r\x04") == 0
 
 
-def test_a_choice_that_is_hidden_is_neither_completed_nor_echoed_where_it_is_wrong(
-    place: Path, capsys: pytest.CaptureFixture[str]
+def test_a_hidden_choice_is_neither_completed_nor_echoed_in_errors(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    session("play rock-paper-scissors --vs human\rscisors\rsci\t\r\x04")
-    told = capsys.readouterr().err
-    assert told.count("error: that cannot be played; help and legal tell what can be typed") == 2
-    assert "sci" not in told
+    type_at_prompt("play rock-paper-scissors --vs human\rscisors\rsci\t\r\x04")
+    errors = capsys.readouterr().err
+    assert errors.count("error: that cannot be played; help and legal tell what can be typed") == 2
+    assert "sci" not in errors
 
 
-def test_a_game_that_ends_is_told_once(place: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shell("play crying-baby --seed 7 --turns 1", "feed", "look", "state")
-    told = capsys.readouterr().out
-    assert told.count("over: turn limit after 1 turn.") == 1
-    assert "turn 1. action feed. state " in told
+def test_the_end_of_a_game_is_reported_once(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    create_shell("play crying-baby --seed 7 --turns 1", "feed", "look", "state")
+    output = capsys.readouterr().out
+    assert output.count("over: turn limit after 1 turn.") == 1
+    assert "turn 1. action feed. state " in output
 
 
 @pytest.mark.parametrize("name", problem_names())
 def test_every_problem_is_played_by_an_agent_step_by_step(
-    name: str, place: Path, capsys: pytest.CaptureFixture[str]
+    name: str, state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    made = shell(f"play {name} --seed 7 --agent random --turns 5", "step", "step 2", "auto")
-    assert len(made.controller.game.session.turns) <= 5
-    assert made.controller.game.session.over
-    made.controller.end_game()
-    (path,) = kept(place)
+    current_shell = create_shell(
+        f"play {name} --seed 7 --agent random --turns 5", "step", "step 2", "auto"
+    )
+    assert len(current_shell.controller.game.session.turns) <= 5
+    assert current_shell.controller.game.session.over
+    current_shell.controller.end_game()
+    (path,) = list_transcripts(state_folder)
     assert verify_file(path).is_ok
     with pytest.raises((LookupError, ValueError), match="'nonsense'"):
-        made.run_line("nonsense")
+        current_shell.run_line("nonsense")
 
 
-def test_a_recording_is_looked_at_and_gone_on_with(
-    place: Path, capsys: pytest.CaptureFixture[str]
+def test_a_transcript_can_be_replayed_and_resumed(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    made = shell("hw", "e; ne", f"save {place / 'g.dmt'}")
-    made.run_line(f"replay {place / 'g.dmt'}")
-    made.run_line("step; step; undo")
-    assert len(made.controller.game.session.turns) == 1
-    made.run_line(f"load {place / 'g.dmt'}")
+    current_shell = create_shell("hw", "e; ne", f"save {state_folder / 'g.dmt'}")
+    current_shell.run_line(f"replay {state_folder / 'g.dmt'}")
+    current_shell.run_line("step; step; undo")
+    assert len(current_shell.controller.game.session.turns) == 1
+    current_shell.run_line(f"load {state_folder / 'g.dmt'}")
     assert "resumed hexworld. turn 2." in capsys.readouterr().out
-    made.run_line("w")
-    made.controller.end_game()
-    end = read_transcript(place / "g.dmt").end_block
+    current_shell.run_line("w")
+    current_shell.controller.end_game()
+    end = read_transcript(state_folder / "g.dmt").end_block
     assert end is not None
     assert json.loads(json.dumps(end["end"]))["turns"] == 3
 
 
-def test_a_hidden_game_is_not_exported_before_its_end(place: Path) -> None:
-    made = shell("play crying-baby --seed 3 --turns 2", "feed")
+def test_a_hidden_game_is_not_exported_before_its_end(state_folder: Path) -> None:
+    current_shell = create_shell("play crying-baby --seed 3 --turns 2", "feed")
     with pytest.raises(ValueError, match="would tell what is hidden"):
-        made.run_line("export --csv")
-    made.run_line("feed; export --csv")
+        current_shell.run_line("export --csv")
+    current_shell.run_line("feed; export --csv")
 
 
-def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
+def test_the_screen_opens_only_on_a_terminal(state_folder: Path) -> None:
     with pytest.raises(ValueError, match="opens from the shell, on a terminal"):
-        shell("hw", "screen")
+        create_shell("hw", "screen")
 
 
 # Completion
 
 
 @pytest.mark.parametrize(
-    ("line", "among"),
+    ("line", "expected"),
     [
         ("", "play list hexworld 2048 hw"),
         ("play ", "hexworld hexworld:straight-line cart-pole:gym"),
@@ -307,29 +325,29 @@ def test_the_screen_opens_from_a_terminal_only(place: Path) -> None:
         ("figure ", "F.2 T.1"),
     ],
 )
-def test_what_can_follow_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(complete_line(shell().controller, line))
+def test_valid_completions_are_offered(line: str, expected: str, state_folder: Path) -> None:
+    assert set(expected.split()) <= set(complete_line(create_shell().controller, line))
 
 
-def test_the_options_of_the_command_line_are_offered_but_for_how_a_game_is_shown(
-    place: Path,
+def test_all_options_except_display_options_are_offered(
+    state_folder: Path,
 ) -> None:
-    table = shell().controller
-    known = {
-        name: {max(one.opts, key=len) for one in root_command().commands[name].params}
+    table = create_shell().controller
+    option_names = {
+        name: {max(option.opts, key=len) for option in root_command().commands[name].params}
         - {"file", "problem"}
         for name in ("play", "export")
     }
-    look = {f"--{name}" for name in (*TerminalOptions._fields, "quiet", "speed", "rate")}
-    play = known["play"] - look - {"--strict-hints"} | {"--strict=hints"}
-    assert {*complete_line(table, "play hexworld ")} == play
-    assert {one for one in complete_line(table, "export ") if one.startswith("-")} == known[
-        "export"
-    ]
+    display_options = {f"--{name}" for name in (*TerminalOptions._fields, "quiet", "speed", "rate")}
+    play_options = option_names["play"] - display_options - {"--strict-hints"} | {"--strict=hints"}
+    assert {*complete_line(table, "play hexworld ")} == play_options
+    assert {
+        option for option in complete_line(table, "export ") if option.startswith("-")
+    } == option_names["export"]
 
 
 @pytest.mark.parametrize(
-    ("line", "among"),
+    ("line", "expected"),
     [
         ("", "e nw undo restart"),
         ("act ", "e nw"),
@@ -339,18 +357,20 @@ def test_the_options_of_the_command_line_are_offered_but_for_how_a_game_is_shown
         ("seed ", "7"),
     ],
 )
-def test_what_can_follow_in_a_game_is_offered(line: str, among: str, place: Path) -> None:
-    assert set(among.split()) <= set(complete_line(shell("hw").controller, line))
+def test_valid_completions_in_a_game_are_offered(
+    line: str, expected: str, state_folder: Path
+) -> None:
+    assert set(expected.split()) <= set(complete_line(create_shell("hw").controller, line))
 
 
-def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (place / "a.dmt").touch()
-    (place / "b.txt").touch()
-    monkeypatch.chdir(place)
+def test_transcript_files_are_offered(state_folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (state_folder / "a.dmt").touch()
+    (state_folder / "b.txt").touch()
+    monkeypatch.chdir(state_folder)
     for command in ("load", "replay", "export"):
-        found = complete_line(shell().controller, f"{command} ")
-        assert "a.dmt" in found
-        assert "b.txt" not in found
+        completions = complete_line(create_shell().controller, f"{command} ")
+        assert "a.dmt" in completions
+        assert "b.txt" not in completions
 
 
 @pytest.mark.parametrize(
@@ -363,34 +383,34 @@ def test_files_are_offered(place: Path, monkeypatch: pytest.MonkeyPatch) -> None
     ],
 )
 def test_completion_is_fuzzy_and_takes_the_word_under_the_cursor(
-    line: str, first: str, place: Path
+    line: str, first: str, state_folder: Path
 ) -> None:
-    completer = FuzzyCompleter(CommandCompleter(shell().controller), WORD=True)
-    found = [*completer.get_completions(Document(line), CompleteEvent())]
-    assert found[0].text == first
-    assert -found[0].start_position == len(line.rpartition(" ")[2])
+    completer = FuzzyCompleter(CommandCompleter(create_shell().controller), WORD=True)
+    completions = [*completer.get_completions(Document(line), CompleteEvent())]
+    assert completions[0].text == first
+    assert -completions[0].start_position == len(line.rpartition(" ")[2])
 
 
 # Scripts
 
-SCRIPT = "# a game\nplay hexworld --seed 7\n\ne  # east\nact NE; look\nquit\nnever\n"
+SCRIPT_TEXT = "# a game\nplay hexworld --seed 7\n\ne  # east\nact NE; look\nquit\nnever\n"
 
 
-@pytest.mark.parametrize("words", [(), ("shell",)])
+@pytest.mark.parametrize("arguments", [(), ("shell",)])
 def test_a_script_is_echoed_after_the_prompts_and_played(
-    words: Sequence[str], tmp_path: Path
+    arguments: Sequence[str], tmp_path: Path
 ) -> None:
-    done = run(tmp_path, *words, stdin=SCRIPT)
-    assert done.returncode == 0
-    prompts = [line for line in done.stdout.splitlines() if line.startswith("dmplay")]
+    completed = run_dmplay(tmp_path, *arguments, stdin=SCRIPT_TEXT)
+    assert completed.returncode == 0
+    prompts = [line for line in completed.stdout.splitlines() if line.startswith("dmplay")]
     assert prompts == [
         "dmplay> play hexworld --seed 7",
         "dmplay [hexworld t0]> e  # east",
         "dmplay [hexworld t1]> act NE; look",
         "dmplay [hexworld t2]> quit",
     ]
-    assert "│" not in done.stdout
-    assert done.stderr.startswith("transcript: ")
+    assert "│" not in completed.stdout
+    assert completed.stderr.startswith("transcript: ")
 
 
 @pytest.mark.parametrize(
@@ -407,52 +427,52 @@ def test_a_script_is_echoed_after_the_prompts_and_played(
         ("step", "line 3: step: people play here; agent SEAT NAME seats an agent"),
     ],
 )
-def test_a_bad_line_ends_a_script_with_2_and_is_named(
+def test_an_invalid_line_ends_a_script_with_code_2_and_is_named(
     line: str, message: str, tmp_path: Path
 ) -> None:
-    done = run(tmp_path, "shell", stdin=f"play hexworld --seed 7\ne\n{line}\ne\n")
-    assert done.returncode == 2
-    assert done.stderr.splitlines()[-1].startswith(f"error: {message}")
-    (path,) = kept(tmp_path / "state")
+    completed = run_dmplay(tmp_path, "shell", stdin=f"play hexworld --seed 7\ne\n{line}\ne\n")
+    assert completed.returncode == 2
+    assert completed.stderr.splitlines()[-1].startswith(f"error: {message}")
+    (path,) = list_transcripts(tmp_path / "state")
     assert '"reason": "illegal", "turns": 1' in path.read_text()
 
 
-def test_commands_of_the_command_line_are_done_in_order(tmp_path: Path) -> None:
-    words = ("-e", "play hexworld --seed 7", "-e", "e", "-e", "quit", "-e", "never")
-    done = run(tmp_path, *words)
-    assert done.returncode == 0
-    assert "turn 1. at (8,2)." in done.stdout
-    assert "dmplay>" not in done.stdout
-    bad = run(tmp_path, "shell", "--execute", "list", "-e", "legal")
-    assert bad.returncode == 2
-    assert bad.stderr.startswith("error: command 2: no game is played")
+def test_execute_options_run_in_order(tmp_path: Path) -> None:
+    arguments = ("-e", "play hexworld --seed 7", "-e", "e", "-e", "quit", "-e", "never")
+    completed = run_dmplay(tmp_path, *arguments)
+    assert completed.returncode == 0
+    assert "turn 1. at (8,2)." in completed.stdout
+    assert "dmplay>" not in completed.stdout
+    failed = run_dmplay(tmp_path, "shell", "--execute", "list", "-e", "legal")
+    assert failed.returncode == 2
+    assert failed.stderr.startswith("error: command 2: no game is played")
 
 
-def test_what_is_no_text_is_no_command(tmp_path: Path) -> None:
-    done = run(tmp_path, "shell", stdin="play hexworld\n\udcff\n")
-    assert done.returncode == 2
-    assert "error: line 2: unknown action '\\\\xff'" in done.stderr
+def test_undecodable_input_is_refused(tmp_path: Path) -> None:
+    completed = run_dmplay(tmp_path, "shell", stdin="play hexworld\n\udcff\n")
+    assert completed.returncode == 2
+    assert "error: line 2: unknown action '\\\\xff'" in completed.stderr
 
 
 @pytest.mark.parametrize("stdin", [None, ""])
-def test_nothing_to_read_is_help_on_the_error_stream(stdin: str | None, tmp_path: Path) -> None:
-    done = run(tmp_path, stdin=stdin)
-    assert (done.returncode, done.stdout) == (2, "")
-    assert "dmplay hexworld" in done.stderr
+def test_empty_input_prints_help_on_standard_error(stdin: str | None, tmp_path: Path) -> None:
+    completed = run_dmplay(tmp_path, stdin=stdin)
+    assert (completed.returncode, completed.stdout) == (2, "")
+    assert "dmplay hexworld" in completed.stderr
 
 
-def test_every_command_is_asked_without_a_fault(
-    place: Path, capsys: pytest.CaptureFixture[str]
+def test_every_command_returns_text_or_a_described_error(
+    state_folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for game in ("hexworld", "crying-baby", "simple-regulator", "predator-prey"):
-        made = shell(f"play {game} --seed 7")
+    for name in ("hexworld", "crying-baby", "simple-regulator", "predator-prey"):
+        current_shell = create_shell(f"play {name} --seed 7")
         for command in COMMANDS:
             if command.name not in ("quit", "load"):
                 try:
-                    words = run_line(made.controller, command.name)
+                    output = run_line(current_shell.controller, command.name)
                 except (ValueError, LookupError) as error:
-                    words = str(error)
-                assert words
+                    output = str(error)
+                assert output
 
 
 # On a real terminal
@@ -473,7 +493,7 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
         assert terminal.ended() == 130
         assert terminal.left_clean()
         assert "transcript: " in terminal.text
-    assert len(kept(tmp_path / "state")) == 2  # the last had no turns
+    assert len(list_transcripts(tmp_path / "state")) == 2  # the last game had no turns
     with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play h", "play hexworld --seed 7").press("\x1b[C" + ENTER, "t0]>")
         assert terminal.press(CTRL_D).ended() == 0
@@ -481,7 +501,7 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("number", "code"), [(signal.SIGTERM, 143), (signal.SIGHUP, 129)])
-def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path: Path) -> None:
+def test_a_signal_ends_a_session_cleanly(number: int, code: int, tmp_path: Path) -> None:
     with Terminal("shell", folder=tmp_path) as terminal:
         terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press(
             "e" + ENTER, "t1]>"
@@ -490,14 +510,16 @@ def test_a_signal_ends_a_session_in_good_order(number: int, code: int, tmp_path:
         assert terminal.ended() == code
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
-    (path,) = kept(tmp_path / "state")
+    (path,) = list_transcripts(tmp_path / "state")
     assert verify_file(path).is_ok
     assert '"reason": "interrupted"' in path.read_text()
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("env", [{"TERM": "dumb"}, {"ACCESSIBLE": "1"}])
-def test_a_shell_that_cannot_draw_asks_in_lines(env: dict[str, str], tmp_path: Path) -> None:
+def test_a_shell_without_drawing_prompts_in_plain_lines(
+    env: dict[str, str], tmp_path: Path
+) -> None:
     with Terminal("shell", folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
         terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>").calm()
@@ -514,13 +536,13 @@ def test_no_color_gives_no_colour_codes(tmp_path: Path) -> None:
         terminal.ready().press("play hexworld --seed 7" + ENTER, "t0]>").press("he" + TAB).calm()
         terminal.press("\x15quit" + ENTER)
         assert terminal.ended() == 0
-        assert colours(terminal.printed) == set()
+        assert list_colour_codes(terminal.printed) == set()
 
 
 @pytest.mark.slow
-def test_ctrl_z_gives_the_terminal_back_and_fg_goes_on(tmp_path: Path) -> None:
-    bash = ("bash", "--norc", "--noprofile", "-i")
-    with Terminal(command=bash, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
+def test_ctrl_z_suspends_the_shell_and_fg_continues_it(tmp_path: Path) -> None:
+    bash_command = ("bash", "--norc", "--noprofile", "-i")
+    with Terminal(command=bash_command, folder=tmp_path, env={"PS1": "ready> "}) as terminal:
         terminal.until("ready>").press(f"{sys.executable} -m dmplay shell\r").ready().calm()
         terminal.press("play hexworld --seed 7" + ENTER, "t0]>").calm()
         terminal.press(CTRL_Z, "Stopped").calm().press("fg\r").calm(0.5)

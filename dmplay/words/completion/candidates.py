@@ -1,4 +1,4 @@
-"""Completion at the prompt and in the screen's command row."""
+"""Completion of commands at the prompt and in the screen's command row."""
 
 from collections.abc import Callable, Iterable
 
@@ -24,86 +24,90 @@ EXPORT_OPTIONS = (
 
 
 class CommandCompleter(Completer):
-    """What can stand where the cursor is; the fuzzy completer takes away the word under it."""
+    """A completer of shell commands, to be wrapped by a fuzzy completer that filters them."""
 
     def __init__(self, controller: GameController) -> None:
         self._controller = controller
 
     def get_completions(self, document: Document, event: CompleteEvent) -> Iterable[Completion]:
-        """All candidates, the completer around this one chooses; none that tell what is hidden."""
+        """Return all words that can follow, unfiltered; none while typed input is hidden."""
         if self._controller.is_input_hidden:
             return []
-        before = document.text_before_cursor.rpartition(";")[2]
-        return map(Completion, complete_line(self._controller, before))
+        command_text = document.text_before_cursor.rpartition(";")[2]
+        return map(Completion, complete_line(self._controller, command_text))
 
 
 def complete_line(controller: GameController, text_before_cursor: str) -> list[str]:
-    """The words that can follow what stands before the cursor, the one under it left out."""
+    """Return the words that can come next; `text_before_cursor` excludes the partial word."""
     words = text_before_cursor.split()
     if not words:
-        begun = [] if controller.has_game else lists.complete_problems()
+        problem_names = [] if controller.has_game else lists.complete_problems()
         return [
             *list_actions(controller),
-            *(one.name for one in COMMANDS),
+            *(entry.name for entry in COMMANDS),
             *controller.aliases,
-            *begun,
+            *problem_names,
         ]
-    command, *rest = words
-    last = rest[-1] if rest else ""
+    command, *arguments = words
+    last_word = arguments[-1] if arguments else ""
     if command == "play" or (not controller.has_game and command in lists.complete_problems()):
-        return _complete_play_options(rest if command == "play" else words, last)
+        return _complete_play_options(arguments if command == "play" else words, last_word)
     if command in ("info", "agents", "solve"):
-        return [] if rest else _list_problem_specs()
+        return [] if arguments else _list_problem_specs()
     if command in ("load", "replay", "save", "export", "resume"):
-        files = [] if rest else lists.complete_transcripts()
+        files = [] if arguments else lists.complete_transcripts()
         return [*files, *EXPORT_OPTIONS] if command == "export" else files
-    simple: dict[str, Callable[[], list[str]]] = {
+    completers: dict[str, Callable[[], list[str]]] = {
         "act": lambda: list_actions(controller),
-        "agent": lambda: _complete_agent_arguments(controller, rest),
+        "agent": lambda: _complete_agent_arguments(controller, arguments),
         "set": lambda: (
-            [] if rest else [name.rstrip("=") for name in _list_current_parameters(controller)]
+            [] if arguments else [name.rstrip("=") for name in _list_current_parameters(controller)]
         ),
         "seed": lambda: [*_list_current_seed(controller), *lists.list_saved_seeds()],
         "figure": lists.list_figures,
         "guide": lambda: [*list_topics()],
         "list": lambda: [*lists.LIST_FILTERS],
-        "help": lambda: [*COMMANDS_BY_TOPIC, *(one.name for one in COMMANDS)],
+        "help": lambda: [*COMMANDS_BY_TOPIC, *(entry.name for entry in COMMANDS)],
     }
-    return simple[command]() if command in simple else []
+    return completers[command]() if command in completers else []
 
 
 def list_actions(controller: GameController) -> list[str]:
-    """The labels of the actions of the one who chooses."""
+    """Return the action labels of the seat that chooses; [] without a game."""
     if not controller.has_game:
         return []
     return [*controller.game.session.action_labels(controller.game.viewing_seat)]
 
 
 def _list_problem_specs() -> list[str]:
-    """Every problem and every variant."""
+    """Return all problems and all their variants."""
     names = lists.complete_problems()
     return names + [spec for name in names for spec in lists.complete_problems(f"{name}:")]
 
 
 def _complete_play_options(arguments: list[str], last_word: str) -> list[str]:
-    """What can follow `play`: a problem, its options and their values."""
+    """Return the completions of `play`: a problem, an option, or a value of the last option."""
     if not arguments:
         return _list_problem_specs()
     values = {
-        "--agent": complete_agents, "--vs": complete_agents, "--ghost": complete_agents, "--seat": _list_seat_assignments,
+        "--agent": complete_agents,
+        "--vs": complete_agents,
+        "--ghost": complete_agents,
+        "--seat": _list_seat_assignments,
         "--set": list_parameters,
-    }  # fmt: skip
+    }
     if last_word in values:
         return values[last_word](arguments[0])
     return lists.list_saved_seeds() if last_word == "--seed" else [*PLAY_OPTIONS]
 
 
 def _list_seat_assignments(problem: str) -> list[str]:
-    """Every seat with everyone who can play there."""
+    """Return every `SEAT=AGENT` setting of a problem."""
     return [seat + agent for seat in complete_seats(problem) for agent in complete_agents(problem)]
 
 
 def _list_current_seed(controller: GameController) -> list[str]:
+    """Return the seed of the current game if it may be shown."""
     return (
         [str(controller.game.seed)]
         if controller.has_game and controller.game.is_seed_visible
@@ -112,10 +116,12 @@ def _list_current_seed(controller: GameController) -> list[str]:
 
 
 def _list_current_parameters(controller: GameController) -> list[str]:
+    """Return the parameters of the current problem as `NAME=`; [] without a game."""
     return list_parameters(controller.game.problem_name) if controller.has_game else []
 
 
 def _complete_agent_arguments(controller: GameController, arguments: list[str]) -> list[str]:
+    """Return the completions of `agent`: a seat, then an agent."""
     if not controller.has_game or len(arguments) > 1:
         return []
     game = controller.game

@@ -1,4 +1,4 @@
-"""Names that can be typed next, those of problems without an import of one."""
+"""Completions of names; those of problems are listed without importing a problem."""
 
 import os
 from pathlib import Path
@@ -6,14 +6,14 @@ from pathlib import Path
 from dmplay.finding.names import problem_names
 
 LIST_FILTERS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP", "games")
-MAX_SEEDS = 20  # of games played before
+MAX_SEEDS = 20  # maximum number of saved games that are searched
 
 
 def complete_problems(word: str = "") -> list[str]:
-    """The problems, those that are installed too; once a name stands before a colon, its variants,
-    or what the library of this name has.
+    """Return the problems, including installed ones; after `NAME:`, the variants of that problem.
 
-    No code but our own, and that of the library, is run for them.
+    After the name of an external library and a colon, return its environments. Only code of dmplay
+    and of that library is run.
     """
     base, colon, _ = word.partition(":")
     if colon and base in problem_names():
@@ -31,35 +31,41 @@ def complete_problems(word: str = "") -> list[str]:
 
 
 def list_figures() -> list[str]:
-    """The figures and tables of the book."""
+    """Return the names of the book's figures and tables."""
     from dmplay.figures import every
 
     return [*every.load_figures()]
 
 
 def complete_transcripts(word: str = "") -> list[str]:
-    """The transcripts and folders that a path can go on to."""
+    """Return the transcripts and folders in the folder of a partial path; hidden ones are
+    omitted.
+    """
     folder = Path(word).parent if word and not word.endswith("/") else Path(word or ".")
     try:
-        found = sorted(folder.iterdir())
+        entries = sorted(folder.iterdir())
     except OSError:
         return []
-    names = [f"{path}/" if path.is_dir() else str(path) for path in found]
+    names = [f"{path}/" if path.is_dir() else str(path) for path in entries]
     return [name for name in names if name.endswith((".dmt", "/")) and not name.startswith(".")]
 
 
 def list_saved_seeds() -> list[str]:
-    """The seeds of the games that are kept, the last first; not of what people still play."""
+    """Return the seeds of the newest 20 saves, newest first.
+
+    Games that a person or a language model has not finished are omitted, because their seeds are
+    not to be disclosed.
+    """
     from dmplay.game.saves import saves_folder
     from dmplay.transcript.format import EXTERNAL_PLAYERS
 
-    found: dict[str, None] = {}
+    seeds_in_order: dict[str, None] = {}
     for path in sorted(saves_folder(os.environ).glob("*.dmt"), reverse=True)[:MAX_SEEDS]:
-        header, _, turns = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
-        if any(f'"{who}"' in header for who in EXTERNAL_PLAYERS) and "\nend: " not in turns:
+        header, _, body = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
+        if any(f'"{player}"' in header for player in EXTERNAL_PLAYERS) and "\nend: " not in body:
             continue
         for line in header.splitlines():
             key, _, value = line.partition(": ")
             if key == "seed":
-                found[value] = None
-    return [*found]
+                seeds_in_order[value] = None
+    return [*seeds_in_order]
