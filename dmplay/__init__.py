@@ -8,32 +8,44 @@ __version__ = "0.1.0"
 # needs no NumPy.
 _PUBLIC_MODULES = {
     "Categorical": "chance",
-    "SeededUniforms": "dice",
+    "DiscreteUniform": "chance",
     "Interval": "core",
     "Labels": "core",
     "Normal": "chance",
     "Outcome": "core",
-    "DiscreteUniform": "chance",
     "Policy": "core",
     "Problem": "core",
+    "SeededUniforms": "uniforms",
     "Session": "session",
-    "Uniform": "chance",
     "Tables": "tabular",
     "Tabular": "tabular",
-    "load_agent": "finding.agents",
+    "Uniform": "chance",
     "check": "conformance",
-    "compare": "measure.comparing",
+    "compare": "evaluation.comparison",
     "enumerate_outcomes": "core",
-    "load_problem": "finding.problems",
-    "play": "hand",
+    "load_agent": "registry.agents",
+    "load_problem": "registry.problems",
+    "play": "manual_game",
     "rollout": "rollouts",
-    "run": "measure.running",
-    "run_tournament": "measure.tournament",
+    "run": "evaluation.run",
+    "run_tournament": "evaluation.tournament",
+}
+# public names of version 0.1.0 that were renamed
+_RENAMED = {
+    "Dice": "SeededUniforms",
+    "Pick": "DiscreteUniform",
+    "Span": "Uniform",
+    "agent": "load_agent",
+    "exact": "enumerate_outcomes",
+    "load": "load_problem",
+    "tournament": "run_tournament",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above
 
 
 def __getattr__(name: str) -> object:
+    if name in _RENAMED:
+        raise AttributeError(f"dmplay.{name} was renamed to dmplay.{_RENAMED[name]}")
     if name not in _PUBLIC_MODULES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
     return getattr(import_module(f"dmplay.{_PUBLIC_MODULES[name]}"), name)

@@ -9,16 +9,16 @@ from dmplay.core import Outcome as Outcome
 from dmplay.core import Policy as Policy
 from dmplay.core import Problem as Problem
 from dmplay.core import enumerate_outcomes as enumerate_outcomes
-from dmplay.dice import SeededUniforms as SeededUniforms
-from dmplay.finding.agents import load_agent as load_agent
-from dmplay.finding.problems import load_problem as load_problem
-from dmplay.hand import play as play
-from dmplay.measure.comparing import compare as compare
-from dmplay.measure.running import run as run
-from dmplay.measure.tournament import run_tournament as run_tournament
+from dmplay.evaluation.comparison import compare as compare
+from dmplay.evaluation.run import run as run
+from dmplay.evaluation.tournament import run_tournament as run_tournament
+from dmplay.manual_game import play as play
+from dmplay.registry.agents import load_agent as load_agent
+from dmplay.registry.problems import load_problem as load_problem
 from dmplay.rollouts import rollout as rollout
 from dmplay.session import Session as Session
 from dmplay.tabular import Tables as Tables
 from dmplay.tabular import Tabular as Tabular
+from dmplay.uniforms import SeededUniforms as SeededUniforms
 
 __version__: str

@@ -66,7 +66,7 @@ def _dispatch() -> int:
         os.environ["DMPLAY_DEBUG"] = "1"
     if not os.environ.get("DMPLAY_DEBUG"):
         sys.excepthook = _report_unexpected_error
-    from dmplay.cli.entry import run_command_line
+    from dmplay.cli.main import run_command_line
 
     return run_command_line()
 
@@ -91,7 +91,7 @@ def _report_system_exit(error: SystemExit) -> int:
 
     A SystemExit raised by dmplay itself is raised again.
     """
-    from dmplay.places import describe_exit_location
+    from dmplay.source_locations import describe_exit_location
     from dmplay.terminal import escape_unprintable
 
     location = describe_exit_location(error)

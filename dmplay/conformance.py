@@ -6,27 +6,27 @@ from functools import cache, partial
 import numpy as np
 from rich.text import Text
 
+from dmplay.agents.general import Random
 from dmplay.chance import Array
 from dmplay.core import Policy, Problem
-from dmplay.dice import SeededUniforms
 from dmplay.errors import BadPolicy
-from dmplay.finding import agents, modules, problems
-from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES, resolve_key_maps
-from dmplay.laws import play, samples
-from dmplay.laws.breach import CheckResult, CheckResults, Violation
-from dmplay.laws.choices import check_policy_choices
-from dmplay.laws.samples import (
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
+from dmplay.registry import agents, module_exports, problems
+from dmplay.session import Session
+from dmplay.uniforms import SeededUniforms
+from dmplay.validation import invariants, random_play
+from dmplay.validation.legal_action_leak import check_legal_action_leak
+from dmplay.validation.playable import CHECK_STAGES
+from dmplay.validation.policy_checks import check_policy_choices
+from dmplay.validation.random_play import (
     SEED,
     SampledTurns,
     make_arrays_readonly,
     sample_turns,
     slice_rows,
 )
-from dmplay.laws.secret import check_legal_action_leak
-from dmplay.laws.sound import CHECK_STAGES
-from dmplay.policies.general import Random
-from dmplay.session import Session
-from dmplay.views.style import DrawOptions, ViewModule, fit_board, load_view_module
+from dmplay.validation.violation import CheckResult, CheckResults, Violation
+from dmplay.views.protocol import DrawOptions, ViewModule, fit_board, load_view_module
 
 SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
 # games of random play, and turns of each, that look for terminal states
@@ -63,7 +63,9 @@ def _check_attributes(problem: Problem) -> Iterator[Violation]:
         violations = [
             violation
             for check_function in check_functions
-            for violation in play.find_violations(type(problem), partial(check_function, problem))
+            for violation in invariants.find_violations(
+                type(problem), partial(check_function, problem)
+            )
         ]
         yield from violations
         if violations:
@@ -81,20 +83,23 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
     @cache
     def sampled_outcomes() -> tuple[Array, ...]:
         """Return the outcomes of the sampled turns, computed in one batch."""
-        return play.evaluate_batch(problem, sampled_turns())
+        return invariants.evaluate_batch(problem, sampled_turns())
 
     @cache
     def final_states() -> Array:
         """Return the states of the sampled turns and the final states of random games."""
         return make_arrays_readonly(
             np.concatenate(
-                [sampled_turns().s, samples.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS)]
+                [
+                    sampled_turns().s,
+                    random_play.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS),
+                ]
             )
         )[0]
 
     def check_batch_independence(rows: slice) -> CheckResults:
         """Check that these rows have the same outcomes in a batch without the others."""
-        return play.check_row_independence(
+        return invariants.check_row_independence(
             problem,
             SampledTurns(*slice_rows(sampled_turns(), rows)),
             slice_rows(sampled_outcomes(), rows),
@@ -104,25 +109,25 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
         [partial(check_batch_independence, rows)] for rows in SEPARATE_BATCHES
     ]
     groups: list[list[Callable[[], CheckResults]]] = [
-        [lambda: play.check_determinism(problem, sampled_turns(), sampled_outcomes())],
+        [lambda: invariants.check_determinism(problem, sampled_turns(), sampled_outcomes())],
         *independence_checks,
-        [lambda: play.check_shapes(problem, sampled_turns())],
+        [lambda: invariants.check_shapes(problem, sampled_turns())],
         [
             *(
                 partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
-                for invariant in play.INVARIANTS
+                for invariant in invariants.INVARIANTS
             ),
-            lambda: play.check_state_text(
+            lambda: invariants.check_state_text(
                 problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
             ),
-            lambda: play.check_terminal_states(problem, final_states()),
+            lambda: invariants.check_terminal_states(problem, final_states()),
         ],
     ]
     for group in groups:
         violations = [
             violation
             for invariant in group
-            for violation in play.find_violations(type(problem), invariant)
+            for violation in invariants.find_violations(type(problem), invariant)
         ]
         yield from violations
         if violations:
@@ -132,7 +137,7 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
 def _check_agents(problem: Problem) -> Iterator[Violation]:
     """Yield the violations of the agents that the problem's module defines, in their seats."""
     for seat in range(len(problem.agents)):
-        for name in modules.module_agent_names(problem):
+        for name in module_exports.module_agent_names(problem):
             try:
                 policy = agents.load_agent(problem, seat, name)
             except BadPolicy:  # this agent does not play this seat
@@ -140,7 +145,7 @@ def _check_agents(problem: Problem) -> Iterator[Violation]:
             policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
             policies[seat] = policy
             check_choices = partial(check_policy_choices, problem, seat, policies, AGENT_GAMES)
-            for violation in play.find_violations(type(policy), check_choices):
+            for violation in invariants.find_violations(type(policy), check_choices):
                 yield violation._replace(what=f"{name}: {violation.what}")
 
 
@@ -149,7 +154,7 @@ def _check_problem_view(problem: Problem) -> Iterator[Violation]:
     if not problems.builtin_stem(problem):
         policies = [Random(problem, at) for at in range(len(problem.agents))]
         session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
-        yield from play.find_violations(type(problem), partial(_check_game_display, session))
+        yield from invariants.find_violations(type(problem), partial(_check_game_display, session))
 
 
 def _check_game_display(session: Session) -> CheckResults:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
-from dmplay import places
+from dmplay import source_locations
 from dmplay.budget import Budget
 from dmplay.chance import (
     Array,
@@ -467,7 +467,7 @@ class Problem(ABC):
         """
         super().__init_subclass__()
         if "__init__" in vars(cls):
-            location = places.locate_definition(cls, "__init__")
+            location = source_locations.locate_definition(cls, "__init__")
             raise BadParameter(f"{location} __init__: {INIT_REFUSED_MESSAGE}")
         bases = [_ensure_dataclass(base) for base in cls.__bases__ if issubclass(base, Problem)]
         inherited_types = {

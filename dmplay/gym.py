@@ -19,14 +19,20 @@ from gymnasium.vector.utils import batch_space
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Problem
-from dmplay.dice import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, IllegalAction
-from dmplay.finding import problems
-from dmplay.finding.names import problem_names
-from dmplay.loops.luck import FastUniforms, ReplayableUniforms
-from dmplay.loops.rows import VectorGames
-from dmplay.loops.seat import Info, SeatSpaces, load_other_policies, render_board, resolve_problem
+from dmplay.registry import problems
+from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session
+from dmplay.simulation.seat_spaces import (
+    Info,
+    SeatSpaces,
+    load_other_policies,
+    render_board,
+    resolve_problem,
+)
+from dmplay.simulation.uniform_sources import FastUniforms, ReplayableUniforms
+from dmplay.simulation.vector_games import VectorGames
+from dmplay.uniforms import SeededUniforms, new_seed
 
 NOT_RESET_MESSAGE = "step: no game was begun; call reset first"
 

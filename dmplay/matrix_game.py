@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.batch_columns import Column, take_rows, to_column
 from dmplay.chance import Array, Chance, Reals
-from dmplay.columns import Column, take_rows, to_column
 from dmplay.core import Labels, Outcome, Problem
 
 

@@ -19,14 +19,14 @@ from prompt_toolkit.output import ColorDepth, Output
 
 from dmplay.errors import DmplayError
 from dmplay.game import saves
-from dmplay.screen.row import HiddenInputProcessor
-from dmplay.screen.screen import PlayScreen
-from dmplay.screen.show import run_full_screen
+from dmplay.screen.command_prompt import HiddenInputProcessor
+from dmplay.screen.full_screen import run_full_screen
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.shell.commands import PlayerQuit
+from dmplay.shell.completion.completer import CommandCompleter
+from dmplay.shell.shell import Shell
 from dmplay.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
 from dmplay.terminal import escape_unprintable
-from dmplay.words.commands import PlayerQuit
-from dmplay.words.completion.candidates import CommandCompleter
-from dmplay.words.shell import Shell
 
 MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar
 

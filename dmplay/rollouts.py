@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.blocks import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
+from dmplay.batch_columns import stack_columns
 from dmplay.budget import (
     DEFAULT_MEMORY_BYTES,
     Budget,
@@ -21,7 +21,6 @@ from dmplay.budget import (
     scale_progress_part,
 )
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.columns import stack_columns
 from dmplay.core import (
     ACTION_DECIMALS,
     Interval,
@@ -36,9 +35,10 @@ from dmplay.core import (
     readonly_copy,
     required_fields,
 )
-from dmplay.dice import NATURE_STREAM, SeededUniforms, generate_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
 from dmplay.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_choices
+from dmplay.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
+from dmplay.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
 
 MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
     8,

@@ -27,13 +27,13 @@ from dmplay.core import (
     make_readonly,
     readonly_copy,
 )
-from dmplay.describe import describe_end_reason, format_count
-from dmplay.dice import NATURE_STREAM
-from dmplay.displayed import NotebookDisplay
+from dmplay.dynamics import StateInfo, make_dynamics
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
-from dmplay.knowledge import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
-from dmplay.rules import StateInfo, make_dynamics
+from dmplay.formatting import describe_end_reason, format_count
+from dmplay.history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
+from dmplay.notebook_display import NotebookDisplay
 from dmplay.tabular import Tabular
+from dmplay.uniforms import NATURE_STREAM
 
 DEFAULT_TURN_LIMIT = 10_000  # turn limit if nothing else ends a game
 MAX_FAST_BELIEF_STATES = 4096  # maximum states of a displayed belief if its update is fast

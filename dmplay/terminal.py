@@ -9,7 +9,7 @@ import sys
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
-from dmplay.finding.typed import parse_whole_number
+from dmplay.registry.parameter_parsing import parse_whole_number
 
 # indices of the input and local flags in a terminal's attributes
 INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3

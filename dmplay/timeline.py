@@ -6,13 +6,13 @@ from math import ceil
 
 import numpy as np
 
-from dmplay.advice import review
-from dmplay.advice.adviser import Hint, HintProvider, count_decimals, format_fixed
-from dmplay.advice.ghost import describe_ghost_result
-from dmplay.advice.review import ReviewedAction
 from dmplay.budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game.game import Game
+from dmplay.hints import review
+from dmplay.hints.ghost import describe_ghost_result
+from dmplay.hints.hint_provider import Hint, HintProvider, count_decimals, format_fixed
+from dmplay.hints.review import ReviewedAction
 from dmplay.session import Turn
 from dmplay.views.canvas import BAR_LEVELS
 

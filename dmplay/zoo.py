@@ -10,10 +10,10 @@ import numpy as np
 import pettingzoo
 
 from dmplay.core import Problem
-from dmplay.dice import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, IllegalAction
-from dmplay.loops.seat import Info, SeatSpaces, Space, render_board, resolve_problem
 from dmplay.session import Session
+from dmplay.simulation.seat_spaces import Info, SeatSpaces, Space, render_board, resolve_problem
+from dmplay.uniforms import SeededUniforms, new_seed
 
 AgentDict = dict[str, Any]
 

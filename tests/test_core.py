@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.general import Random
 from dmplay.chance import (
     MAX_COMPARED_EDGES,
     MAX_INT8_EDGES,
@@ -35,12 +36,11 @@ from dmplay.core import (
     initial_state_distribution,
 )
 from dmplay.errors import BadParameter, BudgetExceeded, IllegalAction, UnknownName
-from dmplay.policies.general import Random
 from dmplay.problems.cart_pole import CartPole
 from dmplay.problems.game_2048 import Game2048
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.rollouts import rollout
-from tests.support.turns import Nim
+from tests.support.turn_based_games import Nim
 
 
 @pytest.mark.parametrize(
@@ -296,14 +296,14 @@ def test_array_bytes_leaks_no_memory() -> None:
 class CountingGame2048(Game2048):
     """A game of 2048 that records the batch size of each request for legal actions."""
 
-    asked: ClassVar[list[int]] = []
+    queried_states: ClassVar[list[int]] = []
 
     def legal_actions_mask(self, s: Array) -> Bools:
-        self.asked.append(len(s))
+        self.queried_states.append(len(s))
         return super().legal_actions_mask(s)
 
 
 def test_a_turn_of_one_agent_computes_the_legal_actions_once() -> None:
     problem = CountingGame2048()
     rollout(problem, [Random(problem, 0)], episodes=3, turn_limit=5)
-    assert CountingGame2048.asked == [3] * 5
+    assert CountingGame2048.queried_states == [3] * 5

@@ -15,26 +15,28 @@ from tests.support.programs import list_loaded_modules
 TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
-    "errors", "places", "disk", "budget", "thought", "chance", "columns", "core", "dice",
-    "describe", "hexes", "tiles", "matrix_game", "rows", "tabular", "laws", "belief", "displayed",
-    "rules", "knowledge", "session", "signals", "blocks", "rollouts", "problems", "files",
-    "guests", "solvers", "policies", "transcript", "bots", "finding", "hand", "terminal", "styles",
-    "painting", "views", "loops", "gym", "zoo", "figures", "solutions", "advice", "keys",
-    "game", "timeline", "conformance", "records", "measure", "words", "screen", "gallery",
-    "reports", "prompt", "front", "mcp", "cli", "pytest_plugin", "__main__",
+    "errors", "source_locations", "safe_files", "budget", "background_tasks", "chance",
+    "batch_columns", "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
+    "sparse_matrix", "tabular", "validation", "belief", "notebook_display", "dynamics",
+    "history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
+    "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",
+    "terminal", "styled_text", "rendering", "views", "simulation", "gym", "zoo", "figures",
+    "solutions", "hints", "key_maps", "game", "timeline", "conformance", "player_records",
+    "evaluation", "shell", "screen", "gallery", "output", "prompt", "launch", "mcp", "cli",
+    "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
-    "styles": {"rich"},
-    "painting": {"rich"},
+    "styled_text": {"rich"},
+    "rendering": {"rich"},
     "views": {"rich"},
     "figures": {"rich"},
     "game": {"rich"},
     "conformance": {"rich"},
-    "words": {"prompt_toolkit"},
+    "shell": {"prompt_toolkit"},
     "screen": {"rich", "prompt_toolkit"},
     "gallery": {"rich"},
-    "reports": {"rich"},
+    "output": {"rich"},
     "prompt": {"prompt_toolkit"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
@@ -125,7 +127,7 @@ def test_every_module_has_a_layer() -> None:
                 "prompt_toolkit",
                 "multiprocessing",
                 "importlib.metadata",
-                "dmplay.files.markov",
+                "dmplay.formats.cassandra",
                 "dmplay.bots.bot",
                 "dmplay.rollouts",
             },
@@ -157,25 +159,25 @@ def test_openblas_starts_only_one_thread() -> None:
 def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
     """Draw a frame of the gallery, which needs only the views of shown problems, and of a game."""
     never = {
-        "prompt_toolkit", "dmplay.policies.game_2048", "dmplay.views.game_2048",
-        "dmplay.policies.hexworld", "dmplay.solvers.alpha_vectors",
+        "prompt_toolkit", "dmplay.agents.game_2048", "dmplay.views.game_2048",
+        "dmplay.agents.hexworld", "dmplay.solvers.alpha_vectors",
     }  # fmt: skip
     code = (
         "from pathlib import Path\n"
         "from dmplay.terminal import Terminal\n"
-        "from dmplay.screen.shown import FrameState, Viewport\n"
+        "from dmplay.screen.viewport import FrameState, Viewport\n"
         "from dmplay.gallery.gallery import Gallery\n"
-        "from dmplay.gallery.offers import list_problem_entries\n"
-        "from dmplay.screen import show\n"
+        "from dmplay.gallery.problem_list import list_problem_entries\n"
+        "from dmplay.screen import full_screen\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"
         "from dmplay.screen.frame import compose_frame\n"
-        "from dmplay.game.request "
+        "from dmplay.game.requests "
         "import GameRequest\nfrom "
-        "dmplay.game.start "
+        "dmplay.game.setup "
         "import start_new_game\n"
-        "from dmplay.game import table\nfrom "
-        "dmplay.screen import screen\n"
+        "from dmplay.game import controller\nfrom "
+        "dmplay.screen import play_screen\n"
         "game = start_new_game(GameRequest('hexworld', "
         "seed=7, record_path=Path('/dev/null')))\n"
         "compose_frame(game, Viewport(80, 24), FrameState(), [])\n"

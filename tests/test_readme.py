@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.finding.names import name_to_stem, problem_names
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_new_game
-from dmplay.game.table import GameController
+from dmplay.game.controller import GameController
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_new_game
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.screen import frame
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
-from dmplay.screen.shown import Viewport
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.viewport import Viewport
 from dmplay.terminal import Terminal
-from tests.support.blocks import PROJECT_ROOT, README_TEXT, DocumentRunner
+from tests.support.document_examples import PROJECT_ROOT, README_TEXT, DocumentRunner
 from tests.support.pictures import PICTURE_PATHS, export_picture
 
 
@@ -29,7 +29,7 @@ def _marks_of_picture(picture: str) -> list[pytest.MarkDecorator]:
 
 
 @pytest.mark.parametrize(
-    "picture", [pytest.param(one, marks=_marks_of_picture(one)) for one in PICTURE_PATHS]
+    "picture", [pytest.param(path, marks=_marks_of_picture(path)) for path in PICTURE_PATHS]
 )
 def test_a_picture_of_the_readme_equals_its_export(picture: str) -> None:
     assert (PROJECT_ROOT / picture).read_text(encoding="utf-8") == export_picture(picture)

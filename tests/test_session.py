@@ -12,21 +12,21 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.general import Random
+from dmplay.agents.script import Script
 from dmplay.chance import Bools, Reals
 from dmplay.core import Labels, Memory, Percept
-from dmplay.dice import SeededUniforms
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
-from dmplay.game.account import Narrator
-from dmplay.knowledge import CHUNK_TURNS
-from dmplay.policies.general import Random
-from dmplay.policies.script import Script
+from dmplay.game.narration import Narrator
+from dmplay.history import CHUNK_TURNS
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
 from dmplay.session import SeatedPolicy, Turn
-from dmplay.views.kept import SeatSnapshot
-from tests.support.brought import Key
+from dmplay.uniforms import SeededUniforms
+from dmplay.views.view_cache import SeatSnapshot
 from tests.support.games import ScriptedUniforms, make_session
-from tests.support.seats import ObservationMutatingScript
+from tests.support.seated_agents import ObservationMutatingScript
+from tests.support.user_problems import Key
 
 E, NE, NW, W, SW, SE = range(6)
 COOPERATE, DEFECT = 0, 1
@@ -218,10 +218,10 @@ def test_a_policy_that_does_not_return_one_action_is_named() -> None:
 class Saying(Script):
     """A policy that chooses the same action in all games."""
 
-    said: object = 0
+    label: object = 0
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
-        return np.full(len(u), self.said)
+        return np.full(len(u), self.label)
 
 
 @pytest.mark.parametrize(
@@ -251,18 +251,18 @@ def test_an_invalid_action_is_refused_in_a_game_and_in_a_rollout(
 class ArrayCollector(Script):
     """A policy that collects every array that it receives."""
 
-    given: ClassVar[list[np.ndarray]] = []
+    received_arrays: ClassVar[list[np.ndarray]] = []
 
     def initial_memory(self, observation: np.ndarray) -> Memory:
-        self.given.append(observation)
+        self.received_arrays.append(observation)
         return super().initial_memory(observation)
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        self.given.extend(part for part in percept if part is not None)
+        self.received_arrays.extend(part for part in percept if part is not None)
         return super().update_memory(memory, percept)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> np.ndarray:
-        self.given.extend([] if legal is None else [legal])
+        self.received_arrays.extend([] if legal is None else [legal])
         chosen = super().choose(memory, legal, u)
         return chosen if legal is None or len(u) == 1 else legal.argmax(axis=1)
 
@@ -271,7 +271,7 @@ class ArrayCollector(Script):
 @pytest.mark.parametrize("batched", [False, True])
 def test_arrays_passed_to_a_policy_are_readonly_copies(name: str, *, batched: bool) -> None:
     problem = dmplay.load_problem(name)
-    ArrayCollector.given = []
+    ArrayCollector.received_arrays = []
     seats = [ArrayCollector(problem, n, (0, 1, 0, 1)) for n in range(len(problem.agents))]
     if batched:
         rollout(problem, seats, episodes=3, turn_limit=3)
@@ -279,8 +279,8 @@ def test_arrays_passed_to_a_policy_are_readonly_copies(name: str, *, batched: bo
         game = dmplay.Session(problem, SeededUniforms(1), seats)
         for _ in range(3):
             game.advance()
-    assert ArrayCollector.given
-    for array in ArrayCollector.given:
+    assert ArrayCollector.received_arrays
+    for array in ArrayCollector.received_arrays:
         assert not isinstance(array.base, np.ndarray)
         assert not array.flags.writeable
         with suppress(ValueError):  # raised for a cached array
@@ -415,15 +415,15 @@ def sum_in_order(game: dmplay.Session, discount: float) -> float:
 class CountingTurns(list[Turn]):
     """A list of turns that counts the turns that are read."""
 
-    many = 0
+    read_count = 0
 
     def __getitem__(self, index: Any) -> Any:
         result = super().__getitem__(index)
-        self.many += len(result) if isinstance(index, slice) else 1
+        self.read_count += len(result) if isinstance(index, slice) else 1
         return result
 
     def __iter__(self) -> Iterator[Turn]:
-        self.many += len(self)
+        self.read_count += len(self)
         return super().__iter__()
 
 
@@ -433,10 +433,10 @@ def test_describing_a_turn_reads_no_more_turns_in_a_long_game() -> None:
     account = Narrator(game, [0], reveal=False)
     reads = []
     for _ in range(200):
-        before = turns.many
+        before = turns.read_count
         game.advance([E])
         account.describe_turn(SeatSnapshot(game, 0))
-        reads.append(turns.many - before)
+        reads.append(turns.read_count - before)
     assert sum(reads[100:]) <= sum(reads[:100])
 
 

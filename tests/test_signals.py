@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.checking import verify_file
-from tests.kills.moments import Fuse
+from dmplay.game.verification import verify_file
+from tests.crash_tests.kill_moments import Fuse
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, run_wrapped
 from tests.support.terminals import (

@@ -1,7 +1,7 @@
 """Tests of the exact cases: independent numbers that every implementation must reproduce.
 
 `DMPLAY_TRUTH` names another folder with files of the same format. Each family has a module in
-`truth_kinds` that maps a kind of case to a check, and lists by name the kinds that it skips.
+`truth_cases` that maps a kind of case to a check, and lists by name the kinds that it skips.
 """
 
 import importlib
@@ -12,14 +12,14 @@ from typing import Any
 
 import pytest
 
-from tests.truth_kinds.case import TRUTH_FOLDER, Case, load_family
+from tests.truth_cases.case import TRUTH_FOLDER, Case, load_family
 
-CHECKED_FAMILIES = {path.stem for path in Path(__file__).parent.glob("truth_kinds/*.py")}
+CHECKED_FAMILIES = {path.stem for path in Path(__file__).parent.glob("truth_cases/*.py")}
 FAMILIES = sorted(path.stem for path in TRUTH_FOLDER.glob("*.json"))
 
 
 def load_family_module(name: str) -> ModuleType:
-    return importlib.import_module(f"tests.truth_kinds.{name}")
+    return importlib.import_module(f"tests.truth_cases.{name}")
 
 
 def list_family_kinds() -> list[Any]:

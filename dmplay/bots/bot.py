@@ -9,13 +9,13 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 
 from dmplay import belief
-from dmplay.bots.program import BotProcess
+from dmplay.agents.base import SeatPolicy
+from dmplay.bots.bot_process import BotProcess
+from dmplay.bots.conversation import ActionRequest, BotChannel, BotConversation, HistoryNode
 from dmplay.bots.protocol import MANY_GAMES_OFFER, JsonObject, encode_observation, encode_percept
-from dmplay.bots.talk import ActionRequest, BotChannel, BotConversation, HistoryNode
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.errors import BadParameter, Forfeit
-from dmplay.policies.kinds import SeatPolicy
 from dmplay.session import MAX_LISTED_STATES, belief_size
 
 

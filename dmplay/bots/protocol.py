@@ -11,7 +11,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools
 from dmplay.core import Labels, Percept, Problem
-from dmplay.transcript.keyed import JSON_DECODER
+from dmplay.transcript.line_parser import JSON_DECODER
 
 PROTOCOL_VERSION = 1
 MANY_GAMES_OFFER = "games"  # requested by a program that plays many games at once

@@ -8,8 +8,8 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import games, grading, measuring, printing, records
-from dmplay.cli.group import CommandGroup
+from dmplay.cli import evaluation, games, grading, reports, transcripts
+from dmplay.cli.command_group import CommandGroup
 
 app = typer.Typer(
     cls=CommandGroup,
@@ -35,26 +35,26 @@ app.command()(games.play)
 app.command()(games.resume)
 app.command()(games.replay)
 app.command()(games.shell)
-app.command()(records.verify)
-app.command()(records.export)
-app.command()(records.review)
+app.command()(transcripts.verify)
+app.command()(transcripts.export)
+app.command()(transcripts.review)
 app.command()(games.branch)
 app.command()(games.bot)
 app.command()(games.mcp)
-app.command("list")(printing.list_)
-app.command()(printing.records)
-app.command()(printing.solve)
-app.command()(printing.convert)
-app.command()(measuring.run)
-app.command()(measuring.compare)
-app.command()(measuring.tournament)
+app.command("list")(reports.list_)
+app.command()(reports.records)
+app.command()(reports.solve)
+app.command()(reports.convert)
+app.command()(evaluation.run)
+app.command()(evaluation.compare)
+app.command()(evaluation.tournament)
 app.command()(grading.assign)
 app.command()(grading.grade)
-app.command()(printing.figure)
-app.command()(printing.agents)
-app.command()(printing.info)
-app.command()(printing.check)
-app.command()(printing.guide)
+app.command()(reports.figure)
+app.command()(reports.agents)
+app.command()(reports.info)
+app.command()(reports.check)
+app.command()(reports.guide)
 
 config_app = typer.Typer(
     rich_markup_mode=None,
@@ -64,8 +64,8 @@ config_app = typer.Typer(
   dmplay config show
   dmplay config path""",
 )
-config_app.command("show")(printing.config_show)
-config_app.command("path")(printing.config_path)
+config_app.command("show")(reports.config_show)
+config_app.command("path")(reports.config_path)
 app.add_typer(config_app, name="config")
 
 

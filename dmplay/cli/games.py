@@ -47,8 +47,8 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.game.errand import PlayCommand
-    from dmplay.game.request import GameRequest
+    from dmplay.game.cli_results import PlayCommand
+    from dmplay.game.requests import GameRequest
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
@@ -78,7 +78,7 @@ def play(
         has_rate_option=has_rate_option,
     )
     if assignment:
-        from dmplay.measure.assignment import read_assignment
+        from dmplay.evaluation.assignment import read_assignment
 
         request = read_assignment(assignment).build_request(request, trusted=trust)
     elif not problem:
@@ -106,8 +106,8 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
-    from dmplay.game.errand import PlayCommand
-    from dmplay.game.request import ResumeRequest
+    from dmplay.game.cli_results import PlayCommand
+    from dmplay.game.requests import ResumeRequest
 
     file = file or saves.find_latest_unfinished()
     can_ask = current_terminal(terminal_options).can_ask
@@ -132,8 +132,8 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.game.errand import PlayCommand
-    from dmplay.game.request import ReplayRequest
+    from dmplay.game.cli_results import PlayCommand
+    from dmplay.game.requests import ReplayRequest
 
     return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
 
@@ -158,8 +158,8 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.game.errand import PlayCommand
-    from dmplay.game.request import BranchRequest
+    from dmplay.game.cli_results import PlayCommand
+    from dmplay.game.requests import BranchRequest
 
     request = BranchRequest(
         file,
@@ -189,7 +189,7 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.game.errand import ShellCommand
+    from dmplay.game.cli_results import ShellCommand
 
     if not current_terminal(terminal_options).can_ask and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
@@ -207,7 +207,7 @@ def bot(
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
     """
-    from dmplay.game.errand import BotServerConfig
+    from dmplay.game.cli_results import BotServerConfig
 
     return BotServerConfig(agent, problem)
 
@@ -237,6 +237,6 @@ def mcp(
       dmplay mcp
       dmplay mcp hexworld catch --hints --seed 7 -o games
     """
-    from dmplay.game.errand import McpServerConfig
+    from dmplay.game.cli_results import McpServerConfig
 
     return McpServerConfig(problems, hints, undo, belief, seed, turns, folder)

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
-from dmplay.cli.measuring import CsvFlag, output_format
+from dmplay.cli.evaluation import CsvFlag, output_format
 from dmplay.errors import BadParameter
 from dmplay.terminal import TerminalOptions
 
@@ -37,9 +37,9 @@ def assign(
       dmplay assign hexworld --seeds 7,8,9 --strict=hints -o walks
       dmplay assign prisoners-dilemma --vs grim --turns 20 --games 2 -o dilemma
     """
-    from dmplay.dice import new_seed
-    from dmplay.game.request import GameRequest
-    from dmplay.measure.assignment import write_assignment
+    from dmplay.evaluation.assignment import write_assignment
+    from dmplay.game.requests import GameRequest
+    from dmplay.uniforms import new_seed
 
     if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")
@@ -80,10 +80,10 @@ def grade(
       dmplay grade transcripts
       dmplay grade game.dmt --csv
     """
-    from dmplay.reports import grading
+    from dmplay.output import grading_report
 
     report_format = output_format(json=terminal_options.json, csv=csv)
-    return grading.report_grades(
+    return grading_report.report_grades(
         paths,
         assignment,
         trusted=trust,

@@ -8,12 +8,12 @@ from typing import Annotated, Any, Literal
 
 import typer
 
-from dmplay.cli import config
+from dmplay.cli import config_files
 from dmplay.errors import BadParameter
-from dmplay.finding.topics import list_topics
-from dmplay.game.formats import EXPORT_FORMATS
+from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.registry.guide_topics import list_topics
+from dmplay.shell.completion import name_lists
 from dmplay.terminal import TerminalOptions
-from dmplay.words.completion import lists
 
 
 def problem_in_context(ctx: typer.Context) -> str:
@@ -44,30 +44,30 @@ def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, A
         """Return the option's value, filtered if it comes from a settings file."""
         if ctx.resilient_parsing or option_source(ctx, str(option.name)) != "DEFAULT_MAP":
             return tuple(value) if isinstance(value, list) else value
-        from dmplay.cli import fitting
+        from dmplay.cli import config_filters
 
-        return fitting.OPTION_FILTERS[kind](ctx, option, value, problem_in_context(ctx))
+        return config_filters.OPTION_FILTERS[kind](ctx, option, value, problem_in_context(ctx))
 
     return callback
 
 
 def _complete_agents(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the agents of the typed problem, for completion."""
-    from dmplay.words.completion.problem import complete_agents
+    from dmplay.shell.completion.problem_options import complete_agents
 
     return complete_agents(problem_in_context(ctx), incomplete)
 
 
 def _complete_seats(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the seats of the typed problem, or the players of a seat, for completion."""
-    from dmplay.words.completion.problem import complete_seats
+    from dmplay.shell.completion.problem_options import complete_seats
 
     return complete_seats(problem_in_context(ctx), incomplete)
 
 
 def _complete_parameters(ctx: typer.Context) -> list[str]:
     """Return the parameters of the typed problem, for completion."""
-    from dmplay.words.completion.problem import list_parameters
+    from dmplay.shell.completion.problem_options import list_parameters
 
     return list_parameters(problem_in_context(ctx))
 
@@ -75,14 +75,16 @@ def _complete_parameters(ctx: typer.Context) -> list[str]:
 def _complete_variants(ctx: typer.Context) -> list[str]:
     """Return the variants of the typed problem, for completion."""
     base = problem_in_context(ctx)
-    return [spec.partition(":")[2] for spec in lists.complete_problems(f"{base}:") if ":" in spec]
+    return [
+        spec.partition(":")[2] for spec in name_lists.complete_problems(f"{base}:") if ":" in spec
+    ]
 
 
 def configured_keys(preset: str | None) -> Any:
     """Return the key preferences: the preset, and the keys of settings files."""
-    from dmplay.keys import keymap
+    from dmplay.key_maps import key_bindings
 
-    return keymap.KeyPreferences(preset or "", config.merged_keys())
+    return key_bindings.KeyPreferences(preset or "", config_files.merged_keys())
 
 
 def _argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:
@@ -115,7 +117,7 @@ def _shared_switch(name: str, help_text: str) -> Any:
 
 
 ProblemName = Annotated[
-    str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", lists.complete_problems)
+    str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", name_lists.complete_problems)
 ]
 VariantName = Annotated[
     str, _option("NAME", "a named variant", _complete_variants, "--variant", "-V")
@@ -131,7 +133,8 @@ ParameterSettings = Annotated[
     ),
 ]
 Seed = Annotated[
-    int | None, _option("N", "the dice; new ones if not given", lists.list_saved_seeds, "--seed")
+    int | None,
+    _option("N", "the dice; new ones if not given", name_lists.list_saved_seeds, "--seed"),
 ]
 FirstSeatAgent = Annotated[str, _agent_option("who plays the first seat", "--agent")]
 GhostAgent = Annotated[str, _agent_option("who plays the same dice beside you", "--ghost")]
@@ -142,15 +145,17 @@ SeatAgents = Annotated[
         "NAME=A", "who plays one seat", _complete_seats, "--seat", callback=_config_filter("seats")
     ),
 ]
-TranscriptPath = Annotated[Path, _argument("FILE", "a transcript", lists.complete_transcripts)]
+TranscriptPath = Annotated[Path, _argument("FILE", "a transcript", name_lists.complete_transcripts)]
 OptionalTranscriptPath = Annotated[
     Path | None,
-    _argument("FILE", "a transcript; the last game if not given", lists.complete_transcripts),
+    _argument("FILE", "a transcript; the last game if not given", name_lists.complete_transcripts),
 ]
 OptionalProblemName = Annotated[
     str,
     _argument(
-        "PROBLEM", "a problem, or PROBLEM:VARIANT; none with --assignment", lists.complete_problems
+        "PROBLEM",
+        "a problem, or PROBLEM:VARIANT; none with --assignment",
+        name_lists.complete_problems,
     ),
 ]
 AssignmentFile = Annotated[
@@ -161,12 +166,12 @@ PlayerName = Annotated[
     typer.Option("--player", metavar="NAME", help="who you are", callback=_config_filter("wish")),
 ]
 TranscriptPaths = Annotated[
-    list[Path], _argument("PATH...", "files and folders", lists.complete_transcripts)
+    list[Path], _argument("PATH...", "files and folders", name_lists.complete_transcripts)
 ]
 FigureName = Annotated[
     str,
     _argument(
-        "FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", lists.list_figures
+        "FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", name_lists.list_figures
     ),
 ]
 TopicName = Annotated[
@@ -178,7 +183,9 @@ TopicName = Annotated[
 ProblemKind = Annotated[
     str,
     _argument(
-        "KIND", "only these, as POMDP; games: those that are kept", lambda: [*lists.LIST_FILTERS]
+        "KIND",
+        "only these, as POMDP; games: those that are kept",
+        lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
 JsonFlag = Annotated[

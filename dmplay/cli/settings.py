@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import typer
 
-from dmplay.cli import config
+from dmplay.cli import config_files
 from dmplay.errors import BadParameter, UnknownName
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
@@ -44,7 +44,7 @@ def config_defaults(commands: CommandsByName) -> dict[str, dict[str, object]]:
     Raise UnknownName or BadParameter if a file has an unknown name or an invalid value.
     """
     values_by_command: dict[str, dict[str, object]] = {}
-    for file in config.load_config_files():
+    for file in config_files.load_config_files():
         _reject_unknown_names(file, commands)
         for name, command in commands.items():
             for option, value in _iter_file_options(file, name, command):
@@ -55,7 +55,7 @@ def config_defaults(commands: CommandsByName) -> dict[str, dict[str, object]]:
 
 
 def _iter_file_options(
-    file: config.ConfigFile, command_name: str, command: Any
+    file: config_files.ConfigFile, command_name: str, command: Any
 ) -> Iterator[tuple[str, object]]:
     """Yield the (option, value) pairs that a config file sets for a command, after checking them.
 
@@ -83,15 +83,15 @@ def _iter_file_options(
         if not is_strict_hints:
             _check_value(available[option], value, location)
         if not file.is_user_file:
-            config.check_project_option(option, location)
+            config_files.check_project_option(option, location)
         yield ("strict-hints", True) if is_strict_hints else (option, value)
 
 
-def _reject_unknown_names(file: config.ConfigFile, commands: CommandsByName) -> None:
+def _reject_unknown_names(file: config_files.ConfigFile, commands: CommandsByName) -> None:
     """Raise an error for an unknown setting or table, or an alias named as a command."""
     for name in file.options:
-        if name not in config.GENERAL_OPTIONS:
-            allowed = [*config.GENERAL_OPTIONS, "keys", "aliases", *commands]
+        if name not in config_files.GENERAL_OPTIONS:
+            allowed = [*config_files.GENERAL_OPTIONS, "keys", "aliases", *commands]
             raise UnknownName("setting", name, allowed, error_prefix=file.path)
     for name in file.commands:
         if name not in commands:
@@ -145,7 +145,7 @@ def _option_files(commands: CommandsByName) -> dict[tuple[str, str], str]:
     """Return the path of the config file that sets each (command, option); the last file wins."""
     return {
         (name, option): file.path
-        for file in config.load_config_files()
+        for file in config_files.load_config_files()
         for name, command in commands.items()
         for option, _ in _iter_file_options(file, name, command)
     }
@@ -160,7 +160,7 @@ def _variable_name(option: Any, context: Any) -> str:
 
 def iter_keys_and_aliases() -> Iterator[EffectiveSetting]:
     """Yield the key bindings and command aliases that config files set."""
-    for file in config.load_config_files():
+    for file in config_files.load_config_files():
         for family, labels_by_key in file.keys.items():
             for key, label in labels_by_key.items():
                 yield EffectiveSetting(f"keys.{family}.{key}", label, file.path)

@@ -5,15 +5,15 @@ from rich.text import Text
 
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.describe import format_count
-from dmplay.finding.problems import load_problem
+from dmplay.formatting import format_count
 from dmplay.problems.catch import DISTANCES
+from dmplay.registry.problems import load_problem
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.solvers.value_iteration import select_greedy_actions
 from dmplay.tabular import tabulate
 from dmplay.views.canvas import Canvas
-from dmplay.views.plot import Axis, Plot
+from dmplay.views.plots import Axis, Plot
 
 TEN_STEP_HORIZON = 10  # steps, in figure F.10
 FOURTEEN_STEP_HORIZON = 14  # steps, in figure F.11

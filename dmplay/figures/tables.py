@@ -7,13 +7,13 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.describe import align_columns, problem_summary
-from dmplay.dice import SeededUniforms
-from dmplay.finding.names import problem_names
-from dmplay.finding.problems import load_problem
+from dmplay.formatting import align_columns, problem_summary
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import load_problem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
-from dmplay.views.style import DrawOptions, load_view_module
+from dmplay.uniforms import SeededUniforms
+from dmplay.views.protocol import DrawOptions, load_view_module
 
 
 def _draw_payoff_table(name: str) -> Text:

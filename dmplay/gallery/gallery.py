@@ -5,22 +5,22 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.background_tasks import TaskInfo, run_cancellable
 from dmplay.budget import ComputationStopped
-from dmplay.describe import format_count
 from dmplay.errors import DmplayError
-from dmplay.gallery.offers import ProblemEntry
+from dmplay.formatting import format_count
 from dmplay.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
+from dmplay.gallery.problem_list import ProblemEntry
 from dmplay.game import saves
 from dmplay.game.game import Game
-from dmplay.painting.painter import Painter
-from dmplay.painting.writing import ScreenPosition
-from dmplay.records import ProblemRecord, find_record, load_records
-from dmplay.screen.shown import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
-from dmplay.styles import to_rich_text
+from dmplay.player_records import ProblemRecord, find_record, load_records
+from dmplay.rendering.painter import Painter
+from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.screen.viewport import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
+from dmplay.shell.commands import PlayerQuit
+from dmplay.styled_text import to_rich_text
 from dmplay.terminal import Terminal, escape_unprintable
-from dmplay.thought import TaskInfo, run_cancellable
-from dmplay.transcript.reading import Transcript
-from dmplay.words.commands import PlayerQuit
+from dmplay.transcript.reader import Transcript
 
 LIST_COLUMNS = 31  # columns of the list
 MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs

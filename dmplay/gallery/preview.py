@@ -6,15 +6,21 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.core import Problem
-from dmplay.describe import format_count, format_score
-from dmplay.dice import SeededUniforms
-from dmplay.finding import agents, problems
-from dmplay.records import GameResult, ProblemRecord
+from dmplay.formatting import format_count, format_score
+from dmplay.player_records import GameResult, ProblemRecord
+from dmplay.registry import agents, problems
 from dmplay.session import Session, View
 from dmplay.terminal import escape_unprintable
-from dmplay.transcript.reading import Transcript
+from dmplay.transcript.reader import Transcript
+from dmplay.uniforms import SeededUniforms
 from dmplay.views.canvas import split_rows
-from dmplay.views.style import DrawOptions, TooSmallNotice, ViewModule, fit_board, load_view_module
+from dmplay.views.protocol import (
+    DrawOptions,
+    TooSmallNotice,
+    ViewModule,
+    fit_board,
+    load_view_module,
+)
 
 MAX_AGENTS_SHOWN = 8  # maximum number of agent names
 

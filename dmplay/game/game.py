@@ -7,27 +7,27 @@ from typing import cast
 
 from rich.text import Text
 
-from dmplay.advice.adviser import HintProvider
-from dmplay.advice.ghost import Ghost
+from dmplay.agents.script import EndOfScript
+from dmplay.background_tasks import TaskInfo, run_cancellable
 from dmplay.budget import ComputationStopped
 from dmplay.chance import Array
 from dmplay.core import Problem
-from dmplay.describe import describe_end_reason, escape_newlines
-from dmplay.dice import SeededUniforms
 from dmplay.errors import BadParameter, Forfeit
-from dmplay.finding.ways import names_bot
-from dmplay.game.account import Narrator
-from dmplay.game.request import GameRequest
-from dmplay.keys.keyboard import Keyboard
-from dmplay.policies.script import EndOfScript
+from dmplay.formatting import describe_end_reason, escape_newlines
+from dmplay.game.narration import Narrator
+from dmplay.game.requests import GameRequest
+from dmplay.hints.ghost import Ghost
+from dmplay.hints.hint_provider import HintProvider
+from dmplay.key_maps.keyboard import Keyboard
+from dmplay.registry.problem_sources import names_bot
 from dmplay.session import SeatedPolicy, Session, View
 from dmplay.signals import TURN_GATE
 from dmplay.terminal import escape_unprintable
-from dmplay.thought import TaskInfo, run_cancellable
+from dmplay.transcript.disclosure import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
-from dmplay.transcript.seal import RESUMABLE_END_REASONS, has_hidden_information
-from dmplay.views.kept import SeatSnapshot
-from dmplay.views.style import DrawOptions, draw_picture, load_view_module
+from dmplay.uniforms import SeededUniforms
+from dmplay.views.protocol import DrawOptions, draw_picture, load_view_module
+from dmplay.views.view_cache import SeatSnapshot
 
 NO_CHOICES: Mapping[int, float] = {}
 REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"
@@ -470,6 +470,6 @@ class Game:
                 )
                 self.recorder.write_end(f"{forfeit_note}{self.end_notes}")
         if any(map(names_bot, self.player_names)):
-            from dmplay.bots.end import close_bots  # imported only if a bot plays
+            from dmplay.bots.shutdown import close_bots  # imported only if a bot plays
 
             self.log_paths += close_bots(self.session, self.problem_name)

@@ -2,20 +2,20 @@
 
 from pathlib import Path
 
-from dmplay.describe import format_count
-from dmplay.displayed import NotebookDisplay
 from dmplay.errors import BadParameter
-from dmplay.game.checking import describe_problem_change, load_transcript_problem
+from dmplay.formatting import format_count
 from dmplay.game.game import Game
-from dmplay.game.request import format_settings
+from dmplay.game.requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats
-from dmplay.keys.keyboard import Keyboard
-from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES
+from dmplay.game.verification import describe_problem_change, load_transcript_problem
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.key_maps.keyboard import Keyboard
+from dmplay.notebook_display import NotebookDisplay
 from dmplay.session import Session
-from dmplay.transcript.feeding import BatchReplayer
+from dmplay.transcript.batch_replay import BatchReplayer
+from dmplay.transcript.disclosure import disclose_transcript
 from dmplay.transcript.replay import start_session
-from dmplay.transcript.seal import disclose_transcript
 
 
 class Playback(NotebookDisplay, Game):

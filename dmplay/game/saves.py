@@ -13,10 +13,10 @@ from functools import cache
 from itertools import count
 from pathlib import Path
 
-from dmplay import disk
+from dmplay import safe_files
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
-from dmplay.transcript.reading import Transcript, read_transcript
+from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 
 MAX_SAVES = 20
@@ -44,7 +44,7 @@ def load_transcript(
 
 def saves_folder(env: Mapping[str, str]) -> Path:
     """Return `$XDG_STATE_HOME/dmplay/games`, by the XDG base directory specification."""
-    return disk.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
+    return safe_files.user_folder(env, "XDG_STATE_HOME", ".local", "state") / "games"
 
 
 def create_save(problem: str) -> Path | None:
@@ -95,7 +95,11 @@ def remove_old_saves() -> int:
         with contextlib.suppress(OSError):
             status = path.stat()
             is_new = not status.st_size and time.time() - status.st_mtime < NEW_FILE_SECONDS
-            if is_new or disk.is_game_running(path) or (path in empty_saves and _has_turns(path)):
+            if (
+                is_new
+                or safe_files.is_game_running(path)
+                or (path in empty_saves and _has_turns(path))
+            ):
                 continue  # A turn may have been played since the folder was listed.
             path.unlink()
             removed_count += path not in empty_saves
@@ -164,7 +168,7 @@ def copy_transcript(recorder: Recorder, path: Path) -> None:
     if recorder.session.over and recorder.is_open:
         content += "\n".join([*format_end_block(recorder.session, compute_checksum(content)), ""])
     is_unfinished = recorder.is_open and not recorder.session.over
-    disk.write_file(
+    safe_files.write_file(
         path, [content], private=is_unfinished and recorder.session.problem.partially_observable
     )
 
@@ -203,7 +207,12 @@ def iter_unfinished_saves() -> Iterator[Transcript]:
             transcript.end_block is None or transcript.player_end_reason,
         )
         is_of_people = MODEL_PLAYER not in transcript.header.seats.values()
-        if is_of_people and is_unfinished and _has_turns(path) and not disk.is_game_running(path):
+        if (
+            is_of_people
+            and is_unfinished
+            and _has_turns(path)
+            and not safe_files.is_game_running(path)
+        ):
             yield transcript
 
 

@@ -3,21 +3,26 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.script import Script
 from dmplay.core import Policy, Problem
-from dmplay.disk import read_bytes
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.finding import agents, problems
-from dmplay.finding.ways import CURRENT_FOLDER, names_bot, rebase_name, transcript_folder
-from dmplay.game.request import GameRequest
+from dmplay.game.requests import GameRequest
 from dmplay.game.saves import load_transcript
-from dmplay.keys.keyboard import parse_action_text
-from dmplay.policies.kinds import SeatPolicy
-from dmplay.policies.script import Script
+from dmplay.key_maps.keyboard import parse_action_text
+from dmplay.registry import agents, problems
+from dmplay.registry.problem_sources import (
+    CURRENT_FOLDER,
+    names_bot,
+    rebase_name,
+    transcript_folder,
+)
+from dmplay.safe_files import read_bytes
 from dmplay.terminal import escape_unprintable
+from dmplay.transcript.disclosure import disclose_transcript
 from dmplay.transcript.format import EXTERNAL_PLAYERS, HUMAN_PLAYER
 from dmplay.transcript.header import HEADER_LINES, Header
 from dmplay.transcript.replay import replay
-from dmplay.transcript.seal import disclose_transcript
 
 HUMAN = HUMAN_PLAYER
 UNVERIFIABLE_PLAYERS = (

@@ -12,13 +12,13 @@ from pydantic import ValidationError
 
 from dmplay import __version__
 from dmplay.bots.protocol import JsonObject
-from dmplay.describe import escape_newlines
 from dmplay.errors import DmplayError, UnknownName
-from dmplay.front import report_write_errors
-from dmplay.mcp.games import GameStatus, ModelGames
-from dmplay.mcp.wire import StdioStreams
-from dmplay.places import describe_error_location
+from dmplay.formatting import escape_newlines
+from dmplay.launch import report_write_errors
+from dmplay.mcp.model_games import GameStatus, ModelGames
+from dmplay.mcp.stdio_streams import StdioStreams
 from dmplay.signals import exit_on_signals
+from dmplay.source_locations import describe_error_location
 from dmplay.terminal import escape_unprintable
 
 INSTRUCTIONS = """\
@@ -100,41 +100,41 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
     """Return the tools; a model reads their names, parameters and docstrings."""
 
     async def list_() -> list[dict[str, str]]:
-        """The problems that can be played."""
+        """List the problems that can be played."""
         return games.list_problems()
 
     async def info(problem: str) -> JsonObject:
-        """The rules of a problem: what it is about, its seats, actions, observations, parameters
-        and the agents that can sit in the other seats.
+        """Return the rules of a problem: its description, seats, actions, observations, parameters
+        and the agents that can play the other seats.
         """
         return games.problem_info(problem)
 
     async def new(problem: str, seat: str = "", others: str = "") -> GameStatus:
-        """Begins a game; you sit in the first seat unless you name another, and an agent, the usual
-        one unless you name it, in all others.
+        """Start a game. You play the first seat unless you name another. Agents play the other
+        seats: the default ones unless you name one.
         """
         return games.start_game(problem, seat, others)
 
     async def look(game: str, history: bool = False) -> GameStatus:
-        """Where a game stands; with the history, all its turns again."""
+        """Return the current situation of a game; with `history`, also all turns played."""
         return games.game_status(game, history=history)
 
     async def act(game: str, action: str | int | float, turn: int = 0) -> GameStatus:
-        """Plays a turn by one of the legal actions. Name the turn to play, and it is played only
-        once.
+        """Play a turn with one of the legal actions. If you give the number of the turn, it is
+        played at most once.
         """
         return games.play_action(game, str(action), turn)
 
     async def hint(game: str) -> JsonObject:
-        """What a good player would do now. The record says that you asked."""
+        """Return the action that a good player would choose. The transcript records each hint."""
         return games.get_hint(game)
 
     async def undo(game: str, turns: int = 1) -> GameStatus:
-        """Takes back your last turns; the same actions then meet the same luck."""
+        """Take back your last turns. The same actions then lead to the same random events."""
         return games.undo_turns(game, turns)
 
     async def over(game: str) -> JsonObject:
-        """Ends a game; how it ended, what it paid, and turn by turn what was hidden."""
+        """End a game. Return its result, its rewards and, turn by turn, what was hidden."""
         return games.end_game(game)
 
     return list_, info, new, look, act, hint, undo, over

@@ -11,8 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Uniform
-from dmplay.columns import (
+from dmplay.batch_columns import (
     Column,
     magnitude,
     restore_finished_rows,
@@ -21,8 +20,9 @@ from dmplay.columns import (
     to_batch,
     to_column,
 )
+from dmplay.chance import Array, Bools, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._real_state import RealStateProblem
 from dmplay.problems._trigonometry import compute_sine_and_cosine
 
 START_BOUND = 0.05  # each number of the start state is uniform from -0.05 to 0.05

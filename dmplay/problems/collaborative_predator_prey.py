@@ -15,9 +15,7 @@ from itertools import repeat
 
 import numpy as np
 
-from dmplay.budget import Budget
-from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
-from dmplay.columns import (
+from dmplay.batch_columns import (
     Column,
     IntColumn,
     select_where,
@@ -26,9 +24,11 @@ from dmplay.columns import (
     take_values,
     to_column,
 )
+from dmplay.budget import Budget
+from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
 from dmplay.core import Labels, Outcome, parameter
-from dmplay.hexes import format_hex, move_destinations
-from dmplay.problems._hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
+from dmplay.hexgrid import format_hex, move_destinations
+from dmplay.problems._hex_hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
 
 CAPTURE_REWARD, MOVE_REWARD = 10.0, -1.0
 SENSE_LABELS = Labels(("prey", "nothing"))

@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Uniform
-from dmplay.columns import (
+from dmplay.batch_columns import (
     Column,
     clip_to_bounds,
     magnitude,
@@ -22,8 +21,9 @@ from dmplay.columns import (
     take_values,
     to_column,
 )
+from dmplay.chance import Array, Bools, Categorical, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._real_state import RealStateProblem
 
 ADVISED_RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
 GUST_ACCELERATIONS = np.array([-2.0, 0.0, 2.0])  # m/s^2

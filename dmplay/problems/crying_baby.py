@@ -7,7 +7,7 @@ observation that of the state after; the start is uniform over both states, as n
 from dataclasses import dataclass
 
 from dmplay.core import parameter
-from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
+from dmplay.problems._baby_care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay import tiles
+from dmplay import board_2048
+from dmplay.batch_columns import stack_columns, take_rows, to_batch
+from dmplay.board_2048 import Cells
 from dmplay.chance import (
     Array,
     Bools,
@@ -24,9 +26,7 @@ from dmplay.chance import (
     Reals,
     sample_unbatched,
 )
-from dmplay.columns import stack_columns, take_rows, to_batch
 from dmplay.core import Labels, Outcome, Problem, parameter
-from dmplay.tiles import Cells
 
 EMPTY_CELL = "."
 LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)], bool)
@@ -34,7 +34,7 @@ LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides i
 
 def slide_and_score(board: Cells, a: Ints) -> tuple[Cells, Reals]:
     """Return the boards after slides `a` `[B]`, before a new tile appears, and the scores `[B]`."""
-    result = tiles.slide_boards(board, a)
+    result = board_2048.slide_boards(board, a)
     return result.cells_with_tiles(result.after & 0), to_batch(result.scores).astype(float)
 
 
@@ -72,15 +72,18 @@ class Game2048(Problem):
         value.
         """
         return DiscreteUniform.from_counts(
-            tiles.count_empty_after_slide(s, a.ravel()), 16
+            board_2048.count_empty_after_slide(s, a.ravel()), 16
         ), self._tile_chance
 
     def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
         """Return the outcome of a slide, with the new tile if anything moved."""
-        result = tiles.slide_boards(s, a.ravel())
-        cell, tile = tiles.to_board_integers(events[0]), tiles.to_board_integers(events[1])
+        result = board_2048.slide_boards(s, a.ravel())
+        cell, tile = (
+            board_2048.to_board_integers(events[0]),
+            board_2048.to_board_integers(events[1]),
+        )
         new_tile = (
-            tiles.select_nth_bit(tiles.compute_empty_cell_bits(result.after), cell)
+            board_2048.select_nth_bit(board_2048.compute_empty_cell_bits(result.after), cell)
             * (tile + 1)
             * (result.after != result.before)
         )
@@ -93,11 +96,11 @@ class Game2048(Problem):
 
     def legal_actions_mask(self, s: Array) -> Bools:
         """Return a mask of the slides that move something."""
-        return take_rows(LEGAL_SLIDE_MASKS, tiles.compute_legal_slide_bits(s))
+        return take_rows(LEGAL_SLIDE_MASKS, board_2048.compute_legal_slide_bits(s))
 
     def terminal(self, s: Array) -> Bools:
         """Return whether no slide moves anything."""
-        return tiles.mark_stuck_boards(s)
+        return board_2048.mark_stuck_boards(s)
 
     def format_state(self, s: Array) -> str:
         """Return a board as text: rows of tile values, `.` for an empty cell: `2 4 . ./. . .

@@ -14,7 +14,7 @@ import numpy as np
 from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals
 from dmplay.core import Outcome, Problem, parameter
 from dmplay.errors import BadParameter
-from dmplay.hexes import (
+from dmplay.hexgrid import (
     DIRECTION_ALIASES,
     DIRECTIONS,
     Hex,

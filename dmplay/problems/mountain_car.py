@@ -10,8 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Uniform
-from dmplay.columns import (
+from dmplay.batch_columns import (
     Column,
     clip_to_bounds,
     restore_finished_rows,
@@ -21,8 +20,9 @@ from dmplay.columns import (
     to_batch,
     to_column,
 )
+from dmplay.chance import Array, Bools, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._real_state import RealStateProblem
 from dmplay.problems._trigonometry import compute_cosine_of_triple
 
 LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07

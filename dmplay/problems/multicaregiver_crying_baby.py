@@ -9,7 +9,7 @@ costs 0.5 and 0.25; the start is uniform over both states, as none is given.
 from dataclasses import dataclass
 
 from dmplay.core import parameter
-from dmplay.problems._care import ACTIONS, SOUNDS, BabyCare
+from dmplay.problems._baby_care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)

@@ -13,11 +13,18 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.batch_columns import (
+    Column,
+    minimum,
+    select_where,
+    split_columns,
+    stack_columns,
+    to_column,
+)
 from dmplay.chance import Array, Categorical, Chance, Reals
-from dmplay.columns import Column, minimum, select_where, split_columns, stack_columns, to_column
 from dmplay.core import Outcome, parameter
-from dmplay.hexes import slip_chance
-from dmplay.problems._hunt import (
+from dmplay.hexgrid import slip_chance
+from dmplay.problems._hex_hunt import (
     CIRCLE_HEXES,
     STANDARD_HEXES,
     TRIANGLE_HEXES,

@@ -12,7 +12,7 @@ import numpy as np
 
 from dmplay.chance import Array, Chance, Normal, Reals
 from dmplay.core import ContinuousStates, Interval, Outcome, parameter
-from dmplay.problems._reals import RealStateProblem
+from dmplay.problems._real_state import RealStateProblem
 
 START_MEAN, START_DEVIATION = 0.3, 0.1
 

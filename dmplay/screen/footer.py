@@ -7,13 +7,13 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.advice.adviser import Hint, count_fewest_decimals, format_fixed
 from dmplay.game.game import Game
-from dmplay.keys.keymap import KEY_SYMBOLS
-from dmplay.screen.shown import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.hints.hint_provider import Hint, count_fewest_decimals, format_fixed
+from dmplay.key_maps.key_bindings import KEY_SYMBOLS
+from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.shell.commands import find_command
 from dmplay.views.canvas import BAR_LEVELS
-from dmplay.views.style import BEST_LABEL, EQUALLY_GOOD_LABEL
-from dmplay.words.commands import find_command
+from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
 
 COMMAND_KEY_HELP = ": command"
 GAME_OVER_KEYS = (

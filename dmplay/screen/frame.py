@@ -7,20 +7,20 @@ from typing import NamedTuple
 
 from rich.text import Span, Text
 
-from dmplay.advice.adviser import Hint
 from dmplay.core import array_bytes
-from dmplay.describe import format_score
+from dmplay.formatting import format_score
 from dmplay.game.game import Game
+from dmplay.hints.hint_provider import Hint
 from dmplay.screen import heading
-from dmplay.screen.events import MIN_LOG_ROWS, layout_log, list_events
 from dmplay.screen.footer import format_footer
-from dmplay.screen.shown import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
-from dmplay.screen.wrapping import format_panel, wrap_lines
-from dmplay.styles import ScreenLine, to_rich_text
+from dmplay.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
+from dmplay.screen.text_wrapping import format_panel, wrap_lines
+from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
+from dmplay.styled_text import ScreenLine, to_rich_text
 from dmplay.terminal import escape_unprintable
 from dmplay.views.canvas import measure_text, split_styled_rows
-from dmplay.views.kept import SeatSnapshot
-from dmplay.views.style import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
+from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
+from dmplay.views.view_cache import SeatSnapshot
 
 MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
     4,

@@ -3,14 +3,14 @@
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 
-from dmplay.describe import describe_end_reason, format_score, score_label
+from dmplay.formatting import describe_end_reason, format_score, score_label
 from dmplay.game.game import Game
-from dmplay.screen.shown import Viewport
-from dmplay.screen.wrapping import wrap_lines
+from dmplay.screen.text_wrapping import wrap_lines
+from dmplay.screen.viewport import Viewport
 from dmplay.session import DEFAULT_TURN_LIMIT
-from dmplay.styles import ScreenLine
+from dmplay.styled_text import ScreenLine
 from dmplay.terminal import escape_unprintable
-from dmplay.views.kept import SeatSnapshot
+from dmplay.views.view_cache import SeatSnapshot
 
 CLAUSE_SEPARATOR = "; "  # between clauses of the goal
 UNSHOWN_TURN_LIMITS = (None, DEFAULT_TURN_LIMIT)  # turn limits that are not displayed
@@ -87,7 +87,10 @@ def _format_name(game: Game) -> str:
 def goal_row(game: Game, snapshot: SeatSnapshot, viewport: Viewport) -> ScreenLine:
     """Return the goal row: as many clauses of the goal and its costs as fit, at least one."""
     return game.narrator.view_cache.get_or_compute(
-        "aim", snapshot, lambda now: _format_goal_row(game, now, viewport), (viewport.width,)
+        "aim",
+        snapshot,
+        lambda current: _format_goal_row(game, current, viewport),
+        (viewport.width,),
     )
 
 

@@ -4,24 +4,24 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from dmplay.agents import fully_observed
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.describe import format_count, format_upper_bound
-from dmplay.policies import seeing
+from dmplay.formatting import format_count, format_upper_bound
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solutions.played import resolve_horizon
-from dmplay.solutions.seen import format_start_values, select_listed_states
+from dmplay.solutions.mdps import format_start_values, select_listed_states
+from dmplay.solutions.simulated import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_mixed_strategy
 from dmplay.solvers import (
-    best_replies,
+    best_response_dynamics,
+    bimatrix_game,
     extreme_equilibria,
-    graph,
     lemke_howson,
-    markov_game,
-    matrix_game,
+    markov_game_policy_iteration,
     regret_matching,
+    transition_graph,
 )
-from dmplay.solvers.matrix_game import MixedProfile
+from dmplay.solvers.bimatrix_game import MixedProfile
 
 
 def solve_nash_equilibria(problem: Problem) -> Solution:
@@ -30,13 +30,13 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
     If there are infinitely many, these are the extreme equilibria, of which all others are
     mixtures.
     """
-    payoffs = matrix_game.build_payoffs(problem)
+    payoffs = bimatrix_game.build_payoffs(problem)
     extreme = extreme_equilibria.find_extreme_equilibria(payoffs)
-    profiles = extreme or matrix_game.enumerate_equilibria_if_small(payoffs)
+    profiles = extreme or bimatrix_game.enumerate_equilibria_if_small(payoffs)
     if not profiles:
         profile = lemke_howson.find_equilibrium(payoffs)
-        largest_gain = max(float(matrix_game.compute_regrets(payoffs, profile).max()), 0.0)
-        rewards = matrix_game.compute_utilities(payoffs, profile).tolist()
+        largest_gain = max(float(bimatrix_game.compute_regrets(payoffs, profile).max()), 0.0)
+        rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
         summary = (
             "a Nash equilibrium of one round; by another "
             f"action nobody gains {_format_gain(largest_gain)}"
@@ -46,7 +46,7 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
         )
     rows = [
         _build_strategy_row(
-            problem, profile, matrix_game.compute_utilities(payoffs, profile).tolist()
+            problem, profile, bimatrix_game.compute_utilities(payoffs, profile).tolist()
         )
         for profile in profiles
     ]
@@ -73,7 +73,7 @@ def _has_mixtures(extreme: Sequence[MixedProfile]) -> bool:
 
 def solve_many_player_game(problem: Problem) -> Solution:
     """Return near-equilibrium strategies of more than two agents in one round."""
-    payoffs = matrix_game.build_payoffs(problem)
+    payoffs = bimatrix_game.build_payoffs(problem)
     result = regret_matching.find_equilibrium(payoffs)
     numbered_strategies = enumerate(result.mixed_strategies)
     rewards = [
@@ -111,7 +111,7 @@ def _build_strategy_row(
 
 def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
     """Return the equilibrium of one predator and one prey, state by state."""
-    result = markov_game.find_equilibrium(problem)
+    result = markov_game_policy_iteration.find_equilibrium(problem)
     rows: list[Row] = []
     for index, s in enumerate(problem.enumerate_states()):
         row: Row = {"state": problem.format_state(s)}
@@ -132,7 +132,7 @@ def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
 def solve_zero_sum_game(problem: Problem) -> Solution:
     """Return the values and strategies of a Markov game of two agents with opposed rewards."""
     horizon = resolve_horizon(problem.horizon)
-    result = seeing.solve_zero_sum(problem, horizon)
+    result = fully_observed.solve_zero_sum(problem, horizon)
     turns_left = None if horizon is None else horizon - 1
     listed = select_listed_states(problem, result.graph)
     listed_live = listed[np.isin(listed, result.graph.nonterminal_states)]
@@ -162,7 +162,9 @@ def solve_zero_sum_game(problem: Problem) -> Solution:
 
 def solve_best_replies(problem: Problem) -> Solution:
     """Return the result of best replies in a Markov game of several agents."""
-    result = best_replies.find_equilibrium(problem, graph.build_reachable_graph(problem))
+    result = best_response_dynamics.find_equilibrium(
+        problem, transition_graph.build_reachable_graph(problem)
+    )
     rows: list[Row] = []
     for state_index in select_listed_states(problem, result.graph).tolist():
         row: Row = {"state": problem.format_state(result.graph.states[state_index])}

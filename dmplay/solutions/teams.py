@@ -7,28 +7,28 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay import belief
+from dmplay.agents.collaborative_predator_prey import HuntJointPlan, solve_fully_observed
+from dmplay.agents.dec_pomdp import solve_joint_plan
 from dmplay.budget import Budget, scale_progress, scale_progress_part
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
-from dmplay.describe import format_count
-from dmplay.finding import agents
-from dmplay.policies.collaborative_predator_prey import HuntJointPlan, solve_fully_observed
-from dmplay.policies.team import solve_joint_plan
+from dmplay.formatting import format_count
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solutions.played import DEFAULT_TURNS, resolve_horizon, simulate_games
+from dmplay.registry import agents
+from dmplay.solutions.simulated import DEFAULT_TURNS, resolve_horizon, simulate_games
 from dmplay.solutions.solution import Row, Solution
 from dmplay.solvers import (
     alpha_vectors,
-    joint_plans,
-    plan_graphs,
+    dynamic_programming,
+    plan_graph,
     reactive_team,
-    sparse,
+    sparse_mdp,
     value_iteration,
 )
-from dmplay.solvers.hunting_team import PredatorPreyDecPomdp
-from dmplay.solvers.pooled_beliefs import CentralizedPomdp
-from dmplay.solvers.team import PlanLayer
+from dmplay.solvers.centralized_pomdp import CentralizedPomdp
+from dmplay.solvers.dec_pomdp import PlanLayer
+from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
 from dmplay.tabular import Tables, tabulate
 
 MAX_PLAN_TURNS = 4  # of a joint plan
@@ -55,7 +55,7 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
     b, tables = belief.initial_belief(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
     with scale_progress_part(0, 2):
-        stages = joint_plans.run_dynamic_programming(problem, MAX_PLAN_TURNS)
+        stages = dynamic_programming.run_dynamic_programming(problem, MAX_PLAN_TURNS)
     with scale_progress_part(1, 2):
         planner_stages = alpha_vectors.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
     rows: list[Row] = []
@@ -134,9 +134,11 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
     hunt_problem = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with scale_progress(0.0, 0.2):
         model, q = (
-            solve_fully_observed(hunt_problem) if hunt_problem else sparse.solve_sparse_mdp(problem)
+            solve_fully_observed(hunt_problem)
+            if hunt_problem
+            else sparse_mdp.solve_sparse_mdp(problem)
         )
-    random_values = sparse.evaluate_policy(
+    random_values = sparse_mdp.evaluate_policy(
         model, problem.discount, np.full(q.shape, 1 / q.shape[1])
     )
     teams = [
@@ -188,7 +190,7 @@ def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]
     )
     with scale_progress_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=HUNT_PLAN_NODES).plans
-    plan_value = plan_graphs.evaluate_plans(hunting_team, plans, budget)
+    plan_value = plan_graph.evaluate_plans(hunting_team, plans, budget)
     yield TeamValue(
         f"joint-plan:nodes={HUNT_PLAN_NODES}",
         plan_value,

@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals, weighted_sum_columns
 from dmplay.solvers.double_description import BORDER_TOLERANCE
-from dmplay.solvers.envelope import compute_upper_envelope
+from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 

@@ -12,7 +12,7 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.belief_bounds import BeliefBatch, BoundLayer
-from dmplay.solvers.hidden_rows import SparsePomdp
+from dmplay.solvers.sparse_pomdp import SparsePomdp
 
 BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one node
 # operations between two reports to the budget; that makes thousands of reports per second

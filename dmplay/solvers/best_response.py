@@ -13,7 +13,7 @@ from dmplay.core import (
     enumerate_outcomes,
     enumerate_possible_outcomes,
 )
-from dmplay.solvers.sparse import SparseMdp, group_outcomes, join_parts
+from dmplay.solvers.sparse_mdp import SparseMdp, group_outcomes, join_parts
 
 BYTES_PER_OUTCOME = 160  # bytes per outcome while outcomes are listed
 

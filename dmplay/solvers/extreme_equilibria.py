@@ -14,7 +14,7 @@ import numpy as np
 from dmplay.budget import Budget
 from dmplay.chance import Bools, Reals
 from dmplay.solvers import double_description
-from dmplay.solvers.matrix_game import MixedProfile, find_enumerable_actions, normalize_payoffs
+from dmplay.solvers.bimatrix_game import MixedProfile, find_enumerable_actions, normalize_payoffs
 
 
 class _ResponseVertices(NamedTuple):

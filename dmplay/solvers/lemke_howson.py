@@ -14,7 +14,11 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BudgetExceeded
-from dmplay.solvers.matrix_game import MixedProfile, compute_regrets, enumerate_equilibria_if_small
+from dmplay.solvers.bimatrix_game import (
+    MixedProfile,
+    compute_regrets,
+    enumerate_equilibria_if_small,
+)
 from dmplay.solvers.zero_sum import normalize_weights
 
 ZERO_TOLERANCE = 1e-11  # of systems whose entries are about 1

@@ -21,11 +21,11 @@ import numpy as np
 from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
-from dmplay.dice import make_generator
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.belief_bounds import BoundLayer
 from dmplay.solvers.belief_tree import ActionBranch, BeliefTree
-from dmplay.solvers.hidden_rows import SparsePomdp, build_sparse_pomdp
+from dmplay.solvers.sparse_pomdp import SparsePomdp, build_sparse_pomdp
+from dmplay.uniforms import make_generator
 
 DEFAULT_WORK_LIMIT = 1e10  # operations
 MIN_GAP = 1e-6  # an absolute gap that is small enough, whatever the relative gap

@@ -16,7 +16,7 @@ from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.solvers import zero_sum
-from dmplay.solvers.graph import TransitionGraph
+from dmplay.solvers.transition_graph import TransitionGraph
 from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Annotated, Any, NamedTuple, get_args
 
-from dmplay.dice import SeededUniforms
+from dmplay.uniforms import SeededUniforms
 
 FORMAT_VERSION = 1
 
@@ -91,7 +91,7 @@ def _make_header_line(header_field: Field[Any]) -> HeaderLine:
     return HeaderLine(key[0] if key else header_field.name, header_field.name, value_type, default)
 
 
-HEADER_LINES = tuple(_make_header_line(one) for one in fields(Header))
+HEADER_LINES = tuple(_make_header_line(header_field) for header_field in fields(Header))
 
 
 def collect_header_facts(header: Header) -> dict[str, object]:

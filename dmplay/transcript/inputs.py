@@ -7,7 +7,7 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
-from dmplay.transcript.reading import Block, Transcript
+from dmplay.transcript.reader import Block, Transcript
 
 
 def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:

@@ -6,9 +6,10 @@ import hashlib
 import os
 from pathlib import Path
 
-from dmplay import disk
+from dmplay import safe_files
 from dmplay.errors import BadParameter
 from dmplay.session import Session
+from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,
@@ -20,7 +21,6 @@ from dmplay.transcript.format import (
     strip_notes,
 )
 from dmplay.transcript.header import Header, collect_header_facts
-from dmplay.transcript.seal import RESUMABLE_END_REASONS
 
 
 class Recorder:
@@ -59,15 +59,15 @@ class Recorder:
         Raises BadParameter if the file exists and `force` is False, or if it cannot be written.
         """
         recorder = cls(path, session, frame)
-        is_device = disk.is_output_device(path)
+        is_device = safe_files.is_output_device(path)
         try:
             if not is_device:
-                disk.check_writable(path, force=force)
+                safe_files.check_writable(path, force=force)
             flags = os.O_APPEND if is_device else 0 if path.exists() else os.O_EXCL
-            mode = disk.PRIVATE_FILE_MODE if session.problem.partially_observable else 0o644
+            mode = safe_files.PRIVATE_FILE_MODE if session.problem.partially_observable else 0o644
             recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | flags, mode)
             recorder._lock_file()
-            recorder._set_file_mode(disk.PRIVATE_FILE_MODE)
+            recorder._set_file_mode(safe_files.PRIVATE_FILE_MODE)
             if not is_device:
                 os.ftruncate(recorder._file, 0)
         except FileExistsError:
@@ -86,7 +86,7 @@ class Recorder:
         try:
             recorder._file = os.open(path, os.O_WRONLY)
             recorder._lock_file()
-            recorder._set_file_mode(disk.PRIVATE_FILE_MODE)
+            recorder._set_file_mode(safe_files.PRIVATE_FILE_MODE)
             raw = content.encode()
             os.ftruncate(recorder._file, len(raw))
             os.lseek(recorder._file, 0, os.SEEK_END)
@@ -98,13 +98,15 @@ class Recorder:
 
     def _lock_file(self) -> None:
         """Lock the file if the system can; raise BadParameter if another program plays the game."""
-        if not disk.is_output_device(self.path) and disk.is_locked_elsewhere(self._file):
+        if not safe_files.is_output_device(self.path) and safe_files.is_locked_elsewhere(
+            self._file
+        ):
             self.close()
             raise BadParameter(f"{self.path}: somebody plays this game now")
 
     def _set_file_mode(self, mode: int) -> None:
         """Set the permissions of the file, if its problem has hidden states."""
-        if self.session.problem.partially_observable and not disk.is_output_device(self.path):
+        if self.session.problem.partially_observable and not safe_files.is_output_device(self.path):
             with contextlib.suppress(OSError):  # Some file systems have no permissions.
                 os.fchmod(self._file, mode)
 
@@ -134,13 +136,15 @@ class Recorder:
             ).encode()
         )
         is_private = self.is_private or self.session.end_reason in RESUMABLE_END_REASONS
-        self._set_file_mode(disk.PRIVATE_FILE_MODE if is_private else disk.default_file_mode())
+        self._set_file_mode(
+            safe_files.PRIVATE_FILE_MODE if is_private else safe_files.default_file_mode()
+        )
         self.close()
 
     @property
     def is_saved(self) -> bool:
         """True if the file contains all that was played, and can be read again."""
-        return self.write_error is None and not disk.is_output_device(self.path)
+        return self.write_error is None and not safe_files.is_output_device(self.path)
 
     @property
     def is_open(self) -> bool:

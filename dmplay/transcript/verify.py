@@ -7,10 +7,9 @@ from itertools import zip_longest
 import numpy as np
 
 from dmplay.core import Policy, Problem
-from dmplay.dice import NATURE_STREAM, SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
 from dmplay.session import Session, Turn
-from dmplay.transcript.feeding import BatchReplayer, apply_block, split_turns
+from dmplay.transcript.batch_replay import BatchReplayer, apply_block, split_turns
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,
@@ -23,10 +22,11 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.header import collect_header_facts
 from dmplay.transcript.inputs import read_actions
-from dmplay.transcript.reading import Block, Entry, Transcript
+from dmplay.transcript.reader import Block, Entry, Transcript
 from dmplay.transcript.replay import start_session
-from dmplay.transcript.report import Finding, VerificationReport, make_finding
-from dmplay.transcript.rewriting import rewrite_end
+from dmplay.transcript.rewrite import rewrite_end
+from dmplay.transcript.verification_report import Finding, VerificationReport, make_finding
+from dmplay.uniforms import NATURE_STREAM, SeededUniforms
 
 
 def verify(

@@ -17,10 +17,10 @@ from rich.text import Text
 from dmplay.chance import Array
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import View
-from dmplay.views._advice import MAX_NUMBER_COLUMNS, format_action_condition, format_regret
-from dmplay.views._scale import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
+from dmplay.views._hints import MAX_NUMBER_COLUMNS, format_action_condition, format_regret
+from dmplay.views._number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
 from dmplay.views.canvas import Canvas, draw_text_rows
-from dmplay.views.style import BEST_LABEL, DrawOptions, Lesson
+from dmplay.views.protocol import BEST_LABEL, DrawOptions, Lesson
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",

@@ -7,15 +7,15 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._advice import (
+from dmplay.views._bars import draw_belief_bars, format_bar, format_belief, format_sparkline
+from dmplay.views._hints import (
     format_forecast_rows,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views._belief import draw_belief_bars, format_bar, format_belief, format_sparkline
 from dmplay.views.canvas import Canvas, format_percent
-from dmplay.views.style import REGRET_TOLERANCE, DrawOptions, Lesson
+from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Lesson
 
 KEYS: dict[str, str] = {}  # The player types a distance.
 NUMBER_STEPS = {"left": -10, "right": 10}  # steps in metres; Enter throws

@@ -9,7 +9,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Reals
-from dmplay.hexes import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.problems.collaborative_predator_prey import (
     CAPTURE_REWARD,
     MOVE_REWARD,
@@ -17,12 +17,12 @@ from dmplay.problems.collaborative_predator_prey import (
 )
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._advice import format_regret_rows
-from dmplay.views._belief import format_sparkline
+from dmplay.views._bars import format_sparkline
+from dmplay.views._hints import format_regret_rows
 from dmplay.views.canvas import format_percent
 from dmplay.views.generic import format_last_observation
 from dmplay.views.hexgrid import HexCell, HexSize
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words

@@ -21,10 +21,10 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
-from dmplay.views._advice import format_condition, format_regret_rows
-from dmplay.views._scale import NumberLine, format_signed_fixed
+from dmplay.views._hints import format_condition, format_regret_rows
+from dmplay.views._number_line import NumberLine, format_signed_fixed
 from dmplay.views.canvas import Canvas, draw_text_rows, format_percent
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",

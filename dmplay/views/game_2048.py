@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
+from dmplay.board_2048 import DOWN, RIGHT, UP
 from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide_and_score
 from dmplay.session import View
-from dmplay.tiles import DOWN, RIGHT, UP
-from dmplay.views._advice import MAX_NUMBER_COLUMNS, format_regret, format_regret_bar, sort_regrets
+from dmplay.views._hints import MAX_NUMBER_COLUMNS, format_regret, format_regret_bar, sort_regrets
 from dmplay.views.canvas import Canvas, format_percent
-from dmplay.views.style import DrawOptions, Forecast, Lesson
+from dmplay.views.protocol import DrawOptions, Forecast, Lesson
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",

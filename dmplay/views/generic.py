@@ -7,11 +7,12 @@ from rich.text import Text
 
 from dmplay.chance import Array
 from dmplay.core import WAIT_LABEL, Problem
-from dmplay.describe import format_count
 from dmplay.errors import BadParameter
-from dmplay.places import locate_definition
+from dmplay.formatting import format_count
 from dmplay.session import DEFAULT_TURN_LIMIT, View
-from dmplay.views._advice import (
+from dmplay.source_locations import locate_definition
+from dmplay.views._bars import draw_belief_bars, format_likeliest_states, list_state_probabilities
+from dmplay.views._hints import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
@@ -19,9 +20,8 @@ from dmplay.views._advice import (
     iter_with_and_without_rows,
     rank_actions,
 )
-from dmplay.views._belief import draw_belief_bars, format_likeliest_states, list_state_probabilities
 from dmplay.views.canvas import Canvas, format_signed, sanitize_drawing
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 MAX_DESCRIBED_STATES = 3  # maximum states in a description of the belief
 BAR_COLUMNS = 20  # columns of a bar

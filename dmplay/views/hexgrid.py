@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.describe import format_count
-from dmplay.hexes import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
+from dmplay.formatting import format_count
+from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
 from dmplay.solvers.value_iteration import mark_best_actions
-from dmplay.views._advice import format_condition, format_regret, format_regret_bar, sort_regrets
+from dmplay.views._hints import format_condition, format_regret, format_regret_bar, sort_regrets
 from dmplay.views.canvas import Canvas, format_to_width
 from dmplay.views.canvas import measure_text as measured
-from dmplay.views.style import REGRET_TOLERANCE, DrawOptions, Forecast
+from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
 
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.hexes import Hex, format_hex, hex_neighbours
+from dmplay.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._advice import format_probability
+from dmplay.views._hints import format_probability
 from dmplay.views.canvas import format_percent, format_signed
 from dmplay.views.hexgrid import HexCell, HexSize
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
     "bold color(231) on color(25)",

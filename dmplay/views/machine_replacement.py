@@ -17,7 +17,8 @@ from dmplay.solvers.alpha_vectors import (
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby
-from dmplay.views._advice import (
+from dmplay.views._bars import draw_belief_bars, draw_true_state, format_belief, format_sparkline
+from dmplay.views._hints import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,
@@ -25,10 +26,9 @@ from dmplay.views._advice import (
     list_action_keys,
     rank_actions,
 )
-from dmplay.views._belief import draw_belief_bars, draw_true_state, format_belief, format_sparkline
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import format_last_observation
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 MAX_HISTORY_TURNS = 40  # turns in the belief history
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}

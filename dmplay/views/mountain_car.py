@@ -15,10 +15,10 @@ from rich.text import Text
 
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
 from dmplay.session import View
-from dmplay.views._advice import format_condition, format_regret
-from dmplay.views._scale import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
+from dmplay.views._hints import format_condition, format_regret
+from dmplay.views._number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
 from dmplay.views.canvas import Canvas, draw_text_rows
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",

@@ -8,7 +8,7 @@ from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.views import crying_baby
 from dmplay.views.crying_baby import KEYS, describe_turn, goal_lines, lesson, panel_rows
-from dmplay.views.style import DrawOptions
+from dmplay.views.protocol import DrawOptions
 
 
 def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:

@@ -2,8 +2,8 @@
 
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.session import View
-from dmplay.views._payoffs import describe_situation, describe_turn, iter_boards, panel_rows
-from dmplay.views.style import Lesson
+from dmplay.views._payoff_table import describe_situation, describe_turn, iter_boards, panel_rows
+from dmplay.views.protocol import Lesson
 
 KEYS = {"c": "cooperate", "d": "defect"}
 

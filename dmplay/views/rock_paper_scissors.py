@@ -2,8 +2,8 @@
 
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.session import View
-from dmplay.views._payoffs import describe_situation, describe_turn, iter_boards, panel_rows
-from dmplay.views.style import Lesson
+from dmplay.views._payoff_table import describe_situation, describe_turn, iter_boards, panel_rows
+from dmplay.views.protocol import Lesson
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 

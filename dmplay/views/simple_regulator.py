@@ -14,10 +14,10 @@ from rich.text import Text
 
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
-from dmplay.views._advice import format_condition
-from dmplay.views._scale import NumberLine, format_signed_fixed
+from dmplay.views._hints import format_condition
+from dmplay.views._number_line import NumberLine, format_signed_fixed
 from dmplay.views.canvas import Canvas, draw_text_rows, format_signed
-from dmplay.views.style import DrawOptions, Forecast, Lesson
+from dmplay.views.protocol import DrawOptions, Forecast, Lesson
 
 KEYS: dict[str, str] = {}
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}

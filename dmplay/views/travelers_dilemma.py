@@ -7,15 +7,16 @@ from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 from dmplay.session import View
-from dmplay.views._advice import (
+from dmplay.views._bars import format_sparkline
+from dmplay.views._hints import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views._belief import format_sparkline
-from dmplay.views._payoffs import (
+from dmplay.views._number_line import NumberLine
+from dmplay.views._payoff_table import (
     describe_turn,
     draw_paid_rounds,
     draw_rounds,
@@ -24,9 +25,8 @@ from dmplay.views._payoffs import (
     list_marked_agent_names,
     panel_rows,
 )
-from dmplay.views._scale import NumberLine
 from dmplay.views.canvas import Canvas
-from dmplay.views.style import DrawOptions, Lesson
+from dmplay.views.protocol import DrawOptions, Lesson
 
 KEYS: dict[str, str] = {}  # claims are typed
 # amount that each key adds to the claim

@@ -8,7 +8,7 @@ import numpy as np
 import dmplay
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Problem
-from dmplay.finding.names import problem_names
+from dmplay.registry.builtin_names import problem_names
 
 ROW_COUNTS = (1, 100, 10_000)
 GYM_ROWS = 8192

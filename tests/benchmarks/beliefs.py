@@ -1,7 +1,7 @@
 """Compute value bounds of POMDPs from the literature and of your own files.
 
-Those of `tests.support.hidden` are created from their definitions; the environment variable
-DMPLAY_CORPUS can name a folder with further `.pomdp` files.
+Those of `tests.support.literature_pomdps` are created from their definitions; the environment
+variable DMPLAY_CORPUS can name a folder with further `.pomdp` files.
 """
 
 import os
@@ -16,7 +16,7 @@ import dmplay
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.solvers import point_based
-from tests.support import hidden
+from tests.support import literature_pomdps
 
 RELATIVE_GAP = 0.001  # relative gap between the bounds at which the solver stops
 SENSOR_HALF_DISTANCE = float(np.log(2))  # which makes the efficiency of a check exp(-distance)
@@ -71,28 +71,28 @@ def report(runs: int) -> None:
 
 def _iter_problems() -> Iterator[tuple[str, Problem, PublishedValue]]:
     """Yield the problems from their definitions, then those of the folder."""
-    yield "tiger", hidden.make_tiger(), TIGER_VALUE
-    yield "4x3", hidden.make_four_by_three(), PUBLISHED_VALUES["4x3.95"]
-    yield "cheese maze", hidden.make_cheese_maze(), PUBLISHED_VALUES["cheese"]
+    yield "tiger", literature_pomdps.make_tiger(), TIGER_VALUE
+    yield "4x3", literature_pomdps.make_four_by_three(), PUBLISHED_VALUES["4x3.95"]
+    yield "cheese maze", literature_pomdps.make_cheese_maze(), PUBLISHED_VALUES["cheese"]
     yield (
         "tiger-grid",
-        hidden.make_hallway(TIGER_GRID_MAP, start=TIGER_GRID_STARTS),
+        literature_pomdps.make_hallway(TIGER_GRID_MAP, start=TIGER_GRID_STARTS),
         PUBLISHED_VALUES["tiger-grid"],
     )
     yield (
         "hallway",
-        hidden.make_hallway(HALLWAY_MAP, signs=HALLWAY_SIGNS),
+        literature_pomdps.make_hallway(HALLWAY_MAP, signs=HALLWAY_SIGNS),
         PUBLISHED_VALUES["hallway"],
     )
-    yield "hallway2", hidden.make_hallway(HALLWAY2_MAP), PUBLISHED_VALUES["hallway2"]
-    yield "tag", hidden.make_tag(), PUBLISHED_VALUES["tag"]
+    yield "hallway2", literature_pomdps.make_hallway(HALLWAY2_MAP), PUBLISHED_VALUES["hallway2"]
+    yield "tag", literature_pomdps.make_tag(), PUBLISHED_VALUES["tag"]
     yield (
         "rock sample [4,4]",
-        hidden.make_rock_sample(4, ROCKS_4_4, (0, 2), SENSOR_HALF_DISTANCE),
+        literature_pomdps.make_rock_sample(4, ROCKS_4_4, (0, 2), SENSOR_HALF_DISTANCE),
         PUBLISHED_VALUES["rocksample_4_4"],
     )
-    yield "rock sample [5,7]", hidden.make_rock_sample(5, ROCKS_5_7, (0, 2)), UNPUBLISHED
-    yield "a machine of four parts", hidden.make_machine(), UNPUBLISHED
+    yield "rock sample [5,7]", literature_pomdps.make_rock_sample(5, ROCKS_5_7, (0, 2)), UNPUBLISHED
+    yield "a machine of four parts", literature_pomdps.make_machine(), UNPUBLISHED
     folder = os.environ.get("DMPLAY_CORPUS", "")
     files = sorted(Path(folder).rglob("*")) if folder else []
     for file in files:

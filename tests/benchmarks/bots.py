@@ -10,8 +10,8 @@ from statistics import median
 from time import perf_counter
 
 import dmplay
-from dmplay.finding.topics import read_topic
-from tests.support.blocks import extract_file
+from dmplay.registry.guide_topics import read_topic
+from tests.support.document_examples import extract_file
 
 TURNS = 1000
 BATCH_EPISODES, BATCH_TURN_LIMIT = 100, 50  # a batch of simultaneous games

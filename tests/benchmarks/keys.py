@@ -10,7 +10,7 @@ from tests.support.terminals import DOWN, LEFT, READY_SEQUENCE, RIGHT
 NO_MOTION_OPTION = "--no-motion"  # an animation would be timed only to its first step
 LATE_GAME_TURNS = 400  # number of turns played before a late game is timed
 COMMANDS_AND_KEYS = {
-    "bare application": ((sys.executable, "-m", "tests.benchmarks.bare"), "x"),
+    "bare application": ((sys.executable, "-m", "tests.benchmarks.bare_application"), "x"),
     "hexworld": ((*DMPLAY, "hexworld", "--seed", "7", "--set", "rewards=[]"), "hlhl"),
     "2048": (
         (*DMPLAY, "2048", "--seed", "8", NO_MOTION_OPTION),

@@ -13,16 +13,16 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import dmplay
-from dmplay.blocks import WorkerCount
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
-from dmplay.finding.agents import load_roster
-from dmplay.finding.names import problem_names
-from dmplay.measure.estimate import estimate_mean
-from dmplay.measure.running import run
-from dmplay.reports.match import EvaluationRequest
-from dmplay.reports.tournaments import report_tournament
-from tests.benchmarks.known import (
+from dmplay.evaluation.run import run
+from dmplay.evaluation.statistics import estimate_mean
+from dmplay.output.evaluation_request import EvaluationRequest
+from dmplay.output.tournament_report import report_tournament
+from dmplay.registry.agents import load_roster
+from dmplay.registry.builtin_names import problem_names
+from dmplay.worker_pool import WorkerCount
+from tests.benchmarks.published_returns import (
     ReferenceReturn,
     find_reference_return,
     find_team_reference_return,
@@ -55,7 +55,7 @@ class LeagueGame(NamedTuple):
     name: str
     problem: Problem
     seats: tuple[int, ...]
-    known: ReferenceReturn
+    reference: ReferenceReturn
 
     def __str__(self) -> str:
         """Return the problem's name and the measured agent or team."""
@@ -74,7 +74,7 @@ class AgentResult(NamedTuple):
     games: int
     seconds: float
 
-    def apart(self, reference: ReferenceReturn) -> float:
+    def standard_errors_apart(self, reference: ReferenceReturn) -> float:
         """Return the distance between the mean and the reference return, in standard errors."""
         difference = abs(self.mean - reference.number)
         return 0.0 if difference < 1e-9 else difference / self.error if self.error else math.inf
@@ -134,7 +134,7 @@ def format_verdict(reference: ReferenceReturn, results: list[AgentResult]) -> st
     """Return whether the agent that should earn the reference return does so, as a sentence."""
     for result in results:
         if result.agent == reference.agent:
-            distance = result.apart(reference)
+            distance = result.standard_errors_apart(reference)
             outcome = "reaches it" if distance <= MAX_STANDARD_ERRORS else "MISSES IT"
             return f"{result.agent} {outcome}: {distance:.1f} standard errors apart"
     return ""
@@ -146,9 +146,9 @@ def report(games: int, problems: list[str], agents: list[str], workers: WorkerCo
     For matrix games, print a round-robin tournament too.
     """
     for league_game in iter_league_games(problems):
-        known = league_game.known
+        reference = league_game.reference
         print(f"\n{league_game}")
-        print(f"  {'best known':<24}{known.number:>12.4g}{'':>10}  {known.source}")
+        print(f"  {'best known':<24}{reference.number:>12.4g}{'':>10}  {reference.source}")
         agent_names = [
             entry
             for entry in load_roster(league_game.problem).agents
@@ -161,7 +161,7 @@ def report(games: int, problems: list[str], agents: list[str], workers: WorkerCo
                 f"  {entry.agent:<24}{entry.mean:>12.4g}{'+-':>4}{entry.error:>6.2g}"
                 f"  {entry.games} games, {entry.seconds:.1f} s"
             )
-        print(f"  {format_verdict(known, rows)}", flush=True)
+        print(f"  {format_verdict(reference, rows)}", flush=True)
         fast_agents = [entry for entry in agent_names if entry not in SLOW_AGENT_DIVISORS]
         if league_game.name in ROUND_ROBIN_PROBLEMS and len(fast_agents) > 1:
             match = EvaluationRequest(league_game.name, seed=SEED, workers=workers)

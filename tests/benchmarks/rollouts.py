@@ -17,16 +17,16 @@ from time import thread_time
 import numpy as np
 
 import dmplay
+from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent
+from dmplay.agents.base import ReactivePolicy, RepeatedGameRule
+from dmplay.agents.game_2048 import Corner, Expectimax
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Outcome, Percept, Policy, Problem
-from dmplay.dice import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadPolicy
-from dmplay.finding.agents import load_roster
-from dmplay.finding.names import problem_names
-from dmplay.policies._matrix_agents import FictitiousPlay, GradientAscent
-from dmplay.policies.game_2048 import Corner, Expectimax
-from dmplay.policies.kinds import ReactivePolicy, RepeatedGameRule
+from dmplay.registry.agents import load_roster
+from dmplay.registry.builtin_names import problem_names
 from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
+from dmplay.uniforms import NATURE_STREAM, generate_uniforms
 
 EPISODES, TURNS, SEED = 10_000, 50, 1
 MEASURED_POLICY_TYPES = (

@@ -7,9 +7,9 @@ from time import process_time
 import numpy as np
 
 import dmplay
+from dmplay.agents.search import TreeSearch
 from dmplay.core import Memory
-from dmplay.finding.names import problem_names
-from dmplay.policies.search import TreeSearch
+from dmplay.registry.builtin_names import problem_names
 
 SIMULATION_COUNTS = (400, 1000)  # simulations per choice
 ROW_COUNTS = (1, 100)  # number of games in a batch

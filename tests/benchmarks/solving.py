@@ -4,7 +4,7 @@ import tempfile
 from pathlib import Path
 from statistics import median
 
-from tests.benchmarks.long import measure_command
+from tests.benchmarks.long_games import measure_command
 from tests.benchmarks.terminal import DMPLAY
 
 SUPPORT_FOLDER = Path(__file__).parent.parent / "support"

@@ -31,7 +31,7 @@ class Program:
             command, stdin=side, stdout=side, stderr=side, env=env, cwd=self._folder.name
         )
         os.close(side)
-        self.seen = b""
+        self.output = b""
 
     def read(self, seconds: float) -> bytes:
         """Return the output that arrives within this time."""
@@ -41,15 +41,15 @@ class Program:
             data = os.read(self.main, 1 << 16)
         except OSError:  # the program is gone
             return b""
-        self.seen += data
+        self.output += data
         return data
 
     def until(self, sign: bytes) -> float:
         """Wait for this text in the output; return the seconds since the start."""
-        while sign not in self.seen:
+        while sign not in self.output:
             elapsed = time.perf_counter() - self.began
             if not self.read(TIMEOUT_SECONDS - elapsed):
-                raise RuntimeError(f"never saw {sign!r}: {self.seen[-500:]!r}")
+                raise RuntimeError(f"never saw {sign!r}: {self.output[-500:]!r}")
         return time.perf_counter() - self.began
 
     def settle(self) -> None:

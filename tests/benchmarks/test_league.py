@@ -6,8 +6,8 @@ import pytest
 
 import dmplay
 from tests.benchmarks import league
-from tests.benchmarks.known import ReferenceReturn
 from tests.benchmarks.league import AgentResult, LeagueGame
+from tests.benchmarks.published_returns import ReferenceReturn
 
 FAST_PROBLEMS = (
     "hexworld", "cart-pole", "mountain-car", "simple-regulator", "collision-avoidance",
@@ -21,9 +21,9 @@ def make_result(mean: float, error: float) -> AgentResult:
 
 def test_the_distance_to_the_reference_is_in_standard_errors() -> None:
     reference = ReferenceReturn(10.0, "arithmetic", "optimal")
-    assert make_result(9.0, 0.5).apart(reference) == 2
-    assert make_result(10.0, 0.0).apart(reference) == 0
-    assert make_result(9.0, 0.0).apart(reference) == math.inf
+    assert make_result(9.0, 0.5).standard_errors_apart(reference) == 2
+    assert make_result(10.0, 0.0).standard_errors_apart(reference) == 0
+    assert make_result(9.0, 0.0).standard_errors_apart(reference) == math.inf
 
 
 def test_the_verdict_is_about_the_agent_that_should_reach_the_reference() -> None:
@@ -71,7 +71,7 @@ def test_the_name_of_a_league_game_contains_the_measured_agent() -> None:
 def test_the_optimum_is_earned_within_three_standard_errors(name: str) -> None:
     for league_game in league.iter_league_games([name]):
         result = league.measure_agent(
-            league_game, league_game.known.agent, league.DEFAULT_GAMES // 4
+            league_game, league_game.reference.agent, league.DEFAULT_GAMES // 4
         )
         assert result is not None
-        assert result.apart(league_game.known) <= 3.0
+        assert result.standard_errors_apart(league_game.reference) <= 3.0

@@ -77,15 +77,15 @@ def test_every_output_format_reports_a_forfeit(folder: Path) -> None:
     arguments = ("hexworld", "--seed", "7", "--agent", "bot:sh -c 'exit 3'")
     reason = "agent forfeits, dead: ended with exit code 3"
 
-    def told(*options: str) -> CompletedProcess[str]:
+    def run_with_options(*options: str) -> CompletedProcess[str]:
         result = run_dmplay(folder, *arguments, *options)
         assert result.returncode == 0
         return result
 
-    assert f"over: forfeit after 0 turns. {reason}. agent score" in told().stdout
-    quiet = told("--quiet", "-o", "game.dmt")
+    assert f"over: forfeit after 0 turns. {reason}. agent score" in run_with_options().stdout
+    quiet = run_with_options("--quiet", "-o", "game.dmt")
     assert (quiet.stdout, quiet.stderr) == ("", f"{reason}\n")
-    end = json.loads(told("--json").stdout.splitlines()[-1])
+    end = json.loads(run_with_options("--json").stdout.splitlines()[-1])
     assert (end["reason"], end["why"]) == ("forfeit", reason)
     assert_verified(folder / "game.dmt")
 

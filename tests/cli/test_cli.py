@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.sentence import format_error
+from dmplay.cli.error_messages import format_error
 from dmplay.errors import BadParameter
-from tests.support.brought import BROKEN_AGENT_SOURCE, WALK_SOURCE
 from tests.support.programs import run_dmplay, run_without_home
+from tests.support.user_problems import BROKEN_AGENT_SOURCE, WALK_SOURCE
 
 COMMANDS_WITH_EXAMPLES = (
     "play", "resume", "replay", "verify", "list", "info",
@@ -398,7 +398,7 @@ def test_an_error_in_a_user_defined_problem_is_reported_with_its_line(
 
 
 def test_an_agent_that_ends_the_program_is_reported_with_its_line(tmp_path: Path) -> None:
-    code = ["import sys", "from dmplay.policies.general import Random", "class Agent(Random):"]
+    code = ["import sys", "from dmplay.agents.general import Random", "class Agent(Random):"]
     code += ["    def choose(self, memory, legal, u):", "        sys.exit()", ""]
     (tmp_path / "leaver.py").write_text("\n".join(code))
     result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "./leaver.py:Agent")

@@ -13,15 +13,15 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from dmplay.cli import config
+from dmplay.cli import config_files
 from dmplay.cli.app import root_command
-from dmplay.cli.config import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
-from dmplay.cli.errands import interpret_command
+from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
+from dmplay.cli.dispatch import interpret_command
 from dmplay.cli.settings import config_defaults, configurable_options, iter_effective_settings
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.errand import PlayCommand
-from dmplay.game.request import GameRequest
-from dmplay.game.table import GameController
+from dmplay.game.cli_results import PlayCommand
+from dmplay.game.controller import GameController
+from dmplay.game.requests import GameRequest
 from tests.support import programs
 
 GROUP: Any = root_command()
@@ -52,14 +52,14 @@ def project_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "home"))
     monkeypatch.chdir(tmp_path)
     (tmp_path / "home" / "dmplay").mkdir(parents=True)
-    config.load_config_files.cache_clear()
+    config_files.load_config_files.cache_clear()
     yield tmp_path
-    config.load_config_files.cache_clear()
+    config_files.load_config_files.cache_clear()
 
 
 def write_config_file(path: Path, text: str) -> None:
     path.write_text(text, encoding="utf-8")
-    config.load_config_files.cache_clear()
+    config_files.load_config_files.cache_clear()
 
 
 def write_user_file(project_folder: Path, text: str) -> None:
@@ -101,22 +101,22 @@ def read_options(name: str, *flags: str) -> dict[str, tuple[object, str]]:
 class OptionValues(NamedTuple):
     """The values of an option in a flag, a variable, the project file and the user file."""
 
-    one: Any
+    example: Any
     values: Sequence[object]
 
-    def told(self, source_index: int) -> object:
+    def value_of(self, source_index: int) -> object:
         """Return one of the values, as a file contains it and a command receives it."""
-        return (self.values[source_index],) if self.one.multiple else self.values[source_index]
+        return (self.values[source_index],) if self.example.multiple else self.values[source_index]
 
     def variable(self, name: str) -> tuple[str, str]:
         """Return the environment variable of a command's option, and its value."""
-        value = str(int(not self.one.default) if self.one.is_bool_flag else self.values[1])
-        return self.one.envvar or f"DMPLAY_{name.upper()}_{self.one.name.upper()}", value
+        value = str(int(not self.example.default) if self.example.is_bool_flag else self.values[1])
+        return self.example.envvar or f"DMPLAY_{name.upper()}_{self.example.name.upper()}", value
 
     def flags(self, option: str) -> list[str]:
         """Return the arguments that set the option."""
-        if self.one.is_bool_flag:
-            return [f"--no-{option}" if self.one.default else f"--{option}"]
+        if self.example.is_bool_flag:
+            return [f"--no-{option}" if self.example.default else f"--{option}"]
         return [f"--{option}", str(self.values[0])]
 
 
@@ -143,7 +143,7 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
 
     def file(options: Iterable[str], source_index: int) -> str:
         rows = (
-            f"{option} = {json.dumps(values_by_option[option].told(source_index))}\n"
+            f"{option} = {json.dumps(values_by_option[option].value_of(source_index))}\n"
             for option in options
         )
         return f"[{name}]\n{''.join(rows)}"
@@ -151,7 +151,9 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     def come(
         options: Iterable[str], source_index: int, source: str
     ) -> dict[str, tuple[object, str]]:
-        return {option: (values_by_option[option].told(source_index), source) for option in options}
+        return {
+            option: (values_by_option[option].value_of(source_index), source) for option in options
+        }
 
     assert {source for _, source in read_options(name).values()} <= {"DEFAULT"}
     write_user_file(project_folder, file(values_by_option, 3))
@@ -286,7 +288,7 @@ def test_an_invalid_file_is_reported_in_one_line(
 def test_a_file_that_is_not_text_is_reported_in_one_line(project_folder: Path) -> None:
     (project_folder / "dmplay.toml").write_bytes(b"\xff\xfe = 1")
     with pytest.raises(DmplayError, match=r"^dmplay.toml: not UTF-8$"):
-        config.load_config_files()
+        config_files.load_config_files()
 
 
 def is_refused(read: Callable[[], object]) -> bool:
@@ -328,17 +330,17 @@ def format_toml(value: Any) -> str:
 
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=15)
-@given(told=st.dictionaries(CONFIG_KEYS, CONFIG_VALUES, max_size=4))
+@given(options_by_name=st.dictionaries(CONFIG_KEYS, CONFIG_VALUES, max_size=4))
 def test_any_file_is_read_or_refused_in_one_line(
-    told: dict[str, Any], project_folder: Path
+    options_by_name: dict[str, Any], project_folder: Path
 ) -> None:
     write_project_file(
         project_folder,
-        "\n".join(f"{json.dumps(key)} = {format_toml(v)}" for key, v in told.items()),
+        "\n".join(f"{json.dumps(key)} = {format_toml(v)}" for key, v in options_by_name.items()),
     )
     settings_by_command: dict[str, dict[str, object]] = {}
     if not is_refused(lambda: settings_by_command.update(config_defaults(GROUP.commands))):
-        assert set(told) <= {*GENERAL_OPTIONS, "keys", "aliases", *GROUP.commands}
+        assert set(options_by_name) <= {*GENERAL_OPTIONS, "keys", "aliases", *GROUP.commands}
         for name, values in settings_by_command.items():
             assert values.keys() <= {parameter.name for parameter in GROUP.commands[name].params}
 
@@ -347,7 +349,7 @@ def test_any_file_is_read_or_refused_in_one_line(
 @given(text=st.text(LETTERS, max_size=60))
 def test_any_text_is_read_or_refused_in_one_line(text: str, project_folder: Path) -> None:
     write_project_file(project_folder, text)
-    is_refused(config.load_config_files)
+    is_refused(config_files.load_config_files)
 
 
 # The program

@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 
 from dmplay.cli.app import root_command
-from dmplay.files import writing
-from dmplay.finding.topics import read_topic
-from tests.support.blocks import extract_file
-from tests.support.hidden import make_cheese_maze
+from dmplay.formats import writer
+from dmplay.registry.guide_topics import read_topic
+from tests.support.document_examples import extract_file
+from tests.support.literature_pomdps import make_cheese_maze
 from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment
 
@@ -65,7 +65,7 @@ def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "game.dm").write_text(COMMAND_SCRIPT)
     for name in ("tiger.py", "shop.py"):
         (tmp_path / name).write_text(extract_file(read_topic("problems"), name))
-    problem_lines = writing.iter_problem_lines(
+    problem_lines = writer.iter_problem_lines(
         make_cheese_maze(), ".pomdp", "Rooms that look alike."
     )
     (tmp_path / "hallway.pomdp").write_text("".join(problem_lines))

@@ -7,9 +7,9 @@ import pytest
 from rich.text import Text
 
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.figures import every
-from dmplay.game.formats import check_extension
-from dmplay.reports import drawing
+from dmplay.figures import registry
+from dmplay.game.export_formats import check_extension
+from dmplay.output import svg_export
 from dmplay.views.canvas import measure_text, to_ascii
 from tests.support.glyphs import GLYPHS
 
@@ -17,7 +17,7 @@ from tests.support.glyphs import GLYPHS
 @cache
 def draw_cached_figure(name: str) -> Text:
     """Draw a figure; it is cached, and tests must not modify it."""
-    _, draw = every.find_figure(name)
+    _, draw = registry.find_figure(name)
     return draw()
 
 
@@ -26,27 +26,27 @@ def draw_plain_figure(name: str) -> str:
 
 
 def test_every_figure_of_the_appendix_is_available() -> None:
-    assert list(every.load_figures()) == [
+    assert list(registry.load_figures()) == [
         "F.2", "F.9", "F.10", "F.11", "F.12", "F.13", "F.14", "F.15", "F.16", "T.1", "T.2",
     ]  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["F.2", "f2", "figure F.2"])
 def test_a_figure_is_found_by_several_spellings_of_its_name(name: str) -> None:
-    assert every.find_figure(name) == every.load_figures()["F.2"]
+    assert registry.find_figure(name) == registry.load_figures()["F.2"]
 
 
 def test_an_unknown_figure_is_rejected() -> None:
     with pytest.raises(UnknownName, match=r"unknown figure 'F.3'; did you mean"):
-        every.find_figure("F.3")
+        registry.find_figure("F.3")
 
 
 def test_a_file_extension_of_another_format_is_rejected(tmp_path: Path) -> None:
     for name in ("f.png", "f.PDF", "f.cast", "f.txt"):
         with pytest.raises(BadParameter, match=r"f\.\w+: it is written as SVG; name it \S+f\.svg"):
-            drawing.draw_figure("T.2", tmp_path / name, svg=False)
+            svg_export.draw_figure("T.2", tmp_path / name, svg=False)
     for name in ("f.svg", "F.2", "f"):
-        drawing.draw_figure("T.2", tmp_path / name, svg=False)
+        svg_export.draw_figure("T.2", tmp_path / name, svg=False)
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
     with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
         check_extension(Path("g.svg"), "html")
@@ -58,21 +58,21 @@ def test_a_file_extension_of_another_format_is_rejected(tmp_path: Path) -> None:
 
 def test_a_blank_figure_name_is_rejected() -> None:
     with pytest.raises(UnknownName, match="unknown figure ' '"):
-        every.find_figure(" ")
+        registry.find_figure(" ")
 
 
-@pytest.mark.parametrize("name", list(every.load_figures()))
+@pytest.mark.parametrize("name", list(registry.load_figures()))
 def test_a_figure_has_allowed_glyphs_an_ascii_form_and_an_svg_form(name: str) -> None:
-    (title, draw), text = every.find_figure(name), draw_cached_figure(name)
+    (title, draw), text = registry.find_figure(name), draw_cached_figure(name)
     assert {glyph for glyph in text.plain if not glyph.isascii()} <= GLYPHS
     assert to_ascii(text).plain.isascii()
     assert measure_text(text)[0] <= 110
-    assert drawing.text_to_svg(text, title).startswith("<svg")
-    assert drawing.text_to_svg(text, title) == drawing.text_to_svg(draw(), title)
+    assert svg_export.text_to_svg(text, title).startswith("<svg")
+    assert svg_export.text_to_svg(text, title) == svg_export.text_to_svg(draw(), title)
 
 
 def test_table_f1_has_the_order_of_the_book() -> None:
-    rows = every.find_figure("T.1")[1]().plain.splitlines()[1:]
+    rows = registry.find_figure("T.1")[1]().plain.splitlines()[1:]
     names = [row.split()[0] for row in rows if row]
     assert names[:3] == ["hexworld", "2048", "cart-pole"]
     assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]

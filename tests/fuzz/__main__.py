@@ -14,13 +14,13 @@ import time
 from collections import Counter, defaultdict
 
 import dmplay
-from tests.fuzz import facts
-from tests.fuzz.crew import run_tasks, split_into_tasks
-from tests.fuzz.kinds import KINDS, Kind, count_cases, draw_case
-from tests.fuzz.trial import Result, run_case
+from tests.fuzz import changed_facts
+from tests.fuzz.case_kinds import KINDS, Kind, count_cases, draw_case
+from tests.fuzz.case_runner import Result, run_case
+from tests.fuzz.worker_pool import run_tasks, split_into_tasks
 
 KINDS_BY_NAME = {kind.name: kind for kind in KINDS}
-AXELROD_MODULE = "dmplay.policies._axelrod"  # slow to import, and fuzzed by its authors
+AXELROD_MODULE = "dmplay.agents._axelrod_strategy"  # slow to import, and fuzzed by its authors
 
 
 def main() -> int:
@@ -52,7 +52,7 @@ def _import_package() -> None:
     for module in pkgutil.walk_packages(dmplay.__path__, "dmplay."):
         if module.name not in (AXELROD_MODULE, "dmplay.__main__"):
             importlib.import_module(module.name)
-    facts.list_valid_transcripts()
+    changed_facts.list_valid_transcripts()
     sys.dont_write_bytecode = True  # cases write no bytecode files
     gc.freeze()  # garbage collections in workers skip the imported modules
 
@@ -113,7 +113,7 @@ def _show_case(kind: Kind, seed: int, number: int) -> int:
     result = run_case(kind, seed, number)
     print(result.ending)
     for fault in result.faults:
-        print(f"FAULT {fault.kind}: {fault.what}\n{fault.rest}")
+        print(f"FAULT {fault.kind}: {fault.what}\n{fault.details}")
     return 1 if result.faults else 0
 
 

@@ -26,7 +26,7 @@ class CaseOutcome(NamedTuple):
     """The outcome of a case."""
 
     ending: str  # the exit code, or another kind of ending
-    shown: str = ""  # everything that was printed or drawn
+    output: str = ""  # everything that was printed or drawn
     files: Mapping[str, bytes] = MappingProxyType({})  # the files that were written
     trace: str = ""  # the traceback of an uncaught exception
 

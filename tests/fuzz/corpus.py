@@ -5,7 +5,7 @@ from pathlib import Path
 
 from tests.fuzz.case import GAME_FILE, Case
 from tests.fuzz.program import run_dmplay
-from tests.support.cases import CASE_NAMES, load_problem
+from tests.support.problem_cases import CASE_NAMES, load_problem
 
 GOLDENS_FOLDER = Path(__file__).parent.parent.parent / "transcripts"
 SHORT = 3000  # maximum characters of a golden that is mutated

@@ -5,12 +5,12 @@ import re
 from collections.abc import Callable, Sequence
 from random import Random
 
-from dmplay.finding import problems
+from dmplay.registry import problems
 from dmplay.transcript.format import TURN_KEYS, compute_checksum
 from dmplay.transcript.header import HEADER_LINES
-from tests.fuzz import absurd
+from tests.fuzz import hostile_values
 from tests.fuzz.corpus import list_transcripts
-from tests.support.cases import CASE_NAMES
+from tests.support.problem_cases import CASE_NAMES
 
 Mutation = Callable[[Random, bytes], bytes]
 LARGE_INTEGER = 10**300  # near the largest integer that a float can represent
@@ -54,7 +54,7 @@ def change_bytes(random: Random, raw: bytes) -> bytes:
     first = random.randrange(len(raw) + 1)
     last = first + random.choice((0, 1, 1, 2, 8, 100))
     replacement = random.choice(
-        (absurd.draw_bytes(random), random.randbytes(random.choice((1, 4))))
+        (hostile_values.draw_bytes(random), random.randbytes(random.choice((1, 4))))
     )
     return raw[:first] + replacement + raw[last:]
 
@@ -71,10 +71,10 @@ def change_line(random: Random, raw: bytes) -> bytes:
     index = random.randrange(len(rows))
     row = rows.pop(index)
     other = random.choice(random.choice(list_transcripts()).split(b"\n"))
-    nonsense = f"{random.choice(LINE_KEYS)}: {absurd.draw_value(random)}".encode()
+    nonsense = f"{random.choice(LINE_KEYS)}: {hostile_values.draw_value(random)}".encode()
     target = random.randrange(len(rows) + 1)
     rows[target:target] = random.choice(
-        ([], [row], [other], [nonsense], [b""], [b"| " + absurd.draw_bytes(random)])
+        ([], [row], [other], [nonsense], [b""], [b"| " + hostile_values.draw_bytes(random)])
     )
     if random.random() < 0.5:
         rows.insert(index, row)
@@ -107,7 +107,7 @@ def _mark_value(random: Random, holder: dict[str, object] | list[object], key: s
         inside = random.choice(list(value) if isinstance(value, dict) else range(len(value)))
         return _mark_value(random, value, inside)
     holder[key] = VALUE_MARK  # type: ignore[index]
-    return random.choice((absurd.draw_value(random), draw_similar_value(random, value)))
+    return random.choice((hostile_values.draw_value(random), draw_similar_value(random, value)))
 
 
 def draw_similar_value(random: Random, value: object) -> str:
@@ -165,23 +165,23 @@ def _draw_parameter_line(random: Random, raw: bytes) -> bytes:
     parameters = problems.parameter_values(problems.load_problem(parse_problem_name(raw)))
     key = random.choice((*parameters, *parameters, "other"))
     value = random.choice(
-        (absurd.draw_value(random), draw_similar_value(random, parameters.get(key, 1)))
+        (hostile_values.draw_value(random), draw_similar_value(random, parameters.get(key, 1)))
     )
     return f"set: {{{json.dumps(key)}: {value}}}".encode(errors="surrogatepass")
 
 
 def _draw_seats_line(random: Random, raw: bytes) -> bytes:
     agents = problems.load_problem(parse_problem_name(raw)).agents
-    agent_texts = (*AGENT_TEXTS, absurd.draw_word(random))
+    agent_texts = (*AGENT_TEXTS, hostile_values.draw_word(random))
     seats = {name: random.choice(agent_texts) for name in agents}
     if random.random() < 0.2:
-        seats[absurd.draw_word(random)] = random.choice(agent_texts)
+        seats[hostile_values.draw_word(random)] = random.choice(agent_texts)
     return f"seats: {json.dumps(seats)}".encode()
 
 
 def _draw_number_line(random: Random, raw: bytes) -> bytes:
     key = random.choice(("seed", "episode", "turns", "strict", "reveal", "dmplay"))
-    return f"{key}: {random.choice((absurd.draw_value(random), 'true'))}".encode(
+    return f"{key}: {random.choice((hostile_values.draw_value(random), 'true'))}".encode(
         errors="surrogatepass"
     )
 
@@ -194,7 +194,7 @@ def change_blocks(random: Random, raw: bytes) -> bytes:
     other = random.choice(random.choice(list_transcripts()).split(b"\n\n"))
     event = (
         f"{random.choice(('undo', 'reroll'))}: "
-        f"{random.choice(('1', '2', absurd.draw_value(random)))}"
+        f"{random.choice(('1', '2', hostile_values.draw_value(random)))}"
     )
     replacement = random.choice(([], [block] * 2, [block] * 50, [other], [block, event.encode()]))
     target = random.choice((index, random.randrange(len(blocks) + 1)))

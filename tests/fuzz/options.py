@@ -3,12 +3,12 @@
 import json
 from random import Random
 
-from dmplay.finding import agents, problems
-from tests.fuzz import absurd
+from dmplay.registry import agents, problems
+from tests.fuzz import hostile_values
 from tests.fuzz.case import Case
-from tests.fuzz.lines import draw_lines, draw_problem_name
 from tests.fuzz.mutations import AGENT_TEXTS, draw_similar_value
-from tests.support.seats import EXTERNAL_AGENTS
+from tests.fuzz.typed_lines import draw_lines, draw_problem_name
+from tests.support.seated_agents import EXTERNAL_AGENTS
 
 SLOW_AGENTS = {"equilibrium", "joint-plan"}  # agents whose default settings take longer than a case
 FAST_SEARCH_SETTING = "simulations=100"  # lets a search of whole games choose within a case
@@ -62,7 +62,7 @@ def draw_agent_case(random: Random) -> Case:
         assignments.append(FAST_SEARCH_SETTING)
     agent_text = f"{base}:{','.join(assignments)}" if assignments else base
     if random.random() < 0.2:
-        agent_text = absurd.draw_argument(random) + agent_text
+        agent_text = hostile_values.draw_argument(random) + agent_text
     return _make_game_case(random, name, "--agent", agent_text)
 
 
@@ -72,7 +72,7 @@ def draw_command_line_case(random: Random) -> Case:
         random.choice(COMMAND_NAMES) if random.random() < 0.8 else draw_problem_name(random)
     ]
     for _ in range(random.randint(0, 4)):
-        nonsense = absurd.draw_argument(random)
+        nonsense = hostile_values.draw_argument(random)
         arguments.append(
             random.choice((random.choice(OPTION_NAMES), nonsense, draw_problem_name(random)))
         )
@@ -85,9 +85,9 @@ def draw_completion_case(random: Random) -> Case:
     variables = {
         "_DMPLAY_COMPLETE": f"complete_{random.choice(('bash', 'zsh', 'fish', 'powershell'))}",
         "COMP_WORDS": command_line,
-        "COMP_CWORD": random.choice(("1", "2", "3", absurd.draw_argument(random))),
+        "COMP_CWORD": random.choice(("1", "2", "3", hostile_values.draw_argument(random))),
         "_TYPER_COMPLETE_ARGS": command_line,
-        "_TYPER_COMPLETE_WORD_TO_COMPLETE": absurd.draw_argument(random),
+        "_TYPER_COMPLETE_WORD_TO_COMPLETE": hostile_values.draw_argument(random),
     }
     return Case(variables=variables)
 
@@ -101,7 +101,7 @@ def draw_settings_case(random: Random) -> Case:
     text = "".join(rows).encode()
     if random.random() < 0.2:
         position = random.randrange(len(text) + 1)
-        text = text[:position] + absurd.draw_bytes(random) + text[position:]
+        text = text[:position] + hostile_values.draw_bytes(random) + text[position:]
     arguments = random.choice(
         (("config", "show"), ("config", "show", "--json"), ("config", "path"), ("list",), ("hw",),
          ("hexworld", "--agent", "random", "--turns", "1"), ("2048", "--turns", "1"))
@@ -109,9 +109,9 @@ def draw_settings_case(random: Random) -> Case:
     variables = {}
     if random.random() < 0.3:
         variable = random.choice(("COLOR", "WIDTH", "KEYS", "SET", "PLAY_TURNS", "SPEED", "THEME"))
-        variables[f"DMPLAY_{variable}"] = absurd.draw_argument(random)
+        variables[f"DMPLAY_{variable}"] = hostile_values.draw_argument(random)
     if random.random() < 0.1:
-        variables["COLUMNS"] = absurd.draw_argument(random)
+        variables["COLUMNS"] = hostile_values.draw_argument(random)
     path = random.choice(("dmplay.toml", "config/dmplay/config.toml"))
     return Case(arguments, {path: text}, typed="e\nquit\n", variables=variables)
 
@@ -122,9 +122,9 @@ def _make_game_case(random: Random, name: str, *more: str) -> Case:
 
 
 def _draw_assignment(random: Random, defaults: dict[str, object]) -> str:
-    key = random.choice((*defaults, *defaults, *defaults, absurd.draw_argument(random)))
+    key = random.choice((*defaults, *defaults, *defaults, hostile_values.draw_argument(random)))
     nonsense = random.choice(
-        (absurd.draw_value(random).replace("\0", ""), absurd.draw_argument(random))
+        (hostile_values.draw_value(random).replace("\0", ""), hostile_values.draw_argument(random))
     )
     value = random.choice(
         (

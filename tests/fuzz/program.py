@@ -13,12 +13,12 @@ from random import Random
 from typing import BinaryIO, cast
 
 from dmplay.__main__ import main
-from dmplay.cli import config
+from dmplay.agents import collaborative_predator_prey as hunters
+from dmplay.cli import config_files
 from dmplay.errors import BadTranscript
-from dmplay.policies import collaborative_predator_prey as hunters
 from dmplay.problems.game_2048 import Game2048
 from dmplay.transcript import format as transcripts
-from dmplay.transcript.reading import parse_transcript
+from dmplay.transcript.reader import parse_transcript
 from tests.fuzz.case import GAME_FILE, Case, CaseOutcome
 from tests.support.terminals import clean_environment
 
@@ -112,7 +112,7 @@ def _replace_environment(variables: Mapping[str, str]) -> None:
     """Replace all environment variables, and clear the cache of settings files."""
     os.environ.clear()
     os.environ.update(variables)
-    config.load_config_files.cache_clear()
+    config_files.load_config_files.cache_clear()
 
 
 @contextlib.contextmanager

@@ -7,18 +7,18 @@ import traceback
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from dmplay.cli.errands import interpret_command
+from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import DmplayError
-from dmplay.game.errand import PlayCommand
-from dmplay.game.start import start_game
-from dmplay.game.table import GameController
-from dmplay.painting.painter import Painter
-from dmplay.screen.acts import run_typed_line
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
+from dmplay.game.cli_results import PlayCommand
+from dmplay.game.controller import GameController
+from dmplay.game.setup import start_game
+from dmplay.rendering.painter import Painter
+from dmplay.screen.actions import run_typed_line
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.shell.commands import PlayerQuit
+from dmplay.shell.completion.completer import CommandCompleter
 from dmplay.terminal import Terminal
-from dmplay.words.commands import PlayerQuit
-from dmplay.words.completion.candidates import CommandCompleter
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 

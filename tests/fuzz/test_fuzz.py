@@ -8,15 +8,15 @@ from random import Random
 import pytest
 
 from dmplay.transcript.format import compute_checksum
-from tests.fuzz import brought, corpus, facts, mutations
+from tests.fuzz import changed_facts, corpus, mutations, user_problems
 from tests.fuzz.case import GAME_FILE, Case, CaseOutcome
-from tests.fuzz.crew import Task, run_tasks
-from tests.fuzz.judging import find_faults
-from tests.fuzz.kinds import KINDS, Kind, count_cases, draw_case
+from tests.fuzz.case_kinds import KINDS, Kind, count_cases, draw_case
+from tests.fuzz.case_runner import run_case
 from tests.fuzz.mutations import MUTATIONS, Mutation
 from tests.fuzz.program import MAX_AGENT_TURNS, run_dmplay
-from tests.fuzz.trial import run_case
-from tests.support.cases import CASE_NAMES
+from tests.fuzz.verdicts import find_faults
+from tests.fuzz.worker_pool import Task, run_tasks
+from tests.support.problem_cases import CASE_NAMES
 
 KINDS_BY_NAME = {kind.name: kind for kind in KINDS}
 
@@ -31,7 +31,7 @@ def few_transcripts() -> Iterator[None]:
     for cached_function in (
         corpus.list_transcripts,
         corpus.list_human_transcripts,
-        facts.list_valid_transcripts,
+        changed_facts.list_valid_transcripts,
     ):
         cached_function.cache_clear()
 
@@ -120,7 +120,9 @@ def test_the_shares_of_all_kinds_add_up_to_100() -> None:
     assert sum(count_cases(kind, 20_000) for kind in KINDS) == 20_000
 
 
-@pytest.mark.parametrize("mutation", dict.fromkeys(MUTATIONS), ids=lambda one: one.__name__)
+@pytest.mark.parametrize(
+    "mutation", dict.fromkeys(MUTATIONS), ids=lambda mutation: mutation.__name__
+)
 def test_a_mutation_usually_changes_the_transcript(mutation: Mutation) -> None:
     changed = [mutation(Random(number), first_transcript()) for number in range(40)]
     assert sum(raw != first_transcript() for raw in changed) > 20
@@ -158,14 +160,15 @@ def test_a_mutated_transcript_can_often_still_be_parsed() -> None:
 def test_facts_are_the_same_within_the_tolerance(
     first: object, second: object, expected: bool
 ) -> None:
-    assert facts.is_same_fact(first, second) is expected
+    assert changed_facts.is_same_fact(first, second) is expected
 
 
 def test_a_problem_without_faulty_parts_runs() -> None:
-    for form in (brought.TABULAR_TEMPLATE, brought.METHODS_TEMPLATE):
-        source = form.format(**brought.VALID_PARTS).encode()
+    for form in (user_problems.TABULAR_TEMPLATE, user_problems.METHODS_TEMPLATE):
+        source = form.format(**user_problems.VALID_PARTS).encode()
         assert (
-            run_dmplay(Case(brought.COMMANDS[0], {brought.PROBLEM_FILE: source})).ending == "exit 0"
+            run_dmplay(Case(user_problems.COMMANDS[0], {user_problems.PROBLEM_FILE: source})).ending
+            == "exit 0"
         )
 
 

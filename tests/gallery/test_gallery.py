@@ -7,29 +7,28 @@ from pathlib import Path
 import pytest
 from prompt_toolkit.input import PipeInput, create_pipe_input
 
-from dmplay import records
-from dmplay.finding import problems
-from dmplay.finding.names import problem_names
+from dmplay import player_records
 from dmplay.gallery import gallery as module
 from dmplay.gallery.gallery import Gallery
-from dmplay.gallery.offers import (
+from dmplay.gallery.problem_list import (
     INSTALLED_HEADING,
     KIND_HEADINGS,
     ProblemEntry,
     list_problem_entries,
 )
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_game
-from dmplay.game.table import GameController
-from dmplay.painting.painter import Painter
-from dmplay.screen import toolkit
+from dmplay.game.controller import GameController
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_game
+from dmplay.registry import problems
+from dmplay.registry.builtin_names import problem_names
+from dmplay.rendering.painter import Painter
+from dmplay.screen import event_loop
 from dmplay.screen.frame import compose_frame
-from dmplay.screen.screen import PlayScreen
-from dmplay.screen.shown import Viewport
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.viewport import Viewport
+from dmplay.shell.commands import PlayerQuit, run_line
 from dmplay.terminal import Terminal as Way
-from dmplay.views.style import DrawOptions
-from dmplay.words.commands import PlayerQuit, run_line
-from tests.support.brought import write_package_metadata
+from dmplay.views.protocol import DrawOptions
 from tests.support.screens import KEY_SEQUENCES, EmulatedPainter, EmulatedScreen
 from tests.support.terminals import (
     CTRL_C,
@@ -41,6 +40,7 @@ from tests.support.terminals import (
     Terminal,
     list_colour_codes,
 )
+from tests.support.user_problems import write_package_metadata
 
 DAILY_SEED = "20261122"
 VIEWPORT_SIZES = [
@@ -61,7 +61,7 @@ def working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """The working folder, which also contains the saved games."""
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.chdir(tmp_path)
-    records._warn_once.cache_clear()
+    player_records._warn_once.cache_clear()
     return tmp_path
 
 
@@ -86,7 +86,7 @@ def render_gallery_rows(gallery: Gallery, width: int = 80, height: int = 24) -> 
 
 def play_game(name: str, *lines: str, turns: int | None = None) -> GameController:
     """Play these lines of a game and end it."""
-    controller = GameController(on_game_end=records.record_finished_game)
+    controller = GameController(on_game_end=player_records.record_finished_game)
     controller.set_game(start_game(GameRequest(name, seed=7, turns=turns)))
     for line in lines:
         run_line(controller, line)
@@ -122,7 +122,7 @@ def press_keys(*keys: str, size: tuple[int, int] = (80, 24)) -> KeyFeedingGaller
         gallery = KeyFeedingGallery(
             list_problem_entries(), Way(True, "", True, True, False), DAILY_SEED
         ).follow(keys, pipe, paper)
-        toolkit.run_event_loop(gallery, EmulatedPainter(paper, *size), pipe)
+        event_loop.run_event_loop(gallery, EmulatedPainter(paper, *size), pipe)
     return gallery
 
 
@@ -276,7 +276,7 @@ def test_the_side_panel_of_a_game_shows_the_best_earlier_result() -> None:
     controller = GameController()
     controller.set_game(start_game(GameRequest("2048", seed=8, turns=2)))
     screen = PlayScreen(controller, Way(True, "", True, True, False))
-    record = records.record_for_game(controller.game)
+    record = player_records.record_for_game(controller.game)
     assert record
     assert record.best
     rows = compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain.split(

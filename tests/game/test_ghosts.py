@@ -5,13 +5,13 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter
-from dmplay.game.checking import verify_file
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.request import GameRequest, ResumeRequest
-from dmplay.game.start import start_game, start_new_game
-from dmplay.game.table import GameController
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
+from dmplay.game.requests import GameRequest, ResumeRequest
+from dmplay.game.setup import start_game, start_new_game
+from dmplay.game.verification import verify_file
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.front import print_epilogue
 from dmplay.game import saves
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_new_game
-from dmplay.game.table import GameController
+from dmplay.game.controller import GameController
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_new_game
+from dmplay.launch import print_epilogue
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit
 

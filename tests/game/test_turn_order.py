@@ -10,25 +10,25 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import disk
+from dmplay import safe_files
+from dmplay.agents.base import ConstantPolicy
 from dmplay.chance import Array, Bools, Reals
 from dmplay.conformance import check
 from dmplay.core import Memory
 from dmplay.errors import BadParameter, IllegalAction
-from dmplay.game.checking import verify_file as verified
+from dmplay.game.controller import GameController
+from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
-from dmplay.game.log import EventLog
-from dmplay.game.request import GameRequest, ResumeRequest
-from dmplay.game.start import start_game, start_new_game
-from dmplay.game.table import GameController
-from dmplay.policies.kinds import ConstantPolicy
+from dmplay.game.requests import GameRequest, ResumeRequest
+from dmplay.game.setup import start_game, start_new_game
+from dmplay.game.verification import verify_file as verified
 from dmplay.rollouts import rollout
 from dmplay.session import Session
+from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.terminal import Terminal
 from dmplay.transcript.format import collect_turn_facts
-from dmplay.words.plain import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from tests.support.games import read_values
-from tests.support.turns import Nim, Peek
+from tests.support.turn_based_games import Nim, Peek
 
 NIM_NAME = f"{Nim.__module__}:{Nim.__name__}"
 PIPED_TERMINAL = Terminal(
@@ -173,6 +173,6 @@ def test_an_unreadable_script_is_an_error_of_one_line(
     moves.write_bytes(b"e\xff")
     with pytest.raises(BadParameter, match=r"moves\.txt: got what is no UTF-8, expected lines of"):
         start_new_game(request)
-    monkeypatch.setattr(disk, "MAX_FILE_BYTES", 1)
+    monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 1)
     with pytest.raises(BadParameter, match=r"moves\.txt: larger than 0 MB"):
         start_new_game(request)

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli import entry
-from dmplay.cli.errands import execute_result, interpret_command
+from dmplay.cli import main
+from dmplay.cli.dispatch import execute_result, interpret_command
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding.topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
-from dmplay.reports import guide
-from dmplay.reports.drawing import render_for_terminal
-from dmplay.reports.pager import print_paged
+from dmplay.output import guide_pages
+from dmplay.output.pager import print_paged
+from dmplay.output.svg_export import render_for_terminal
+from dmplay.registry.guide_topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
 from dmplay.terminal import Terminal
-from tests.support.blocks import TIGER_SOURCE, DocumentRunner, parse_blocks
+from tests.support.document_examples import TIGER_SOURCE, DocumentRunner, parse_blocks
 from tests.support.terminals import Terminal as Tty
 
 SCREEN_TERMINAL = Terminal(True, "", True, False, False)
@@ -86,19 +86,19 @@ def test_text_fits_40_columns_and_code_80_and_the_ascii_form_is_ascii(
     rows = (row for block in parse_blocks(read_topic(name)) for row in block.code.split("\n"))
     code_rows = {f"    {row}".rstrip().replace("±", "+-") for row in rows}
     terminal = PIPE_TERMINAL._replace(ascii=True, width=40)
-    text = guide.render_topic(name, terminal)
+    text = guide_pages.render_topic(name, terminal)
     assert all(len(row) <= (80 if row in code_rows else 40) for row in text.plain.split("\n"))
     assert "…" not in text.plain
     assert render_for_terminal(text, terminal).isascii()
 
 
 def test_code_is_rendered_without_changes() -> None:
-    text = guide.render_markdown(f"```python\n{TIGER_SOURCE}```\n", 20).plain
+    text = guide_pages.render_markdown(f"```python\n{TIGER_SOURCE}```\n", 20).plain
     assert textwrap.dedent(text) == TIGER_SOURCE.rstrip()
 
 
 def test_commands_of_a_console_session_are_bold() -> None:
-    text = guide.render_markdown("```console\n$ dmplay list\n2048\n```\n", 80)
+    text = guide_pages.render_markdown("```console\n$ dmplay list\n2048\n```\n", 80)
     assert text.plain == "    $ dmplay list\n    2048"
     bold_parts = [
         text.plain[span.start : span.end] for span in text.spans if "bold" in str(span.style)
@@ -192,5 +192,5 @@ def test_topic_names_are_completed(
     }
     for name, value in environment.items():
         monkeypatch.setenv(name, value)
-    assert entry.run_command_line() == 0
+    assert main.run_command_line() == 0
     assert capsys.readouterr().out.split(os.linesep)[0] == "transcripts"

@@ -12,16 +12,16 @@ from unittest.mock import patch
 import numpy as np
 
 import dmplay
+from dmplay.board_2048 import BoardArray
 from dmplay.chance import Ints
-from dmplay.solvers import worth_2048
-from dmplay.solvers.worth_2048 import (
+from dmplay.solvers import ntuple_network_2048
+from dmplay.solvers.ntuple_network_2048 import (
     ENTRIES_PER_PATTERN,
     PATTERNS,
     POINTS_PER_UNIT,
     STAGE_COUNT,
     PatternTable,
 )
-from dmplay.tiles import BoardArray
 
 DEFAULT_GAME_COUNT = 30
 MIN_LOOKUPS = 16  # entries with fewer lookups are set to 0
@@ -35,7 +35,7 @@ def main() -> None:
     games = int(sys.argv[2]) if len(sys.argv) > 2 else DEFAULT_GAME_COUNT
     steps = np.round(learned / POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
     is_frequent = count_lookups(steps, games) >= MIN_LOOKUPS
-    path = Path(worth_2048.__file__).with_suffix(".npz")
+    path = Path(ntuple_network_2048.__file__).with_suffix(".npz")
     np.savez_compressed(path, *np.where(is_frequent, steps, np.int16(0)))
     print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(is_frequent):,} numbers")
 
@@ -45,15 +45,15 @@ def count_lookups(steps: PatternTable, games: int) -> Ints:
     counts = np.zeros(steps.shape, np.int64)
 
     def looks(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
-        ((stage, _),) = worth_2048.group_by_stage(boards)
+        ((stage, _),) = ntuple_network_2048.group_by_stage(boards)
         for pattern, entries in original_looks(boards):
             np.add.at(counts[stage, pattern], entries, 1)
             yield pattern, entries
 
-    original_looks = worth_2048.iter_pattern_entries
+    original_looks = ntuple_network_2048.iter_pattern_entries
     problem = dmplay.load_problem("2048")
     agent = dmplay.load_agent(problem, 0, "expectimax:depth=4")
-    with patch.multiple(worth_2048, looks=looks, tables=lambda stage: steps[stage]):
+    with patch.multiple(ntuple_network_2048, looks=looks, tables=lambda stage: steps[stage]):
         batch = dmplay.rollout(problem, [agent], episodes=games)
     print(f"{games} games: {batch.returns.mean():,.0f}")
     return counts

@@ -7,18 +7,18 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import execute_result, interpret_command
+from dmplay.cli.dispatch import execute_result, interpret_command
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.checking import verify_file
-from dmplay.game.errand import McpServerConfig
-from dmplay.game.request import ResumeRequest
-from dmplay.game.start import start_game
-from dmplay.mcp.games import MAX_GAMES, ModelGames
-from dmplay.transcript.reading import read_transcript
-from dmplay.transcript.seal import disclose_transcript
-from dmplay.words.completion import lists
-from tests.privacy.pairs import SHARED_TURNS, TURN_COUNT, Pair, Side, find_pair
+from dmplay.game.cli_results import McpServerConfig
+from dmplay.game.requests import ResumeRequest
+from dmplay.game.setup import start_game
+from dmplay.game.verification import verify_file
+from dmplay.mcp.model_games import MAX_GAMES, ModelGames
+from dmplay.shell.completion import name_lists
+from dmplay.transcript.disclosure import disclose_transcript
+from dmplay.transcript.reader import read_transcript
+from tests.privacy.indistinguishable_pairs import SHARED_TURNS, TURN_COUNT, Pair, Side, find_pair
 from tests.support.games import assert_verified, read_values
 
 SEED = 5  # with this seed, down is illegal in the first board of 2048
@@ -154,7 +154,7 @@ def test_a_disconnected_client_leaves_a_complete_and_sealed_transcript(
     games.start_game("crying-baby")
     games.play_action("g1", "feed")
     (path,) = saves.saves_folder({"XDG_STATE_HOME": str(folder.parent / "state")}).glob("*.dmt")
-    assert lists.list_saved_seeds() == []
+    assert name_lists.list_saved_seeds() == []
     games.end_all_games()
     assert '"reason": "interrupted"' in read_values(assert_verified(path), "end")[0]
     assert read_values(path, "strict") == ['"hints"']

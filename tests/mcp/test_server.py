@@ -11,9 +11,9 @@ from typing import Any
 
 import pytest
 
-from dmplay.game.errand import McpServerConfig
-from dmplay.mcp.games import MAX_GAMES, ModelGames
-from tests.support.blocks import TIGER_SOURCE
+from dmplay.game.cli_results import McpServerConfig
+from dmplay.mcp.model_games import MAX_GAMES, ModelGames
+from tests.support.document_examples import TIGER_SOURCE
 from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
@@ -106,7 +106,7 @@ class ServerClient:
         self.program.stdin.close()
         return self.ended()
 
-    def kept(self) -> list[Path]:
+    def transcript_paths(self) -> list[Path]:
         return [assert_verified(path) for path in (self.folder / "games").glob("*.dmt")]
 
 
@@ -191,7 +191,9 @@ def test_invalid_calls_return_one_line_errors_and_the_game_continues(tmp_path: P
         session.call("over", game="g1")
         assert session.fault("act", game="g1", action="left") == "the game is over (quit)"
         assert session.gone() == (0, "")
-        reasons = [json.loads(read_values(path, "end")[0])["reason"] for path in session.kept()]
+        reasons = [
+            json.loads(read_values(path, "end")[0])["reason"] for path in session.transcript_paths()
+        ]
         assert sorted(reasons) == ["interrupted"] * (MAX_GAMES - 1) + ["quit"]
         assert not (tmp_path / "x").exists()
 
@@ -214,7 +216,7 @@ def test_a_lost_client_leaves_no_process_and_a_complete_transcript(
                 signal_number = signal.SIGTERM if name == "deaf" else signal.SIGINT
                 session.program.send_signal(signal_number)
                 assert session.ended() == (code, "")
-            (path,) = session.kept()
+            (path,) = session.transcript_paths()
             assert '"reason": "interrupted"' in read_values(path, "end")[0]
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.privacy.pairs import SHARED_TURNS, Side, find_pair
+from tests.privacy.indistinguishable_pairs import SHARED_TURNS, Side, find_pair
 from tests.support.terminals import BACKSPACE, CTRL_D, ENTER, Terminal
 
 pytestmark = pytest.mark.slow  # real terminals

@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.cart_pole import LinearQuadraticPolicy
 from dmplay.errors import BadParameter
-from dmplay.policies.cart_pole import LinearQuadraticPolicy
 from dmplay.problems._trigonometry import compute_sine_and_cosine
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import Session
 from dmplay.solvers import riccati
-from tests.truth_kinds.course import iterate_game
+from tests.truth_cases.deterministic_trajectory import iterate_game
 
 LEFT, RIGHT = 0, 1
 PROBLEM = dmplay.load_problem("cart-pole")

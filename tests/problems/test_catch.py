@@ -5,8 +5,8 @@ import pytest
 
 import dmplay
 from dmplay import belief
+from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.core import Percept
-from dmplay.policies.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
 from dmplay.session import Session
 from tests.support.returns import assert_policy_earns

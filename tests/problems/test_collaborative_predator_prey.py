@@ -7,13 +7,13 @@ import dmplay
 from dmplay import Labels, belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, BudgetExceeded, ImpossibleObservation
-from dmplay.finding.agents import load_roster
-from dmplay.game.table import GameController
-from dmplay.hexes import format_hex
-from dmplay.problems._hunt import STANDARD_HEXES
+from dmplay.game.controller import GameController
+from dmplay.hexgrid import format_hex
+from dmplay.problems._hex_hunt import STANDARD_HEXES
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.registry.agents import load_roster
+from dmplay.shell.commands import run_line
 from dmplay.transcript.format import collect_turn_facts
-from dmplay.words.commands import run_line
 from tests.support.screens import make_session_game
 
 E, NE, NW, W, SW, SE = range(6)

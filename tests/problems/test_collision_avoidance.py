@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.policies.collision_avoidance import Optimal
+from dmplay.agents.collision_avoidance import Optimal
 from dmplay.problems.collision_avoidance import ADVISED_RATES
 from dmplay.session import Session
-from dmplay.solvers import collision_grid
+from dmplay.solvers import collision_avoidance_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 PRINTED_PROBLEM = dmplay.load_problem("collision-avoidance")
@@ -118,7 +118,9 @@ def test_the_optimal_agent_alerts_late_and_hardly_ever_collides() -> None:
 
 
 def test_a_collision_is_discounted_by_the_seconds_before_it() -> None:
-    q = collision_grid.compute_optimal_q(dmplay.load_problem("collision-avoidance", discount=0.5))
+    q = collision_avoidance_grid.compute_optimal_q(
+        dmplay.load_problem("collision-avoidance", discount=0.5)
+    )
     level = q[:3, 1, 10, 10, NO_ADVISORY]  # at the intruder's height, without an advisory
     assert level.tolist() == [-1, -0.5, -0.25]
 
@@ -130,6 +132,6 @@ def test_the_values_of_a_batch_equal_those_of_single_encounters() -> None:
     s = np.hstack([heights, heights / 20, rng.choice(ADVISED_RATES, (30, 1)), times])
     single_values = [policy.action_values((state[None],)) for state in s]
     assert (policy.action_values((s,)) == np.concatenate(single_values)).all()
-    grid = collision_grid.make_grid_states(7)
-    q = collision_grid.compute_optimal_q(PRINTED_PROBLEM)[7].reshape(len(grid), -1)
+    grid = collision_avoidance_grid.make_grid_states(7)
+    q = collision_avoidance_grid.compute_optimal_q(PRINTED_PROBLEM)[7].reshape(len(grid), -1)
     assert (policy.action_values((grid,)) == q).all()

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents._optimal import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding.agents import load_roster
-from dmplay.policies._solved import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
 from dmplay.problems.crying_baby import CryingBaby
+from dmplay.registry.agents import load_roster
 from dmplay.rollouts import rollout
 from dmplay.solvers import value_iteration
 

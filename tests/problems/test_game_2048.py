@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.game_2048 import Expectimax
+from dmplay.board_2048 import DOWN, LEFT, RIGHT, UP, pack_boards
 from dmplay.budget import report_progress_to
 from dmplay.core import enumerate_outcomes
 from dmplay.errors import BadParameter
-from dmplay.policies.game_2048 import Expectimax
 from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.solvers import expectimax_2048, worth_2048
-from dmplay.tiles import DOWN, LEFT, RIGHT, UP, pack_boards
+from dmplay.solvers import expectimax_2048, ntuple_network_2048
 from dmplay.transcript.format import resolve_turn_limit
 
 GAME = Game2048()
@@ -33,7 +33,9 @@ SYMMETRIES = [
     for symmetry in (CELL_INDICES, CELL_INDICES.T)
     for k in range(4)
 ]
-PATTERNS = [np.array(list(pattern.replace(" ", ""))) == "x" for pattern in worth_2048.PATTERNS]
+PATTERNS = [
+    np.array(list(pattern.replace(" ", ""))) == "x" for pattern in ntuple_network_2048.PATTERNS
+]
 PATTERN_CELLS = np.array(
     [[symmetry[: len(cells)][cells] for symmetry in SYMMETRIES] for cells in PATTERNS]
 )
@@ -45,10 +47,13 @@ def parse_board(text: str) -> np.ndarray:
 
 def compute_board_value(s: np.ndarray) -> float:
     """Return the sum of the pattern values of a board over all of its symmetries."""
-    numbers = worth_2048.load_pattern_tables(2 * bool((s >= 13).any()) + bool((s == 12).any()))
+    numbers = ntuple_network_2048.load_pattern_tables(
+        2 * bool((s >= 13).any()) + bool((s == 12).any())
+    )
     indices = s.reshape(-1)[PATTERN_CELLS] @ 16 ** np.arange(5)
     return float(
-        np.take_along_axis(numbers, indices, axis=1).sum(dtype=int) * worth_2048.POINTS_PER_UNIT
+        np.take_along_axis(numbers, indices, axis=1).sum(dtype=int)
+        * ntuple_network_2048.POINTS_PER_UNIT
     )
 
 
@@ -74,7 +79,7 @@ def test_all_symmetries_of_a_board_have_the_value_of_its_patterns(text: str) -> 
     s = parse_board(text)[0]
     symmetric_boards = s.reshape(-1)[np.array(SYMMETRIES)].reshape(8, 4, 4)
     assert (
-        worth_2048.evaluate_boards(pack_boards(symmetric_boards)).tolist()
+        ntuple_network_2048.evaluate_boards(pack_boards(symmetric_boards)).tolist()
         == [compute_board_value(s)] * 8
     )
 

@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import SeededUniforms, Session
-from dmplay.hexes import DIRECTIONS
+from dmplay.hexgrid import DIRECTIONS
 
 PROBLEM = dmplay.load_problem("hexworld")
 

@@ -3,8 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.core import Percept, enumerate_outcomes
-from dmplay.policies.machine_replacement import (
+from dmplay.agents.machine_replacement import (
     EXAMINE,
     INTERRUPT,
     MANUFACTURE,
@@ -13,6 +12,7 @@ from dmplay.policies.machine_replacement import (
     Qmdp,
     Threshold,
 )
+from dmplay.core import Percept, enumerate_outcomes
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import Session
 from dmplay.solvers import value_iteration

@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.problems._trigonometry import compute_cosine_of_triple
-from tests.truth_kinds.course import iterate_game, iterate_games
+from tests.truth_cases.deterministic_trajectory import iterate_game, iterate_games
 
 LEFT, COAST, RIGHT = range(3)
 PROBLEM = dmplay.load_problem("mountain-car")

@@ -5,12 +5,12 @@ import pytest
 
 import dmplay
 from dmplay import belief
+from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding.agents import load_roster
-from dmplay.policies.multicaregiver_crying_baby import BestResponse
-from dmplay.problems._care import FEED, IGNORE, SING
+from dmplay.problems._baby_care import FEED, IGNORE, SING
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.registry.agents import load_roster
 from dmplay.session import Session
 
 PROBLEM = MulticaregiverCryingBaby()

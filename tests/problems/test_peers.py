@@ -8,7 +8,7 @@ import pytest
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.dice import generate_uniforms
+from dmplay.uniforms import generate_uniforms
 
 NO_UNIFORMS = np.zeros((1, 0))
 TOLERANCE = 1e-13  # the last bits of sin and cos differ between the two

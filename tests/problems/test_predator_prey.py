@@ -6,9 +6,9 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.finding.agents import load_roster
-from dmplay.hexes import format_hex, hex_distance, path_lengths
-from dmplay.problems._hunt import STANDARD_HEXES
+from dmplay.hexgrid import format_hex, hex_distance, path_lengths
+from dmplay.problems._hex_hunt import STANDARD_HEXES
+from dmplay.registry.agents import load_roster
 
 E, NE, NW, W, SW, SE = range(6)
 PROBLEM = dmplay.load_problem("predator-prey")

@@ -2,14 +2,14 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents._matrix_game import HierarchicalSoftmax
+from dmplay.agents.travelers_dilemma import FixedClaim
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.finding.agents import load_roster
-from dmplay.policies._matrix_agents import HierarchicalSoftmax
-from dmplay.policies.travelers_dilemma import FixedClaim
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
-from dmplay.solvers import matrix_game
-from dmplay.solvers.matrix_game import MixedProfile
-from tests.oracles import responses
+from dmplay.registry.agents import load_roster
+from dmplay.solvers import bimatrix_game
+from dmplay.solvers.bimatrix_game import MixedProfile
+from tests.oracles import best_responses
 
 GAME = TravelersDilemma()
 
@@ -29,20 +29,20 @@ def test_the_lower_claim_is_paid_two_more_and_the_higher_two_less() -> None:
 
 def test_96_and_97_tie_against_a_traveler_who_claims_anything() -> None:
     uniform = np.full(99, 1 / 99)
-    first, second = responses.find_best_responses(GAME.payoffs, MixedProfile(uniform, uniform))
+    first, second = best_responses.find_best_responses(GAME.payoffs, MixedProfile(uniform, uniform))
     assert CLAIMS[first].tolist() == CLAIMS[second].tolist() == [96, 97]
 
 
 def test_a_claim_of_100_is_dominated_by_a_mixture_but_by_no_claim() -> None:
     payoffs = GAME.payoffs[:, :, 0]
     assert not (payoffs > payoffs[-1]).all(axis=1).any()
-    rows, columns = matrix_game.find_undominated_actions(GAME.payoffs)
+    rows, columns = bimatrix_game.find_undominated_actions(GAME.payoffs)
     assert rows == columns == [0]
 
 
 def test_nothing_dominates_where_every_action_is_a_best_reply() -> None:
     wins = np.array([[0.0, -1, 1], [1, 0, -1], [-1, 1, 0]])
-    assert matrix_game.find_undominated_actions(np.stack([wins, wins.T], axis=2)) == (
+    assert bimatrix_game.find_undominated_actions(np.stack([wins, wins.T], axis=2)) == (
         [0, 1, 2],
         [0, 1, 2],
     )

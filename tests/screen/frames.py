@@ -12,17 +12,17 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.finding.names import name_to_stem
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_new_game
-from dmplay.game.table import GameController
-from dmplay.painting.painter import Painter
-from dmplay.painting.writing import ScreenPosition
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
+from dmplay.game.controller import GameController
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_new_game
+from dmplay.registry.builtin_names import name_to_stem
+from dmplay.rendering.painter import Painter
+from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support import pictures
-from tests.support.blocks import PROJECT_ROOT
+from tests.support.document_examples import PROJECT_ROOT
 
 FRAMES_FOLDER = Path(__file__).parent / "kept"
 SIZES = ((50, 14), (80, 24), (120, 40), (200, 60))

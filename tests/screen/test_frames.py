@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.finding.names import name_to_stem, problem_names
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from tests.screen.frames import FRAMES_FOLDER, GAMES, SIZES, render_frames
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
 

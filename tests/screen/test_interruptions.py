@@ -50,7 +50,7 @@ def test_ctrl_c_ends_the_game_like_sigint(tmp_path: Path) -> None:
 EARLY_SIGNAL_CODE = """
 import os, signal
 from dmplay.__main__ import main
-from dmplay.screen.toolkit import Stage
+from dmplay.screen.event_loop import Stage
 listens = Stage._signals
 def told(self, early):
     os.kill(os.getpid(), signal.SIGHUP)

@@ -5,13 +5,13 @@ import re
 
 import pytest
 
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.table import GameController
-from dmplay.painting.painter import ENABLE_INPUT_REPORTS
+from dmplay.rendering.painter import ENABLE_INPUT_REPORTS
 from dmplay.screen.frame import compose_frame
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
-from dmplay.screen.shown import Viewport
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.viewport import Viewport
 from dmplay.terminal import Terminal
 from tests.support.screens import KEY_SEQUENCES, make_game, play_keys
 

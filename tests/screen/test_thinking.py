@@ -8,20 +8,20 @@ from dataclasses import dataclass
 
 import pytest
 
+from dmplay.background_tasks import TaskCancelled, TaskInfo, run_cancellable
 from dmplay.chance import Array, Chance
-from dmplay.dice import SeededUniforms
-from dmplay.finding import problems
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
 from dmplay.game.seats import HUMAN
-from dmplay.game.table import GameController
-from dmplay.screen.meanwhile import BusyKeyAction, classify_busy_key
+from dmplay.registry import problems
+from dmplay.screen.busy_keys import BusyKeyAction, classify_busy_key
 from dmplay.session import Session
+from dmplay.shell.plain_mode import SentenceReporter, play_by_lines
 from dmplay.terminal import Terminal
-from dmplay.thought import TaskCancelled, TaskInfo, run_cancellable
-from dmplay.words.plain import SentenceReporter, play_by_lines
-from tests.support.brought import Heap
+from dmplay.uniforms import SeededUniforms
 from tests.support.screens import ScreenRun, make_session_game, play_keys, press_keys
-from tests.support.thinkers import PROGRESS_EVENT, RELEASE_EVENT, SlowAgent, SlowHeap
+from tests.support.slow_agents import PROGRESS_EVENT, RELEASE_EVENT, SlowAgent, SlowHeap
+from tests.support.user_problems import Heap
 
 WAIT_FOR_PROGRESS = "share"
 DILEMMA = problems.resolve_problem("prisoners-dilemma", {}).problem
@@ -101,13 +101,13 @@ def test_a_cancelled_turn_can_be_played_again_with_the_same_actions(key: str) ->
 @pytest.mark.parametrize("key", ["q", "c-d"])
 @pytest.mark.parametrize("stops_when_cancelled", [True, False])
 def test_a_game_can_be_quit_while_an_agent_thinks(key: str, stops_when_cancelled: bool) -> None:
-    game = make_dilemma(SlowAgent(heeds=stops_when_cancelled))
+    game = make_dilemma(SlowAgent(can_be_cancelled=stops_when_cancelled))
     assert press_with_waits(game, "c", "?", key).code == 0
     assert game.session.turns == []
 
 
 def test_an_agent_that_ignores_cancelling_is_abandoned_and_its_action_dropped() -> None:
-    game = make_dilemma(SlowAgent(heeds=False))
+    game = make_dilemma(SlowAgent(can_be_cancelled=False))
     last = press_with_waits(game, "c", "c-c").last
     assert "cancelled, but it does not stop: it slows dmplay down until you leave" in last
     RELEASE_EVENT.set()

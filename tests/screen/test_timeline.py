@@ -5,14 +5,14 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import interpret_command
-from dmplay.game.checking import verify_file
+from dmplay.cli.dispatch import interpret_command
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_new_game
-from dmplay.game.table import GameController
-from dmplay.screen.press import handle_key
-from dmplay.screen.screen import PlayScreen
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_new_game
+from dmplay.game.verification import verify_file
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
 from dmplay.terminal import Terminal
 from tests.support.games import read_transcript
 from tests.support.screens import EmulatedPainter, EmulatedScreen, make_game

@@ -8,7 +8,7 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.envelope import compute_upper_envelope
+from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.tabular import Tables, tabulate
 
 

@@ -7,25 +7,25 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, Outcome, Problem, load_agent, rollout
+from dmplay.agents.fully_observed import solve_by_backward_induction
 from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import WAIT_LABEL, parameter
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.finding.agents import find_hint_provider, load_roster
-from dmplay.policies.seeing import solve_by_backward_induction
-from dmplay.reports.match import EvaluationRequest, make_lineup
-from dmplay.solutions.every import solve_problem
-from dmplay.solvers import backward_induction, graph
-from tests.support.brought import IntegerStateProblem
-from tests.support.drawn import RandomGame, RandomProblem
-from tests.support.toe import Toe
-from tests.support.turns import Nim
+from dmplay.output.evaluation_request import EvaluationRequest, make_lineup
+from dmplay.registry.agents import find_hint_provider, load_roster
+from dmplay.solutions.registry import solve_problem
+from dmplay.solvers import backward_induction, transition_graph
+from tests.support.random_problems import RandomGame, RandomProblem
+from tests.support.tic_tac_toe import Toe
+from tests.support.turn_based_games import Nim
+from tests.support.user_problems import IntegerStateProblem
 
 
 @dataclass(frozen=True)
 class ThreeHeapNim(Problem):
     """Nim with three heaps: take any number from one heap; the last player to take wins."""
 
-    one: int = parameter(3, "in the first heap", 0, 3)
+    first_heap: int = parameter(3, "in the first heap", 0, 3)
     two: int = parameter(3, "in the second heap", 0, 3)
     three: int = parameter(3, "in the third heap", 0, 3)
     agents = ("left", "right")
@@ -36,7 +36,7 @@ class ThreeHeapNim(Problem):
         return ()
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
-        return np.tile([self.one, self.two, self.three, 0], (rows, 1))
+        return np.tile([self.first_heap, self.two, self.three, 0], (rows, 1))
 
     def state_indices(self, s: Array) -> Array:
         return np.asarray(s @ [32, 8, 2, 1])
@@ -245,7 +245,7 @@ class Corridor(IntegerStateProblem):
 def test_a_long_game_is_not_mistaken_for_an_endless_one() -> None:
     problem = Corridor()
     result = backward_induction.run_backward_induction(
-        problem, graph.build_full_graph(problem), None
+        problem, transition_graph.build_full_graph(problem), None
     )
     assert result.get_values(None)[:, 0].tolist() == [-s for s in range(101)]
 
@@ -265,7 +265,7 @@ class Siege(Corridor):
 def test_iteration_continues_until_ending_the_game_becomes_cheaper() -> None:
     problem = Siege()
     result = backward_induction.run_backward_induction(
-        problem, graph.build_full_graph(problem), None
+        problem, transition_graph.build_full_graph(problem), None
     )
     assert result.get_values(None)[:, 0].tolist() == [0.0, -100.0]
 

@@ -4,7 +4,7 @@ import pytest
 import dmplay
 from dmplay.errors import BudgetExceeded
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import best_response, sparse, value_iteration
+from dmplay.solvers import best_response, sparse_mdp, value_iteration
 from dmplay.tabular import Tables, tabulate
 
 CIRCLE_PROBLEM = dmplay.load_problem("predator-prey:circle")
@@ -24,7 +24,7 @@ def test_the_model_against_a_uniform_policy_averages_over_its_actions(seat: int)
     np.testing.assert_allclose(model.rewards, expected_tables.rewards[:, :, 0])
     expected = value_iteration.compute_optimal_q(expected_tables, CIRCLE_PROBLEM.discount)
     np.testing.assert_allclose(
-        sparse.compute_optimal_q(model, CIRCLE_PROBLEM.discount), expected, atol=1e-8
+        sparse_mdp.compute_optimal_q(model, CIRCLE_PROBLEM.discount), expected, atol=1e-8
     )
 
 

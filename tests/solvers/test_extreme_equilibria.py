@@ -5,9 +5,9 @@ import pytest
 
 from dmplay.chance import Reals
 from dmplay.core import Labels
-from dmplay.files.problem import NormalFormGame, PayoffTable
-from dmplay.solutions.every import solve_problem
-from dmplay.solvers import matrix_game
+from dmplay.formats.file_problems import NormalFormGame, PayoffTable
+from dmplay.solutions.registry import solve_problem
+from dmplay.solvers import bimatrix_game
 from dmplay.solvers.extreme_equilibria import find_extreme_equilibria
 
 
@@ -42,7 +42,7 @@ def test_extreme_equilibria_have_no_regret() -> None:
     payoffs = parse_payoffs("2,1 0,1", "0,0 2,1", "1,1 1,0")
     assert list_equilibria(payoffs)[:2] == [([1, 0, 0], [1, 0]), ([0, 1, 0], [0, 1])]
     assert all(
-        (matrix_game.compute_regrets(payoffs, profile) <= 1e-12).all()
+        (bimatrix_game.compute_regrets(payoffs, profile) <= 1e-12).all()
         for profile in find_extreme_equilibria(payoffs)
     )
 
@@ -56,8 +56,8 @@ def test_a_nondegenerate_game_is_left_to_support_enumeration(rows: tuple[str, st
 def test_scaling_the_payoffs_does_not_change_the_equilibria(scale: float) -> None:
     payoffs = np.random.default_rng(1).normal(size=(5, 5, 2))
     expected, actual = (
-        matrix_game.enumerate_equilibria(payoffs),
-        matrix_game.enumerate_equilibria(scale * payoffs),
+        bimatrix_game.enumerate_equilibria(payoffs),
+        bimatrix_game.enumerate_equilibria(scale * payoffs),
     )
     assert len(expected) == len(actual) == 5
     for expected_profile, actual_profile in zip(expected, actual, strict=True):

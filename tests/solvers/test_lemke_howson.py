@@ -5,9 +5,9 @@ import pytest
 
 from dmplay import load_agent, rollout
 from dmplay.chance import Reals
-from dmplay.solutions.every import solve_problem
-from dmplay.solvers import lemke_howson, matrix_game
-from tests.support.drawn import Large
+from dmplay.solutions.registry import solve_problem
+from dmplay.solvers import bimatrix_game, lemke_howson
+from tests.support.random_problems import Large
 
 
 def assert_finds_equilibrium(payoffs: Reals) -> None:
@@ -15,7 +15,7 @@ def assert_finds_equilibrium(payoffs: Reals) -> None:
     for mix in profile:
         assert (mix >= 0).all()
         assert abs(mix.sum() - 1) < 1e-12
-    assert matrix_game.compute_regrets(payoffs, profile).max() < 1e-9
+    assert bimatrix_game.compute_regrets(payoffs, profile).max() < 1e-9
 
 
 def test_random_games_of_all_sizes_and_with_ties_have_no_regret() -> None:
@@ -36,7 +36,7 @@ def test_small_games_have_an_equilibrium_that_support_enumeration_lists(scale: f
     for _ in range(20):
         payoffs = scale * rng.normal(size=(4, 4, 2))
         profile = lemke_howson.find_equilibrium(payoffs)
-        all_profiles = matrix_game.enumerate_equilibria(payoffs)
+        all_profiles = bimatrix_game.enumerate_equilibria(payoffs)
         assert (
             min(
                 np.abs(candidate.row_strategy - profile.row_strategy).max()
@@ -65,6 +65,6 @@ def test_a_degenerate_game_still_has_an_equilibrium() -> None:
     payoffs = np.zeros((2, 3, 2))
     payoffs[..., 0] = [[1, 0, 0], [0, 1, 1]]
     assert (
-        matrix_game.compute_regrets(payoffs, lemke_howson.find_first_equilibrium(payoffs)).max()
+        bimatrix_game.compute_regrets(payoffs, lemke_howson.find_first_equilibrium(payoffs)).max()
         < 1e-9
     )

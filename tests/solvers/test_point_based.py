@@ -9,12 +9,12 @@ from dmplay.budget import DEFAULT_MEMORY_BYTES, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BudgetExceeded
-from dmplay.files.problem import FileProblem
+from dmplay.formats.file_problems import FileProblem
 from dmplay.solvers import alpha_vectors, point_based
-from dmplay.solvers.hidden_rows import build_sparse_pomdp
 from dmplay.solvers.point_based import PointBasedSolver
+from dmplay.solvers.sparse_pomdp import build_sparse_pomdp
 from dmplay.tabular import Tables, tabulate
-from tests.support.hidden import (
+from tests.support.literature_pomdps import (
     make_cheese_maze,
     make_four_by_three,
     make_hallway,

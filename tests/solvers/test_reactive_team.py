@@ -7,7 +7,7 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.solvers import reactive_team, sparse
+from dmplay.solvers import reactive_team, sparse_mdp
 
 PROBLEM_NAME = "collaborative-predator-prey"
 
@@ -19,13 +19,13 @@ def load_problem(name: str, **settings: object) -> CollaborativePredatorPrey:
 
 
 def evaluate_rules(
-    problem: CollaborativePredatorPrey, model: sparse.SparseMdp, rules: Reals
+    problem: CollaborativePredatorPrey, model: sparse_mdp.SparseMdp, rules: Reals
 ) -> float:
     """Return the mean value over all states of two agents that act by their current observation."""
     observations = problem.observe(problem.enumerate_states())
     first, second = (rules[seat][observations[:, seat]] for seat in (0, 1))
     joint = (first[:, :, None] * second[:, None]).reshape(len(first), -1)
-    return float(sparse.evaluate_policy(model, problem.discount, joint).mean())
+    return float(sparse_mdp.evaluate_policy(model, problem.discount, joint).mean())
 
 
 @pytest.mark.parametrize(
@@ -34,7 +34,10 @@ def evaluate_rules(
 )
 def test_no_small_change_of_a_rule_improves_the_value(variant: str, min_value: float) -> None:
     problem = load_problem(f"{PROBLEM_NAME}:{variant}")
-    model, team = sparse.build_sparse_mdp(problem), reactive_team.optimize_reactive_team(problem)
+    model, team = (
+        sparse_mdp.build_sparse_mdp(problem),
+        reactive_team.optimize_reactive_team(problem),
+    )
     assert team.mean_value == pytest.approx(evaluate_rules(problem, model, team.policies))
     assert team.mean_value > min_value
     for seat in (0, 1):
@@ -49,7 +52,7 @@ def test_no_small_change_of_a_rule_improves_the_value(variant: str, min_value: f
 def test_the_team_on_the_standard_map_beats_every_deterministic_rule() -> None:
     problem = load_problem(PROBLEM_NAME)
     team = reactive_team.optimize_reactive_team(problem)
-    model = sparse.build_sparse_mdp(problem)
+    model = sparse_mdp.build_sparse_mdp(problem)
     assert team.mean_value == pytest.approx(evaluate_rules(problem, model, team.policies))
     # The best of the 1296 deterministic pairs: one agent goes east next to the prey and west
     # otherwise, the other agent does the reverse.

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from dmplay import load_agent, rollout
+from dmplay.agents import fully_observed
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy
-from dmplay.finding.agents import load_roster
-from dmplay.policies import seeing
-from dmplay.solutions.every import solve_problem
-from dmplay.solutions.played import SimulationOptions, use_simulation_options
-from dmplay.solvers import best_replies, graph, shapley, zero_sum
-from tests.support.drawn import RandomGame, RandomRivalGame, with_two_or_ten_seeds
+from dmplay.registry.agents import load_roster
+from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.simulated import SimulationOptions, use_simulation_options
+from dmplay.solvers import best_response_dynamics, shapley, transition_graph, zero_sum
+from tests.support.random_problems import RandomGame, RandomRivalGame, with_two_or_ten_seeds
 from tests.support.soccer import Soccer
 
 
@@ -20,7 +20,7 @@ def backup_values(problem: RandomRivalGame, values: Reals) -> Reals:
     longer_values = np.zeros(5)
     for s in np.flatnonzero(~problem.terminal(np.arange(5))):
         q = problem.rewards[s, :, 0] + problem.discount * problem.transition[s] @ values
-        legal_actions = np.ix_(*map(np.flatnonzero, problem.able[s]))
+        legal_actions = np.ix_(*map(np.flatnonzero, problem.legal_mask[s]))
         (longer_values[s],) = zero_sum.solve_matrix_games(
             q.reshape(3, 3)[legal_actions][None]
         ).values
@@ -34,7 +34,7 @@ def test_random_games_have_the_values_of_iterated_matrix_games(seeds: range) -> 
         values = np.zeros(5)
         for _ in range(16):
             values = backup_values(problem, values)
-        result = seeing.solve_zero_sum(problem, None)
+        result = fully_observed.solve_zero_sum(problem, None)
         expected = values[result.graph.states]
         np.testing.assert_allclose(result.values_by_turns_left[-1], expected, atol=1e-8)
         assert result.gap < 1e-8
@@ -48,9 +48,9 @@ def test_bounds_are_valid_if_the_work_limit_is_reached(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     problem = RandomRivalGame(seed=10, ends=False)
-    exact = seeing.solve_zero_sum(problem, None).values_by_turns_left[-1]
+    exact = fully_observed.solve_zero_sum(problem, None).values_by_turns_left[-1]
     monkeypatch.setattr(shapley, "WORK_LIMIT", 1.2e7)  # enough for five turns
-    result = seeing.solve_zero_sum(problem, None)
+    result = fully_observed.solve_zero_sum(problem, None)
     assert 1e-5 < result.gap < 1e-3
     assert np.abs(result.values_by_turns_left[-1] - exact).max() <= result.gap / 2
 
@@ -70,13 +70,13 @@ def test_the_turn_limit_determines_the_value() -> None:
         optimal = load_agent(problem, 1, "optimal")
         q = optimal.action_values(optimal.initial_memory(np.zeros(1, int)))
         assert q is not None
-        assert q[0][problem.able[0, 1]].max() == pytest.approx(-2 * values[0], abs=1e-7)
+        assert q[0][problem.legal_mask[0, 1]].max() == pytest.approx(-2 * values[0], abs=1e-7)
 
 
 @pytest.mark.slow
 def test_soccer_is_symmetric_and_the_optimal_policies_secure_its_value() -> None:
     field = Soccer()
-    result = seeing.solve_zero_sum(field, None)
+    result = fully_observed.solve_zero_sum(field, None)
     assert len(result.graph.states) == 760  # as in the paper, without the states after a goal
     assert result.gap < 1e-8
     start_values = result.values_by_turns_left[-1][
@@ -98,7 +98,7 @@ def test_soccer_is_symmetric_and_the_optimal_policies_secure_its_value() -> None
 def test_no_best_response_gains_against_the_solution() -> None:
     for seed in range(4):
         problem = RandomRivalGame(seed=seed, discount=0.8)
-        explored = graph.build_reachable_graph(problem)
+        explored = transition_graph.build_reachable_graph(problem)
         result = shapley.run_shapley_iteration(problem, explored, None)
         strategies = result.solve_stage_games(
             explored.nonterminal_states,
@@ -108,7 +108,7 @@ def test_no_best_response_gains_against_the_solution() -> None:
         for seat in range(2):
             policies[seat][explored.nonterminal_states] = strategies[1 + seat]
             policies[seat][np.diff(explored.action_starts) == 0, 0] = 1.0
-        gains = best_replies.evaluate_policies(problem, explored, policies).regrets
+        gains = best_response_dynamics.evaluate_policies(problem, explored, policies).regrets
         assert gains.max() < 1e-6
 
 
@@ -121,7 +121,7 @@ def test_games_that_are_not_zero_sum_are_rejected() -> None:
         "search",
     ]
     assert [*load_roster(RandomRivalGame(discount=1.0)).agents] == ["random", "search"]
-    explored = graph.build_reachable_graph(RandomGame())
+    explored = transition_graph.build_reachable_graph(RandomGame())
     with pytest.raises(BadPolicy, match="got rewards that are not opposed"):
         shapley.run_shapley_iteration(RandomGame(), explored, None)
     with pytest.raises(BadPolicy, match="expected a discount below 1, or a last turn: --turns N"):

@@ -8,11 +8,11 @@ import numpy as np
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.game.checking import verify_file
-from dmplay.game.request import GameRequest
-from dmplay.game.start import start_new_game
+from dmplay.game.requests import GameRequest
+from dmplay.game.setup import start_new_game
+from dmplay.game.verification import verify_file
 from dmplay.session import View
-from dmplay.transcript.reading import read_transcript
+from dmplay.transcript.reader import read_transcript
 
 
 class ScriptedUniforms:

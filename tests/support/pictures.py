@@ -4,9 +4,9 @@ import re
 from pathlib import Path
 
 from dmplay.game.playback import Playback
-from dmplay.reports.export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
-from dmplay.screen.shown import Viewport
-from tests.support.blocks import PROJECT_ROOT, README_TEXT
+from dmplay.output.transcript_export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
+from dmplay.screen.viewport import Viewport
+from tests.support.document_examples import PROJECT_ROOT, README_TEXT
 
 PICTURE_PATHS = re.findall(r"\((transcripts/\S+\.svg)\)", README_TEXT)
 FILM_VIEWPORT, STILL_VIEWPORT = Viewport(DEFAULT_COLUMNS, 18), Viewport(100, 30)

@@ -12,21 +12,21 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.key_binding.defaults import load_key_bindings
 from rich.text import Text
 
-from dmplay.dice import SeededUniforms
-from dmplay.finding import problems
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.request import GameRequest
+from dmplay.game.requests import GameRequest
 from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
-from dmplay.game.table import GameController
-from dmplay.keys.keyboard import Keyboard
-from dmplay.keys.keymap import DEFAULT_KEY_PREFERENCES, KeyPreferences
-from dmplay.painting.painter import Painter
-from dmplay.screen import toolkit
-from dmplay.screen.screen import PlayScreen
-from dmplay.screen.shown import Viewport
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
+from dmplay.key_maps.keyboard import Keyboard
+from dmplay.registry import problems
+from dmplay.rendering.painter import Painter
+from dmplay.screen import event_loop
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.viewport import Viewport
 from dmplay.session import EpisodeUniforms, Session
+from dmplay.shell.commands import PlayerQuit
 from dmplay.terminal import Terminal
-from dmplay.words.commands import PlayerQuit
+from dmplay.uniforms import SeededUniforms
 from tests.support.terminals import EmulatedRows
 
 # the same bindings for every screen
@@ -210,5 +210,5 @@ def press_keys(
     with create_pipe_input() as pipe:
         screen = ScriptedScreen(game, keys, pipe, emulated, motion=motion)
         screen.thinking_delay_seconds = moment
-        code = toolkit.run_event_loop(screen, painter, pipe)
+        code = event_loop.run_event_loop(screen, painter, pipe)
     return ScreenRun(screen.frames, emulated.getvalue(), code)

@@ -32,9 +32,9 @@ class Soccer(Problem):
 
     def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
         """Return the initial states: both agents in the middle rows, in separate columns."""
-        return self.told(np.full(rows, 2 * WIDTH + 1), np.full(rows, WIDTH + 3), events[0])
+        return self.encode_state(np.full(rows, 2 * WIDTH + 1), np.full(rows, WIDTH + 3), events[0])
 
-    def told(self, left: Array, right: Array, ball: Array) -> Ints:
+    def encode_state(self, left: Array, right: Array, ball: Array) -> Ints:
         """Return the number of each state."""
         return np.asarray((left * HEIGHT * WIDTH + right) * 2 + ball)
 
@@ -61,7 +61,7 @@ class Soccer(Problem):
             blocked = (cell == positions[rows, 1 - mover]) & (goals == 0)
             ball = np.where(blocked, 1 - mover, ball)
             positions[rows, mover] = np.where(blocked, positions[rows, mover], cell)
-        next_state = self.told(positions[:, 0], positions[:, 1], ball)
+        next_state = self.encode_state(positions[:, 0], positions[:, 1], ball)
         next_state = np.where(goals != 0, self.initial_states(len(s), (events[1],)), next_state)
         return Outcome(next_state, np.stack([goals, -goals], axis=1), next_state)
 
@@ -74,4 +74,4 @@ class Soccer(Problem):
         """Parse the text of a state."""
         *cells, ball = text.split()
         left, right = (np.array(int(cell)) for cell in cells)
-        return self.told(left, right, np.array(self.agents.index(ball)))
+        return self.encode_state(left, right, np.array(self.agents.index(ball)))

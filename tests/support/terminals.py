@@ -90,7 +90,7 @@ class Terminal:
         columns, rows = size
         self.raw = b""
         self.screen: Any = pyte.Screen(columns, rows)
-        self._shown = EmulatedRows(self.screen)
+        self._emulated_rows = EmulatedRows(self.screen)
         self._stream: Any = pyte.ByteStream(self.screen)
         program, *arguments = [*command, *words]
         self.child: Any = pexpect.spawn(
@@ -114,7 +114,7 @@ class Terminal:
     @property
     def text(self) -> str:
         """The text on the screen, without trailing blanks."""
-        return self._shown.text
+        return self._emulated_rows.text
 
     @property
     def printed(self) -> str:

@@ -4,18 +4,18 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.errands import interpret_command
+from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.game.checking import verify_file
+from dmplay.game.controller import GameController
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
-from dmplay.game.request import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.start import branch_game, resume_game, start_new_game
-from dmplay.game.table import GameController
-from dmplay.screen.screen import PlayScreen
+from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.setup import branch_game, resume_game, start_new_game
+from dmplay.game.verification import verify_file
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.shell.commands import run_line
 from dmplay.terminal import Terminal
-from dmplay.transcript.reading import read_transcript
-from dmplay.words.commands import run_line
+from dmplay.transcript.reader import read_transcript
 from tests.support.games import read_values, replace_in_file
 from tests.support.programs import run_dmplay
 from tests.support.screens import play_keys
@@ -141,14 +141,16 @@ def test_a_changed_hint_count_is_found(tmp_path: Path) -> None:
     path = tmp_path / "g.dmt"
     original = path.read_text()
 
-    def found(before: str, after: str) -> str:
+    def verify_after_change(before: str, after: str) -> str:
         path.write_text(original)
         replace_in_file(path, before, after)
         return str(verify_file(path).findings[0])
 
     for after, finding in FINDING_BY_REPLACEMENT.items():
-        assert finding in found(HINT_COUNT_LINE if after else f"{HINT_COUNT_LINE}\n", after), after
-    assert "end: help" in found('"help": {"agent": 1}, ', "")
+        assert finding in verify_after_change(
+            HINT_COUNT_LINE if after else f"{HINT_COUNT_LINE}\n", after
+        ), after
+    assert "end: help" in verify_after_change('"help": {"agent": 1}, ', "")
 
 
 def test_a_rewritten_file_preserves_its_hint_counts(tmp_path: Path) -> None:

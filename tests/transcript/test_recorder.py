@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.disk import is_locked_elsewhere
 from dmplay.errors import BadParameter
-from dmplay.game.checking import verify_file
+from dmplay.game.verification import verify_file
+from dmplay.safe_files import is_locked_elsewhere
 from dmplay.transcript.header import Header
-from dmplay.transcript.reading import read_transcript
+from dmplay.transcript.reader import read_transcript
 from dmplay.transcript.recorder import Recorder
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 

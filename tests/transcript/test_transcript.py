@@ -13,22 +13,22 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import dmplay
-from dmplay import disk
-from dmplay.dice import SeededUniforms
+from dmplay import safe_files
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.game.checking import rewrite_file, verify_file
 from dmplay.game.game import Game
-from dmplay.game.request import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.start import branch_game, resume_game, start_new_game
+from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.setup import branch_game, resume_game, start_new_game
+from dmplay.game.verification import rewrite_file, verify_file
 from dmplay.transcript import format as transcript_format
-from dmplay.transcript import reading
+from dmplay.transcript import reader
 from dmplay.transcript.format import encode_json, round_number
-from dmplay.transcript.keyed import parse_line
-from dmplay.transcript.reading import parse_transcript, read_transcript
+from dmplay.transcript.line_parser import parse_line
+from dmplay.transcript.reader import parse_transcript, read_transcript
 from dmplay.transcript.verify import verify
+from dmplay.uniforms import SeededUniforms
 from dmplay.views import canvas
 from tests.support.games import record_game, replace_in_file
-from tests.support.seats import ObservationMutatingScript
+from tests.support.seated_agents import ObservationMutatingScript
 
 STRAIGHT_LINE_TEXT = """\
 dmplay: 1
@@ -121,7 +121,7 @@ def test_unchecked_players_are_reported(
 
 def test_a_user_defined_agent_is_checked_only_with_trust(tmp_path: Path) -> None:
     path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
-    (tmp_path / "bots.py").write_text("from dmplay.policies.general import Random as Bot\n")
+    (tmp_path / "bots.py").write_text("from dmplay.agents.general import Random as Bot\n")
     record_game(path, "hexworld", bot, turns=1)
     assert (
         verify_file(path).unchecked_players,
@@ -346,7 +346,7 @@ def test_a_missing_folder_is_an_error_of_one_line(tmp_path: Path) -> None:
 
 def test_a_full_disk_stops_neither_the_game_nor_its_player(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(
-        disk, "OUTPUT_DEVICES", ("/dev/full",)
+        safe_files, "OUTPUT_DEVICES", ("/dev/full",)
     )  # allow this device as an output file
     game = start_new_game(
         GameRequest("crying-baby", agent="random", seed=7, record_path=Path("/dev/full"))
@@ -719,7 +719,7 @@ def test_a_game_with_more_lines_than_the_cache_is_read_and_written_equally(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     text = record_game(tmp_path / "g.dmt", "crying-baby", "random", turns=9)
-    for module in (reading, transcript_format):
+    for module in (reader, transcript_format):
         monkeypatch.setattr(module, "MAX_CACHED_LINES", 2)
     assert record_game(tmp_path / "h.dmt", "crying-baby", "random", turns=9) == text
     assert verify_file(tmp_path / "g.dmt").is_ok

@@ -5,7 +5,7 @@ import pytest
 import dmplay
 from dmplay.problems.cart_pole import CartPole
 from dmplay.session import Session, View
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session_from_state
 
 cart_pole = load_view_module(dmplay.load_problem("cart-pole"))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
 catch = load_view_module(dmplay.load_problem("catch"))

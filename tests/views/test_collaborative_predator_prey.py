@@ -3,7 +3,7 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
 collaborative_predator_prey = load_view_module(dmplay.load_problem("collaborative-predator-prey"))

@@ -2,7 +2,7 @@
 
 from dmplay.views.canvas import measure_text as measured
 from dmplay.views.hexgrid import HexCell, HexMove, HexSize, classify_move, iter_maps
-from dmplay.views.style import DrawOptions
+from dmplay.views.protocol import DrawOptions
 
 
 def test_a_move_is_straight_a_slip_or_a_bump() -> None:

@@ -1,7 +1,7 @@
 from functools import partial
 
 import dmplay
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
 multicaregiver_crying_baby = load_view_module(dmplay.load_problem("multicaregiver-crying-baby"))

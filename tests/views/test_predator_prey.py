@@ -5,7 +5,7 @@ import numpy as np
 
 import dmplay
 from dmplay.views.hexgrid import SECOND_PLAYER_KEYS
-from dmplay.views.style import DrawOptions, Overlay, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
 from tests.support import games
 
 predator_prey = load_view_module(dmplay.load_problem("predator-prey"))

@@ -8,9 +8,9 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.session import Session, View
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session, make_session_from_state
-from tests.support.looks import forecast_action, make_regrets
+from tests.support.view_options import forecast_action, make_regrets
 
 LARGE_OPTIONS = DrawOptions(80, 12, allow_large=True)
 SMALL_OPTIONS = DrawOptions(50, 9, allow_large=True)

@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay.chance import Array
 from dmplay.session import Session
-from dmplay.views.style import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session_from_state
 
 simple_regulator = load_view_module(dmplay.load_problem("simple-regulator"))
@@ -63,18 +63,18 @@ class CountingSequence(Sequence[Array]):
     """A sequence of observations that counts the elements that are read."""
 
     def __init__(self, values: Sequence[Array]) -> None:
-        self.seen, self.asked = values, 0
+        self.values, self.read_count = values, 0
 
     def __len__(self) -> int:
-        return len(self.seen)
+        return len(self.values)
 
     @overload
     def __getitem__(self, index: int) -> Array: ...
     @overload
     def __getitem__(self, index: slice) -> Sequence[Array]: ...
     def __getitem__(self, index: int | slice) -> Array | Sequence[Array]:
-        result = self.seen[index]
-        self.asked += len(result) if isinstance(index, slice) else 1
+        result = self.values[index]
+        self.read_count += len(result) if isinstance(index, slice) else 1
         return result
 
 
@@ -90,7 +90,7 @@ def test_a_frame_reads_only_the_turns_that_it_shows(turns: int) -> None:
     fit_board(simple_regulator, view, DrawOptions(80, 24))
     simple_regulator.panel_rows(view)
     # the largest frame shows 12 turns and is tried in a few sizes
-    assert observations.asked <= 4 * (12 + 1)
+    assert observations.read_count <= 4 * (12 + 1)
 
 
 def test_the_smallest_noise_is_drawn() -> None:

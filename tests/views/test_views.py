@@ -9,23 +9,23 @@ from wcwidth import wcswidth
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.dice import SeededUniforms
-from dmplay.finding import problems
-from dmplay.finding.names import problem_names
-from dmplay.keys.keyboard import find_action_by_key
+from dmplay.key_maps.keyboard import find_action_by_key
+from dmplay.registry import problems
+from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session
 from dmplay.solvers import value_iteration
-from dmplay.styles import palette_rgb
+from dmplay.styled_text import palette_rgb
 from dmplay.tabular import tabulate
+from dmplay.uniforms import SeededUniforms
 from dmplay.views import game_2048 as tiles
 from dmplay.views import generic
 from dmplay.views import hexworld as exits
-from dmplay.views.style import DrawOptions, Overlay, fit_board, load_view_module
-from tests.files.sources import read_ballet, read_team
+from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
+from tests.formats.sources import read_ballet, read_team
 from tests.support.games import make_session
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
-from tests.support.hidden import make_cheese_maze
-from tests.support.looks import forecast_action
+from tests.support.literature_pomdps import make_cheese_maze
+from tests.support.view_options import forecast_action
 
 game_2048 = load_view_module(dmplay.load_problem("2048"))
 hexworld = load_view_module(dmplay.load_problem("hexworld"))
@@ -198,21 +198,21 @@ def test_text_on_filled_cells_has_enough_contrast() -> None:
 
 
 def test_the_goal_depends_on_the_parameters_and_the_seat() -> None:
-    def said(name: str, seat: int = 0, **parameters: object) -> str:
+    def describe_start(name: str, seat: int = 0, **parameters: object) -> str:
         problem = dmplay.load_problem(name, **parameters)
         return "; ".join(
             load_view_module(problem).goal_lines(Session(problem, SeededUniforms(1)).view(seat))
         )
 
-    assert said("hexworld") == (
+    assert describe_start("hexworld") == (
         "reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside"
     )
-    assert said("hexworld", slip=0.0, bump_cost=2.5, rewards=[[[0, 0], 3]]) == (
+    assert describe_start("hexworld", slip=0.0, bump_cost=2.5, rewards=[[[0, 0], 3]]) == (
         "reach +3; a bump costs 2.5"
     )
-    assert "feeding 2.5; singing 0.5" in said("multicaregiver-crying-baby", 0)
-    assert "feeding 5; singing 0.25" in said("multicaregiver-crying-baby", 1)
-    assert said("predator-prey", 1, slip=0.0) == (
+    assert "feeding 2.5; singing 0.5" in describe_start("multicaregiver-crying-baby", 0)
+    assert "feeding 5; singing 0.25" in describe_start("multicaregiver-crying-baby", 1)
+    assert describe_start("predator-prey", 1, slip=0.0) == (
         "keep away: to be caught costs 100; moving is free"
     )
 

@@ -1,0 +1,178 @@
+"""Agents for games of two players with one state and a payoff table (chapter 24)."""
+
+from abc import abstractmethod
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.agents._memoization import memoize
+from dmplay.agents.base import GreedyPolicy, ReactivePolicy
+from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
+from dmplay.core import Memory, Percept, Problem, parameter, requires_fields
+from dmplay.solvers import bimatrix_game, lemke_howson, regret_matching
+from dmplay.solvers.regret_matching import RegretMatchingResult
+
+
+@dataclass(frozen=True)
+class _PayoffTablePolicy(ReactivePolicy):
+    """A policy for a payoff table that samples its action."""
+
+    uniform_count = 1  # for the action
+
+    @cached_property
+    def _payoffs(self) -> Reals:
+        """The rewards `[A1, A2, 2]`."""
+        return bimatrix_game.build_payoffs(self.problem)
+
+    @property
+    def _own_payoffs(self) -> Reals:
+        """The rewards of the seat, `[opponent's A, A]`."""
+        return np.moveaxis(self._payoffs[:, :, self.seat], 1 - self.seat, 0)
+
+
+@dataclass(frozen=True)
+class _MixedStrategyPolicy(_PayoffTablePolicy):
+    """A policy with the same mixed strategy in every round."""
+
+    @property
+    @abstractmethod
+    def _mixed_strategy(self) -> Categorical:
+        """The mixed strategy, as a distribution of one row."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions sampled from the mixed strategy."""
+        return self._mixed_strategy.sample_events(u)
+
+
+@dataclass(frozen=True)
+class Nash(_MixedStrategyPolicy):
+    """Plays the first Nash equilibrium that support enumeration finds or, in large games, any."""
+
+    @cached_property
+    def _mixed_strategy(self) -> Categorical:
+        return Categorical.from_probabilities(_find_nash_equilibrium(self.problem)[self.seat][None])
+
+
+@memoize
+def _find_nash_equilibrium(problem: Problem) -> bimatrix_game.MixedProfile:
+    """Return the first Nash equilibrium that is found of a game of two players."""
+    return lemke_howson.find_first_equilibrium(bimatrix_game.build_payoffs(problem))
+
+
+@dataclass(frozen=True)
+class RegretMatchingEquilibrium(_MixedStrategyPolicy):
+    """Plays its part of an equilibrium of any number of agents, or of the nearest one found.
+
+    The values are against the strategies of the other agents in it.
+    """
+
+    @cached_property
+    def _solution(self) -> RegretMatchingResult:
+        return regret_matching.find_equilibrium(self._payoffs)
+
+    @cached_property
+    def _mixed_strategy(self) -> Categorical:
+        return Categorical.from_probabilities(self._solution.mixed_strategies[self.seat][None])
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward of each action."""
+        response_values = regret_matching.compute_response_values(
+            self._payoffs, self._solution.mixed_strategies, self.seat
+        )
+        return np.repeat(response_values[None], len(memory[0]), axis=0)
+
+
+@dataclass(frozen=True)
+class HierarchicalSoftmax(_MixedStrategyPolicy):
+    """A softmax response to an opponent one level lower; level 0 acts uniformly (section 24.7)."""
+
+    precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
+    level: int = parameter(2, "levels of reasoning", 0, 1e5)
+
+    @cached_property
+    def _mixed_strategy(self) -> Categorical:
+        profile = bimatrix_game.compute_hierarchical_softmax(
+            self._payoffs, self.precision, self.level
+        )
+        return Categorical.from_probabilities(profile[self.seat][None])
+
+    @cached_property
+    def _response_values(self) -> Reals:
+        lower = bimatrix_game.compute_hierarchical_softmax(
+            self._payoffs, self.precision, max(self.level - 1, 0)
+        )
+        return bimatrix_game.compute_response_values(self._payoffs, lower)[self.seat]
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward of each action against an opponent one level lower."""
+        return np.repeat(self._response_values[None], len(memory[0]), axis=0)
+
+
+@dataclass(frozen=True)
+class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
+    """The best reply to the action frequencies of the opponent so far (fictitious play)."""
+
+    uniform_count = 0
+    hint_basis = "best reply to what the other's play suggests"
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return zero counts of the opponent's actions."""
+        return (np.zeros((len(observation), len(self._own_payoffs)), np.int64),)
+
+    @requires_fields("actions")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the counts of the opponent's actions after one more round."""
+        assert percept.actions is not None
+        opponent_actions = percept.actions[:, 1 - self.seat]
+        return (memory[0] + (opponent_actions[:, None] == np.arange(len(self._own_payoffs))),)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward against the counted frequencies, uniform at first."""
+        (counts,) = memory
+        rounds = np.cumsum(counts, axis=1)[:, -1:]
+        weights = np.where(rounds > 0, counts, 1)
+        return weighted_sum(weights, self._own_payoffs) / np.where(
+            rounds > 0, rounds, len(self._own_payoffs)
+        )
+
+
+@dataclass(frozen=True)
+class GradientAscent(_PayoffTablePolicy):
+    """Moves its mixed strategy up the gradient of its reward in the last round (section 24.8)."""
+
+    rate: float = parameter(1.0, "length of the first step; the t-th is shorter by sqrt(t)", 0.0)
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the uniform strategy, and zero rounds."""
+        row_count, action_count = len(observation), self._own_payoffs.shape[1]
+        return (
+            np.full((row_count, action_count), 1.0 / action_count),
+            np.zeros(row_count, np.int64),
+        )
+
+    @requires_fields("actions")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the strategy after a gradient step, projected to the nearest distribution."""
+        assert percept.actions is not None
+        strategies, rounds = memory[0], memory[1] + 1
+        gradient = self._own_payoffs[percept.actions[:, 1 - self.seat]]
+        return (
+            _project_to_simplex(strategies + (self.rate / np.sqrt(rounds))[:, None] * gradient),
+            rounds,
+        )
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions sampled from the strategies."""
+        return Categorical.from_probabilities(memory[0]).sample_events(u)
+
+
+def _project_to_simplex(points: Reals) -> Reals:
+    """Return the probability distributions `[B, A]` nearest to points `[B, A]`."""
+    descending = -np.sort(-points, axis=1)
+    rank = np.arange(1, points.shape[1] + 1)
+    excess = (np.cumsum(descending, axis=1) - 1.0) / rank
+    last_positive = np.count_nonzero(descending > excess, axis=1) - 1
+    return np.asarray(
+        np.maximum(points - excess[np.arange(len(points)), last_positive][:, None], 0.0)
+    )

@@ -1,0 +1,131 @@
+"""A particle filter for a seat whose partners act on their own observations (section 19.6).
+
+The particles are equally likely games as they may have gone, each with its state and the memories
+of the partners. The uniforms are the same in all games, so the same history always leads to the
+same particles.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.chance import Array, Ints, Reals
+from dmplay.core import Memory, Percept, Problem
+from dmplay.solvers.opponent_model import OpponentModel
+from dmplay.uniforms import generate_uniforms
+
+N_PARTICLES = 500  # per row
+CANDIDATES_PER_PARTICLE = (
+    4  # Each turn, of this many candidates those stay that match the observation.
+)
+MAX_BATCH_ELEMENTS = 2**22  # array elements of the rows filtered together
+PARTICLE_SEED = 1
+
+
+@dataclass(frozen=True)
+class ParticleFilter:
+    """The particles of one seat, given a model of the others in which no policy acts for it.
+
+    They are a memory: states `[B, G, ...]`, then the memories of the others `[B, G, ...]`.
+    """
+
+    opponent_model: OpponentModel
+
+    def begin(self, beliefs: Reals) -> Memory:
+        """Return the first particles, sampled from beliefs `[B, S]` of the state."""
+        u = generate_uniforms(PARTICLE_SEED, self.opponent_model.seat, 0, rows=1, count=N_PARTICLES)
+        s = sample_states(self.opponent_model.problem, beliefs, np.tile(u, (len(beliefs), 1)))
+        flat_states = s.reshape(-1, *s.shape[2:])
+        return (
+            s,
+            *(
+                _unflatten_particles(part, len(s))
+                for memory in self.opponent_model.begin_memories(flat_states)
+                for part in memory
+            ),
+        )
+
+    def update(
+        self, particles: Memory, percept: Percept, turns_done: Ints, beliefs: Reals
+    ) -> Memory:
+        """Return the particles after one more turn.
+
+        A row without a candidate that matches gets states sampled from its belief.
+        """
+        blocks = [*self._iter_row_blocks(particles, turns_done)]
+        parts = []
+        for turn, rows in blocks:
+            block_particles = tuple(part[rows] for part in particles)
+            actions, observations = percept.action[rows], percept.observation[rows]
+            parts.append(
+                self._filter_particles(block_particles, actions, observations, turn, beliefs[rows])
+            )
+        order = np.argsort(np.concatenate([rows for _, rows in blocks]))
+        return tuple(np.concatenate(arrays)[order] for arrays in zip(*parts, strict=True))
+
+    def _iter_row_blocks(self, particles: Memory, turns_done: Ints) -> Iterator[tuple[int, Ints]]:
+        """Yield the number of turns played and the rows that are filtered together."""
+        size = sum(part[0].size for part in particles) * CANDIDATES_PER_PARTICLE
+        max_rows = max(MAX_BATCH_ELEMENTS // size, 1)
+        for turn in np.flatnonzero(np.bincount(turns_done)).tolist():
+            rows = np.flatnonzero(turns_done == turn)
+            yield from (
+                (turn, rows[start : start + max_rows]) for start in range(0, len(rows), max_rows)
+            )
+
+    def _filter_particles(
+        self, particles: Memory, own_actions: Array, observations: Array, turn: int, beliefs: Reals
+    ) -> Memory:
+        """Return the particles of some rows after the seat's actions and observations."""
+        cast, row_count = self.opponent_model, len(own_actions)
+        candidates = np.arange(N_PARTICLES * CANDIDATES_PER_PARTICLE)
+        u = generate_uniforms(
+            PARTICLE_SEED, cast.seat, turn + 1, rows=len(candidates), count=cast.uniforms_per_turn
+        )
+        u = np.tile(u, (row_count, 1))
+        s, *parts = (_flatten_particles(part[:, candidates % N_PARTICLES]) for part in particles)
+        memories = cast.split_memory(tuple(parts))
+        joint = cast.choose_joint_actions(s, memories, np.repeat(own_actions, len(candidates)), u)
+        outcome = cast.step_states(s, joint, u)
+        next_memories = cast.update_memories(memories, joint, outcome)
+        matches = (
+            outcome.observations[:, cast.seat] == np.repeat(observations, len(candidates))
+        ).reshape(row_count, -1)
+        matching_first = np.argsort(~matches, axis=1, kind="stable")
+        match_counts = matches.sum(axis=1)[:, None]
+        picks = (
+            np.arange(N_PARTICLES)
+            * np.where(match_counts, match_counts, len(candidates))
+            // N_PARTICLES
+        )
+        selected = np.take_along_axis(matching_first, picks, axis=1) + np.arange(row_count)[
+            :, None
+        ] * len(candidates)
+        states = outcome.state[selected]
+        unmatched = np.flatnonzero(match_counts == 0)
+        if len(unmatched):
+            states[unmatched] = sample_states(
+                cast.problem, beliefs[unmatched], u[selected[unmatched], 0]
+            )
+        return (states, *(part[selected] for memory in next_memories for part in memory))
+
+
+def sample_states(problem: Problem, beliefs: Reals, u: Reals) -> Array:
+    """Return states `[B, N, ...]` sampled from beliefs `[B, S]` by uniforms `[B, N]`."""
+    indices = np.empty(u.shape, np.int64)
+    for row, belief in enumerate(beliefs):
+        support = np.flatnonzero(belief)
+        edges = np.cumsum(belief[support])[:-1]
+        indices[row] = support[np.searchsorted(edges, u[row], side="right")]
+    return np.asarray(problem.enumerate_states()[indices])
+
+
+def _flatten_particles(part: Array) -> Array:
+    """Return the particles of all rows, one row after another."""
+    return part.reshape(-1, *part.shape[2:])
+
+
+def _unflatten_particles(part: Array, rows: int) -> Array:
+    """Return flattened particles as `[rows, G, ...]`."""
+    return part.reshape(rows, -1, *part.shape[1:])

@@ -1,0 +1,68 @@
+"""Belief policies that know the value of each action, without end or with turns left."""
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Self
+
+from dmplay.agents._belief_policy import BeliefAndTurnPolicy, BeliefPolicy, apply_by_group
+from dmplay.agents.base import GreedyPolicy
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import Memory, parameter
+from dmplay.solvers.value_iteration import select_greedy_actions
+
+MAX_HORIZON = 1000  # maximum number of turns that are planned
+NEGLIGIBLE_WEIGHT = 1e-12  # discount**turns below which the end of a game is ignored
+
+
+@dataclass(frozen=True)
+class GreedyBeliefPolicy(GreedyPolicy, BeliefPolicy):
+    """A belief policy that takes the first of the actions with the greatest value."""
+
+
+@dataclass(frozen=True)
+class FiniteHorizonPolicy(GreedyBeliefPolicy):
+    """A policy that plans a fixed number of turns, at least one."""
+
+    horizon: int = parameter(10, "turns planned", 1, MAX_HORIZON)
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that does not plan beyond the end of the game."""
+        return self if turns is None else replace(self, horizon=min(turns, self.horizon))
+
+
+@dataclass(frozen=True)
+class RemainingHorizonPolicy(BeliefAndTurnPolicy, FiniteHorizonPolicy):
+    """A policy that plans the turns left of `horizon`, and after these starts again.
+
+    The memory is the belief and the number of turns done.
+    """
+
+    plans_whole_game = True
+    MAX_PLANNED_TURNS = 100  # turns that it can plan in time
+
+    @abstractmethod
+    def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
+
+    def best_actions(self, b: Reals, turns_left: int) -> Array:
+        """Return the first of the best actions `[B]` by `finite_horizon_values`."""
+        return select_greedy_actions(self.finite_horizon_values(b, turns_left))
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action with the turns left."""
+        return apply_by_group(memory[0], self._turns_left(memory), self.finite_horizon_values)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the first of the best actions with the turns left."""
+        return apply_by_group(memory[0], self._turns_left(memory), self.best_actions)
+
+    def _turns_left(self, memory: Memory) -> Ints:
+        """Return the number of rewards to come `[B]`."""
+        return self.horizon - memory[1] % self.horizon
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that plans the whole game, if that is possible in time."""
+        if turns is None or turns > self.MAX_PLANNED_TURNS:
+            return super().adapt_to_game(turns, rivals)
+        return replace(self, horizon=turns)

@@ -1,0 +1,100 @@
+"""Policies for catch, which act on the belief over proficiencies."""
+
+from collections import defaultdict
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import count
+
+import numpy as np
+
+from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents._memoization import memoize
+from dmplay.agents.belief_planning import GreedyBeliefPolicy, RemainingHorizonPolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Categorical, Ints, Reals, weighted_sum
+from dmplay.core import Memory, Problem
+from dmplay.solvers.bounded_search import BoundedSearch
+from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.tabular import tabulate
+
+
+@dataclass(frozen=True)
+class Greedy(GreedyBeliefPolicy):
+    """Throws the distance with the highest expected reward of this throw."""
+
+    @cached_property
+    def _rewards(self) -> Reals:
+        return tabulate(self.problem).rewards[:, :, 0]
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the expected reward of this throw, for each distance."""
+        return weighted_sum(memory[0], self._rewards)
+
+
+@dataclass(frozen=True)
+class ThompsonSampling(BeliefPolicy):
+    """Draws a proficiency from its belief and throws the best distance for it."""
+
+    uniform_count = 1  # for the proficiency
+
+    @cached_property
+    def _best_actions(self) -> Ints:
+        """The first of the best distances for each proficiency."""
+        return select_greedy_actions(tabulate(self.problem).rewards[:, :, 0])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the best distances for sampled proficiencies (Thompson sampling)."""
+        return np.asarray(
+            self._best_actions[Categorical.from_probabilities(memory[0]).sample_events(u)]
+        )
+
+
+@dataclass(frozen=True)
+class Optimal(RemainingHorizonPolicy):
+    """The best throw for its belief in a game of `horizon` throws, by exact search."""
+
+    MAX_PLANNED_TURNS = 10
+
+    @cached_property
+    def _q_cache(self) -> dict[int, dict[bytes, Reals]]:
+        """Q-values computed so far, by the throws left, then by the belief."""
+        return {}
+
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` throws to go."""
+        q, inverse = self._look_up_values(b, left)
+        return q.take(inverse, axis=0)
+
+    def best_actions(self, b: Reals, left: int) -> Array:
+        """Return the first of the best throws, computed once for each distinct belief."""
+        q, inverse = self._look_up_values(b, left)
+        return select_greedy_actions(q).take(inverse)
+
+    def _look_up_values(self, b: Reals, turns_left: int) -> tuple[Reals, Ints]:
+        """Return Q `[K, A]` of the K distinct beliefs, and the index `[B]` of each row's belief.
+
+        A belief that was looked up before is not searched again.
+        """
+        cache = self._q_cache.setdefault(turns_left, {})
+        keys = np.ascontiguousarray(b).view(f"V{b.shape[1] * b.itemsize}")[:, 0].tolist()
+        indices = defaultdict[bytes, int](count().__next__)
+        inverse = np.fromiter(map(indices.__getitem__, keys), np.int64, len(keys))
+        if new_keys := [key for key in indices if key not in cache]:
+            beliefs = np.frombuffer(b"".join(new_keys)).reshape(len(new_keys), -1)
+            new_q = _build_search(self.problem).compute_action_values(beliefs, turns_left)
+            cache.update(zip(new_keys, new_q, strict=True))
+        return np.array([cache[key] for key in indices]), inverse
+
+
+@memoize
+def _build_search(problem: Problem) -> BoundedSearch:
+    """Return the bounded search of a problem."""
+    return BoundedSearch(tabulate(problem), problem.discount)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents for catch."""
+    return Roster(
+        {"greedy": Greedy, "optimal": Optimal, "thompson": ThompsonSampling},
+        hint_provider="optimal",
+    )

@@ -1,0 +1,246 @@
+"""Policies for collaborative predator-prey."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents._memoization import memoize
+from dmplay.agents.base import ReactivePolicy, SeatPolicy
+from dmplay.agents.belief_planning import GreedyBeliefPolicy
+from dmplay.agents.dec_pomdp import JointPlan
+from dmplay.agents.roster import Roster
+from dmplay.budget import Budget
+from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
+from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.errors import BadParameter, BadPolicy
+from dmplay.hexgrid import DIRECTIONS
+from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
+from dmplay.solvers import plan_graph, reactive_team, sparse_mdp
+from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp
+from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.sparse_mdp import SparseMdpSolution
+from dmplay.solvers.value_iteration import select_greedy_actions
+
+PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
+PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
+
+
+@dataclass(frozen=True)
+class Sweep(SeatPolicy):
+    """Moves to and fro: back after some turns without prey, or if a prey is or just was near.
+
+    Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
+    three moments, this one catches most on the standard map.
+    """
+
+    stroke: int = parameter(3, "turns in one direction while there is nothing", 1)
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the first direction, zero turns spent in it, and False for a near prey."""
+        rows = len(observation)
+        first = len(DIRECTIONS) * self.seat // len(self.problem.agents)
+        return (np.full(rows, first), np.zeros(rows, np.int64), np.zeros(rows, bool))
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the next direction, the turns spent in it, and whether a prey is near.
+
+        The direction is that of the action really taken. It is reversed if a prey is or just was
+        near, and after `stroke` turns.
+        """
+        turn_count, is_near = memory[1] + 1, self._is_prey_near(percept.observation)
+        reverses = is_near | memory[2] | (turn_count >= self.stroke)
+        return ((percept.action + 3 * reverses) % 6, np.where(reverses, 0, turn_count), is_near)
+
+    def _is_prey_near(self, observation: Array) -> Bools:
+        """Return whether a prey was sensed, which is the first half of the observation labels."""
+        observation_count = self.problem.observation_counts[self.seat]
+        return np.asarray(observation < observation_count // len(SENSE_LABELS))
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the direction."""
+        return memory[0]
+
+
+@dataclass(frozen=True)
+class _FactoredBeliefPolicy(BeliefPolicy):
+    """A belief policy that uses the problem's own belief update, walker by walker."""
+
+    problem: CollaborativePredatorPrey
+
+    def _joint_belief_update(self, before: Reals, action: int, observation: int) -> Reals:
+        """Return the probabilities of this observation and each next state.
+
+        The actions and observations of the others are unknown.
+        """
+        seats = range(len(self.problem.agents))
+        actions = [action if seat == self.seat else None for seat in seats]
+        observations = [observation if seat == self.seat else None for seat in seats]
+        return self.problem.joint_belief_update(before, actions, observations)
+
+
+@dataclass(frozen=True)
+class ChaseBelief(_FactoredBeliefPolicy):
+    """Goes to the hex where it believes the prey most likely is."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the move with the least expected distance to the most likely prey hex."""
+        hunt_problem = self.problem
+        size, walkers = len(hunt_problem.hexes), hunt_problem.walker_count
+        joint = memory[0].reshape(len(memory[0]), *(size,) * walkers)
+        partners = tuple(1 + i for i in range(walkers - 1) if i != self.seat)
+        own_and_prey = joint.sum(axis=partners)  # [B, H, H]
+        prey = select_greedy_actions(own_and_prey.sum(axis=1))
+        own_belief = own_and_prey[np.arange(len(prey)), :, prey]
+        distances = (
+            own_belief[:, :, None] * hunt_problem.move_distances[:, :, prey].transpose(2, 0, 1)
+        ).sum(axis=1)
+        return select_greedy_actions(-distances)
+
+
+@dataclass(frozen=True)
+class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
+    """Acts as if the team were to see everything from the next turn on (section 21.1)."""
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for hunts that it cannot plan."""
+        super().__post_init__()
+        if not _can_plan(self.problem):
+            raise BadPolicy("qmdp: a hunt of more than two, or without discount, is not planned")
+
+    @cached_property
+    def _q(self) -> Reals:
+        """Q* `[S, A]` of each move with the partner's best one, if all is observed."""
+        shape = self.problem.action_counts
+        others = tuple(1 + i for i in range(len(shape)) if i != self.seat)
+        return np.asarray(solve_fully_observed(self.problem).q.reshape(-1, *shape).max(axis=others))
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the mean of Q* over the belief: an upper bound for teams that do not see all."""
+        return weighted_sum(memory[0], self._q)
+
+
+@dataclass(frozen=True)
+class SenseRulePolicy(ReactivePolicy):
+    """Samples a direction from its current sense, by the best memoryless rules found for two."""
+
+    problem: CollaborativePredatorPrey
+
+    uniform_count = 1  # for the direction
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for teams without such rules."""
+        super().__post_init__()
+        _check_team(self.problem, "reactive")
+
+    @cached_property
+    def _cumulative_probabilities(self) -> Reals:
+        """The cumulative rule by observation; the last row, of no prey, is for the first turn."""
+        unsighted = replace(self.problem, sighted=False)  # The rule depends only on what is sensed.
+        labels_per_sense = self.problem.observation_counts[self.seat] // len(SENSE_LABELS)
+        senses = np.append(
+            np.repeat(np.arange(len(SENSE_LABELS)), labels_per_sense), SENSE_LABELS.index("nothing")
+        )
+        return Categorical.from_probabilities(
+            np.asarray(_find_reactive_rules(unsighted)[self.seat])[senses]
+        ).cumulative
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return directions sampled from the rule."""
+        return Categorical(self._cumulative_probabilities.take(memory[0], axis=0)).sample_events(u)
+
+
+@dataclass(frozen=True)
+class HuntJointPlan(JointPlan):
+    """Follows a joint plan of two for all turns, each by its own senses.
+
+    The nodes of the two plans start at random and are improved in turn, as far as the work allows.
+    """
+
+    problem: CollaborativePredatorPrey
+
+    nodes: int = parameter(8, "of each predator's plan, a turn", 1, 12)
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy for teams without such a plan."""
+        super().__post_init__()
+        _check_team(self.problem, "joint-plan")
+        if self.problem.sighted:
+            raise BadPolicy("joint-plan: a predator that sees its hex does better with qmdp")
+
+    @property
+    def _team(self) -> DecPomdp:
+        return PredatorPreyDecPomdp.from_predator_prey(self.problem)
+
+    @cached_property
+    def plans(self) -> tuple[AgentPlan, ...]:
+        """The plans of both agents, the same for each seat."""
+        return _improve_plans(self.problem, self.planned_turns, self.nodes)
+
+
+def _check_team(problem: CollaborativePredatorPrey, agent: str) -> None:
+    """Raise BadPolicy for teams without rules or plans, with the name of the agent."""
+    try:
+        reactive_team.check_supported(problem)
+    except BadParameter as error:
+        raise BadPolicy(f"{agent}: {error}") from None
+
+
+@memoize
+def _improve_plans(
+    problem: CollaborativePredatorPrey, turns: int, nodes: int
+) -> tuple[AgentPlan, ...]:
+    """Return the improved joint plan of a hunt, the same for both seats."""
+    team = PredatorPreyDecPomdp.from_predator_prey(problem)
+    budget = Budget(
+        "the plan of a hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
+    )
+    return plan_graph.improve_plans(
+        team, plan_graph.sample_random_plans(team, turns, nodes, PLAN_SEED), budget
+    )
+
+
+@lru_cache(maxsize=1)  # 30 MB on the standard map
+def solve_fully_observed(problem: CollaborativePredatorPrey) -> SparseMdpSolution:
+    """Return the outcomes and values of one planner that sees all, cached for every seat."""
+    return sparse_mdp.solve_sparse_mdp(problem)
+
+
+@memoize
+def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
+    """Return the best rules found for a team without memory."""
+    return reactive_team.optimize_reactive_team(problem).policies
+
+
+def _can_plan(problem: Problem) -> bool:
+    """Return whether a planner that sees all is computed for a problem."""
+    return problem.discount < 1.0 and sparse_mdp.count_outcomes(problem) <= sparse_mdp.MAX_OUTCOMES
+
+
+def _choose_hint_provider(hunt: CollaborativePredatorPrey) -> str:
+    """Return the name of the agent that gives hints.
+
+    It is qmdp, or sweep for a team whose senses never vary, or chase-belief if qmdp is not
+    computed.
+    """
+    if not _can_plan(hunt):
+        return "chase-belief"
+    never_varies = hunt.predators > 1 and np.ptp(hunt.observe(hunt.enumerate_states())) == 0
+    return "sweep" if never_varies else "qmdp"
+
+
+def build_roster(problem: CollaborativePredatorPrey, seat: int) -> Roster:
+    """Return the agents for a hunt in a team."""
+    agents: dict[str, type[SeatPolicy]] = {
+        "sweep": Sweep, "chase-belief": ChaseBelief, "qmdp": Qmdp, "reactive": SenseRulePolicy,
+    }  # fmt: skip
+    if not problem.sighted:
+        agents["joint-plan"] = HuntJointPlan
+    simulation_agent = "joint-plan" if problem.predators == 2 and not problem.sighted else None
+    return Roster(
+        agents,
+        hint_provider=_choose_hint_provider(problem),
+        default_partner="sweep",
+        simulation_agent=simulation_agent,
+    )

@@ -1,0 +1,58 @@
+"""Policies for aircraft collision avoidance; 0 descends, 1 gives no advisory, 2 climbs."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Problem, parameter
+from dmplay.solvers import collision_avoidance_grid
+
+DESCEND, NO_ADVISORY, CLIMB = range(3)
+
+
+@dataclass(frozen=True)
+class NoAdvisory(ConstantPolicy):
+    """Never gives an advisory."""
+
+    action = NO_ADVISORY
+
+
+@dataclass(frozen=True)
+class AvoidWhenNear(ReactivePolicy):
+    """Steers away from the intruder once it is near."""
+
+    distance: float = parameter(50.0, "how near in height is near, m")
+    time: float = parameter(30.0, "how near in time is near, s")
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return climb if above a near intruder, descend if not, and no advisory if it is far."""
+        h, t_col = memory[0][:, 0], memory[0][:, 3]
+        is_near = (np.abs(h) < self.distance) & (t_col < self.time)
+        return np.where(is_near, np.where(h > 0, CLIMB, DESCEND), NO_ADVISORY)
+
+
+@dataclass(frozen=True)
+class Optimal(GreedyPolicy, ReactivePolicy):
+    """The best action by backward induction on a grid, between whose points it interpolates."""
+
+    @cached_property
+    def _q_table(self) -> Reals:
+        return collision_avoidance_grid.compute_optimal_q(self.problem)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action; the rows of a batch may be at different times."""
+        (s,) = memory
+        times = np.floor(np.clip(s[:, 3], 0, collision_avoidance_grid.TIMES_TO_COLLISION[-1]))
+        return collision_avoidance_grid.interpolate_values(self._q_table, times, s)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents for collision avoidance."""
+    return Roster(
+        {"no-advisory": NoAdvisory, "simple": AvoidWhenNear, "optimal": Optimal},
+        hint_provider="optimal",
+    )

@@ -1,0 +1,37 @@
+"""Policies for the crying baby."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.agents._optimal import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Problem
+
+CRYING = 0  # the observation
+FEED, IGNORE = 0, 2
+
+
+@dataclass(frozen=True)
+class FeedWhenCrying(ReactivePolicy):
+    """Feeds a baby that cries, ignores one that is quiet."""
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the action for the last observation; at first the baby counts as quiet."""
+        return np.where(memory[0] == CRYING, FEED, IGNORE)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents for the baby; the optimal one gives hints if the discount is below 1."""
+    hint_agent = "optimal" if problem.discount < 1.0 else "plan"
+    return Roster(
+        {
+            "feed-when-crying": FeedWhenCrying,
+            "optimal": PomdpOptimalPolicy,
+            "plan": RecedingHorizonPolicy,
+            "qmdp": Qmdp,
+        },
+        hint_agent,
+    )

@@ -1,0 +1,175 @@
+"""Agents of a team with separate observations and a shared reward, following one joint plan."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import prod
+from typing import Self
+
+import numpy as np
+
+from dmplay.agents._memoization import memoize
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.roster import Roster
+from dmplay.budget import Budget
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Labels, Memory, Percept, Problem, parameter
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.formatting import format_count
+from dmplay.solvers import joint_plan
+from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp, PlanLayer
+from dmplay.solvers.joint_plan import JointPlanSolution
+from dmplay.solvers.plan_graph import PlanGraph
+from dmplay.tabular import Tabular, tabulate
+
+DEFAULT_PLAN_TURNS = 4  # turns of a plan if the game has no end of its own
+MAX_PLAN_TURNS = 100  # maximum number of turns that are planned
+# maximum number of elements of the arrays from which a joint plan is made
+MAX_ARRAY_ELEMENTS = 2**25
+VALUES_WORK_LIMIT = 1e10  # maximum work for the action values of a plan
+
+
+@dataclass(frozen=True)
+class JointPlan(SeatPolicy):
+    """Follows the best joint plan found for the team, assuming that the whole team does.
+
+    A plan covers a number of turns; after these it begins again.
+    """
+
+    plans_whole_game = True
+
+    horizon: int = parameter(0, "turns planned; 0 for the game's own, or 4", 0, MAX_PLAN_TURNS)
+
+    @property
+    def planned_turns(self) -> int:
+        """The number of turns that the plan covers."""
+        return self.horizon or min(self.problem.horizon or DEFAULT_PLAN_TURNS, MAX_PLAN_TURNS)
+
+    @property
+    def _team(self) -> DecPomdp:
+        """The problem as a Dec-POMDP."""
+        return DecPomdp.from_problem(self.problem)
+
+    @cached_property
+    def plans(self) -> tuple[AgentPlan, ...]:
+        """The plans of all seats, the same for each seat's agent."""
+        return solve_joint_plan(self.problem, self.planned_turns).plans
+
+    @cached_property
+    def _own_plan(self) -> PlanLayer:
+        """The own plan as one layer: actions `[T, K]`, and nodes of the next turn `[T, K, O]`."""
+        return PlanLayer(
+            *(_stack_layers(parts) for parts in zip(*self.plans[self.seat], strict=True))
+        )
+
+    @cached_property
+    def _node_values(self) -> Reals:
+        """The value of each action at each node of each turn `[T, K, A]`."""
+        budget = Budget("values of a joint plan", "try fewer turns", VALUES_WORK_LIMIT)
+        return _stack_layers(
+            PlanGraph(self._team, self.plans, budget).compute_action_values(self.seat)
+        )
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the first node of the plan, and zero turns done."""
+        rows = len(observation)
+        return (np.zeros(rows, np.int64), np.zeros(rows, np.int64))
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the node to which the observation leads, whatever action was taken."""
+        node, turns_done = memory
+        next_node = self._own_plan.next_nodes[turns_done, node, percept.observation]
+        return (next_node, (turns_done + 1) % self.planned_turns)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the plan's action at the current node."""
+        node, turns_done = memory
+        return self._own_plan.actions[turns_done, node]
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the value of each action and the best later ones, if the others follow the
+        plan.
+        """
+        node, turns_done = memory
+        return self._node_values[turns_done, node]
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that plans the whole game, if it is not too long."""
+        return self if turns is None or turns > MAX_PLAN_TURNS else replace(self, horizon=turns)
+
+
+@dataclass(frozen=True)
+class OptimalJointPlan(JointPlan):
+    """Follows the best of all joint plans; refuses to play if it is not proven to be the best."""
+
+    @cached_property
+    def plans(self) -> tuple[AgentPlan, ...]:
+        """The plans of all seats; raises BadPolicy if they are not proven to be optimal."""
+        solution = solve_joint_plan(self.problem, self.planned_turns)
+        if not solution.is_optimal:
+            message = (
+                f"the best plan found for {format_count(self.planned_turns, 'turn')} "
+                f"is worth {solution.value:.6g}"
+            )
+            raise BadPolicy(
+                f"optimal: {message}, at most {solution.upper_bound:.6g}; joint-plan plays it"
+            )
+        return solution.plans
+
+
+def _stack_layers(parts: Sequence[Array]) -> Array:
+    """Return the arrays of all turns as one, padded with zeros to the largest number of nodes."""
+    max_nodes = max(map(len, parts))
+    stacked = np.zeros((len(parts), max_nodes, *parts[0].shape[1:]), parts[0].dtype)
+    for turn, part in enumerate(parts):
+        stacked[turn, : len(part)] = part
+    return stacked
+
+
+@memoize
+def solve_joint_plan(problem: Problem, turns: int) -> JointPlanSolution:
+    """Return the best joint plan found for `turns` turns, the same for every seat."""
+    return joint_plan.find_joint_plan(DecPomdp.from_problem(problem), turns)
+
+
+def can_plan_jointly(problem: Problem) -> bool:
+    """Return whether joint plans can be made for a problem.
+
+    It needs several agents that observe separately, share one reward and observe nothing before the
+    first turn, few enough states, and all actions legal in every state.
+    """
+    is_team = len(problem.agents) > 1 and problem.partially_observable and problem.shared_reward
+    if not is_team or not isinstance(problem.state_count, int) or not all(problem.action_counts):
+        return False
+    if not all(isinstance(space, Labels) for space in problem.observations):
+        return False
+    joint_action_count, joint_observation_count = (
+        prod(problem.action_counts),
+        prod(problem.observation_counts),
+    )
+    if (
+        problem.state_count
+        * joint_action_count
+        * (problem.state_count + 2 * joint_observation_count)
+        > MAX_ARRAY_ELEMENTS
+    ):
+        return False
+    states = problem.enumerate_states()
+    # nothing is observed before the first turn
+    starts_unobserved = bool((problem.initial_observations(states) == -1).all())
+    return starts_unobserved and problem.legal_actions_mask(states) is None and _has_tables(problem)
+
+
+def _has_tables(problem: Problem) -> bool:
+    """Return whether the problem has arrays or can be tabulated."""
+    try:
+        _ = isinstance(problem, Tabular) or tabulate(problem)
+    except (BadParameter, BudgetExceeded):
+        return False
+    return True
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of such a team; in all seats they follow the same plan."""
+    agents = {"joint-plan": JointPlan, "optimal": OptimalJointPlan}
+    return Roster(agents, hint_provider="joint-plan", default_partner="joint-plan")

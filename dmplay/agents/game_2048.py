@@ -1,0 +1,80 @@
+"""Policies for 2048."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.agents.base import GreedyPolicy, ReactivePolicy, SeatPolicy
+from dmplay.agents.roster import Roster
+from dmplay.board_2048 import DOWN, LEFT, RIGHT, UP
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept, Problem, parameter, requires_fields
+from dmplay.problems.game_2048 import Game2048
+from dmplay.solvers import expectimax_2048
+
+MAX_DEPTH_PLIES = 20  # plies
+MAX_MILLISECONDS = 10_000.0  # milliseconds
+
+
+@dataclass(frozen=True)
+class Corner(SeatPolicy):
+    """Slides left and down in turn, right or up only if both are stuck (section F.2)."""
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the direction that is due."""
+        return (np.full(len(observation), LEFT),)
+
+    @requires_fields("action")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the direction that is due: down after left, else left."""
+        return (np.where(percept.action == LEFT, DOWN, LEFT),)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the first legal direction of the due one, left or down, right and up."""
+        due = memory[0]
+        if legal is None:
+            return due
+        left, down, right, _ = np.ascontiguousarray(legal.T)
+        alternating = np.where(np.where(due == LEFT, left, down), due, LEFT + DOWN - due)
+        return np.where(left | down, alternating, np.where(right, RIGHT, UP))
+
+
+@dataclass(frozen=True)
+class Expectimax(GreedyPolicy, ReactivePolicy):
+    """Looks ahead over slides and tiles while they are likely: further if few cells are empty.
+
+    The boards at the end are valued by the points to come, as learned from games. With a time limit
+    the search is as deep as the time allows, so two searches may differ.
+    """
+
+    problem: Game2048
+    depth: int = parameter(
+        12, "plies without a time limit: slides and tiles in turn", 1, MAX_DEPTH_PLIES
+    )
+    milliseconds: float = parameter(
+        0.0, "time for one choice, 0 for as long as it takes", 0.0, MAX_MILLISECONDS
+    )
+
+    @property
+    def depends_on_clock(self) -> bool:
+        """True if its choice depends on the speed of the machine."""
+        return self.milliseconds > 0
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the points to come with each slide; -inf for a slide that moves nothing."""
+        (board,) = memory
+        p_two = self.problem.p_two
+        if not self.depends_on_clock:
+            return expectimax_2048.compute_action_values(board, p_two, self.depth)
+        return expectimax_2048.search_by_iterative_deepening(
+            board, p_two, MAX_DEPTH_PLIES, self.milliseconds / 1000
+        )
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents for 2048; expectimax is too slow for many games."""
+    return Roster(
+        {"corner": Corner, "expectimax": Expectimax},
+        hint_provider="expectimax",
+        batch_agent="corner",
+    )

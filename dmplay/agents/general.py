@@ -1,0 +1,27 @@
+"""Policies for any problem."""
+
+from dataclasses import dataclass
+
+from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.roster import Roster
+from dmplay.agents.search import TreeSearch
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Problem
+
+
+@dataclass(frozen=True)
+class Random(ReactivePolicy):
+    """Chooses a legal action uniformly at random."""
+
+    uniform_count = 1
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return a uniformly random legal action for each row, or a uniform number of an
+        interval.
+        """
+        return self.problem.actions[self.seat].sample_actions(u[:, 0], legal)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents that can play any problem."""
+    return Roster({"random": Random, "search": TreeSearch})

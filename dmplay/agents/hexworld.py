@@ -1,0 +1,10 @@
+"""Policies for hex world."""
+
+from dmplay.agents._optimal import MdpOptimalPolicy
+from dmplay.agents.roster import Roster
+from dmplay.core import Problem
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of hex world."""
+    return Roster({"optimal": MdpOptimalPolicy}, hint_provider="optimal")

@@ -1,0 +1,101 @@
+"""Policies for machine replacement."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents._memoization import memoize
+from dmplay.agents.base import ConstantPolicy
+from dmplay.agents.belief_planning import MAX_HORIZON, RemainingHorizonPolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Reals, weighted_sum
+from dmplay.core import Memory, Problem, parameter
+from dmplay.problems.machine_replacement import MachineReplacement
+from dmplay.solvers import alpha_vectors, value_iteration
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.tabular import tabulate
+
+MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
+
+
+@dataclass(frozen=True)
+class AlwaysManufacture(ConstantPolicy):
+    """Always manufactures and never examines the products."""
+
+    action = MANUFACTURE
+
+
+@dataclass(frozen=True)
+class Threshold(BeliefPolicy):
+    """Repairs, in the cheaper way, once it expects at least `repair` failed components.
+
+    From `examine` expected components on it examines its products. That does not pay in a game of
+    the usual length, so by default it does not examine.
+    """
+
+    problem: MachineReplacement
+    repair: float = parameter(0.9, "failed components expected from which it repairs")
+    examine: float = parameter(2.0, "failed components expected from which it examines")
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions by the expected number of failed components."""
+        b = memory[0]
+        expected_failures = b[:, 1] + 2 * b[:, 2]
+        rewards = weighted_sum(b, self.problem.tables.rewards[:, :, 0])
+        cheaper = np.where(rewards[:, INTERRUPT] >= rewards[:, REPLACE], INTERRUPT, REPLACE)
+        running = np.where(expected_failures >= self.examine, EXAMINE, MANUFACTURE)
+        return np.where(expected_failures >= self.repair, cheaper, running)
+
+
+@dataclass(frozen=True)
+class Optimal(RemainingHorizonPolicy):
+    """Takes the best action for its belief in a game of `horizon` turns, by alpha vectors."""
+
+    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
+
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs with `turns_left` rewards to come."""
+        return alpha_vectors.compute_action_values(
+            _solve_stages(self.problem, self.horizon)[left - 1], b
+        )
+
+
+@memoize
+def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
+    """Return the alpha vectors for 1 to `horizon` turns left."""
+    return alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
+
+
+@dataclass(frozen=True)
+class Qmdp(RemainingHorizonPolicy):
+    """Acts as if the machine's state were visible from the next turn on (QMDP, section 21.1)."""
+
+    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
+
+    @cached_property
+    def _q(self) -> list[Reals]:
+        """Q of the visible states, indexed by the number of turns left minus 1."""
+        tables, discount = tabulate(self.problem), self.problem.discount
+        next_values = [
+            value_iteration.compute_finite_horizon_values(tables, discount, turns)
+            for turns in range(self.horizon)
+        ]
+        return [
+            value_iteration.compute_action_values(tables, discount, values)
+            for values in next_values
+        ]
+
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+        """Return the mean of the visible states' Q over each belief, `[B, A]`."""
+        return weighted_sum(b, self._q[left - 1])
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of the machine replacement problem."""
+    return Roster(
+        {"always-manufacture": AlwaysManufacture, "optimal": Optimal, "qmdp": Qmdp,
+         "threshold": Threshold},
+        hint_provider="optimal",
+    )  # fmt: skip

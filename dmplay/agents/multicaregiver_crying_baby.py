@@ -1,0 +1,151 @@
+"""Policies for two caregivers: the single caregiver's rule, best responses and joint plans."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import product
+from typing import Self
+
+import numpy as np
+
+from dmplay import belief
+from dmplay.agents._joint_plan import PartnerBeliefFilter, SharedObservationPlan
+from dmplay.agents.base import GreedyPolicy, SeatPolicy
+from dmplay.agents.crying_baby import FeedWhenCrying
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Reals
+from dmplay.core import Memory, Percept, Problem, enumerate_outcomes, parameter
+from dmplay.errors import BadPolicy
+from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.solvers import alpha_vectors
+from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.tabular import Tables
+
+ACTIONS = MulticaregiverCryingBaby.actions[0]
+N_LAST_OBSERVATIONS = 3  # last observations: nothing yet, crying, quiet
+PARTNER_MODELS = ("feed-when-crying", "random", *ACTIONS)
+
+
+@dataclass(frozen=True)
+class BestResponse(GreedyPolicy, SeatPolicy):
+    """Plays a best response to a partner who always plays `to`: a named agent or one action.
+
+    Both caregivers observe the same, so the partner's actions can be predicted. The problem becomes
+    a POMDP whose state is the baby's state and the last observation, in a game without end. The
+    values are against that partner.
+    """
+
+    to: str = parameter(
+        "feed-when-crying", f"the partner: {', '.join(PARTNER_MODELS)}", choices=PARTNER_MODELS
+    )
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy if the discount is 1, as a game without end then has no value."""
+        super().__post_init__()
+        if self.problem.discount >= 1.0:
+            raise BadPolicy("a game without end needs a discount below 1")
+
+    @cached_property
+    def pomdp_tables(self) -> Tables:
+        """The arrays of that POMDP; its state is 3 times the baby's state plus the last
+        observation.
+        """
+        return self._build_tables(self._partner_probabilities)
+
+    @property
+    def _partner_probabilities(self) -> Reals:
+        """The probability `[S, A]` of each of the partner's actions."""
+        last_observations, action_count = (
+            np.arange(2 * N_LAST_OBSERVATIONS) % N_LAST_OBSERVATIONS - 1,
+            len(ACTIONS),
+        )
+        if self.to == "random":
+            return np.full((len(last_observations), action_count), 1 / action_count)
+        if self.to in ACTIONS:
+            return np.tile(
+                np.eye(action_count)[ACTIONS.index(self.to)], (len(last_observations), 1)
+            )
+        partner = FeedWhenCrying(self.problem, 1 - self.seat)
+        partner_actions = partner.choose(
+            (last_observations,), None, np.zeros((len(last_observations), 0))
+        )
+        return np.asarray(np.eye(action_count)[partner_actions])
+
+    def _build_tables(self, partner_probabilities: Reals) -> Tables:
+        """Return the POMDP's arrays if the partner takes actions with probabilities `[S, A]`."""
+        states, action_count = np.arange(2 * N_LAST_OBSERVATIONS), len(ACTIONS)
+        transition = np.zeros((len(states), action_count, len(states)))
+        rewards = np.zeros((len(states), action_count, 1))
+        for action, partner_action in product(range(action_count), repeat=2):
+            joint_action = (action, partner_action) if self.seat == 0 else (partner_action, action)
+            p, outcome = enumerate_outcomes(
+                self.problem, states // N_LAST_OBSERVATIONS, np.tile(joint_action, (len(states), 1))
+            )
+            p = p * partner_probabilities[:, partner_action, None]
+            next_states = (
+                outcome.state * N_LAST_OBSERVATIONS + outcome.observations[:, :, self.seat] + 1
+            )
+            np.add.at(transition[:, action], (states[:, None], next_states), p)
+            rewards[:, action, 0] += (p * outcome.rewards[:, :, self.seat]).sum(axis=1)
+        observation_model = np.eye(N_LAST_OBSERVATIONS - 1)[
+            np.maximum(states % N_LAST_OBSERVATIONS - 1, 0)
+        ]
+        return Tables(transition, rewards, np.repeat(observation_model[None], action_count, axis=0))
+
+    @cached_property
+    def _alpha_vectors(self) -> AlphaVectorStage:
+        """The alpha vectors of the POMDP without end."""
+        return alpha_vectors.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
+
+    @cached_property
+    def _belief_filter(self) -> PartnerBeliefFilter:
+        """The belief filter by own action and observation, with a random partner as its
+        fallback.
+        """
+        action_count = len(ACTIONS)
+        random_tables = self._build_tables(
+            np.full((2 * N_LAST_OBSERVATIONS, action_count), 1 / action_count)
+        )
+        return PartnerBeliefFilter.from_arrays(
+            *(
+                tables.joint_probabilities.transpose(1, 2, 0, 3)
+                for tables in (self.pomdp_tables, random_tables)
+            )
+        )
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the belief before the first turn, with nothing observed yet."""
+        b = np.zeros((len(observation), 2 * N_LAST_OBSERVATIONS))
+        b[:, ::N_LAST_OBSERVATIONS] = belief.initial_belief(self.problem)
+        return (b,)
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the belief after a turn, by Bayes' rule.
+
+        If the modelled partner rules out the observation, a random partner is assumed instead.
+        """
+        return (
+            self._belief_filter.update_beliefs(memory[0], (percept.action, percept.observation)),
+        )
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action against that partner."""
+        return alpha_vectors.compute_action_values(self._alpha_vectors, memory[0])
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return the best response to the first opponent that can be modelled, else this policy."""
+        modelled_names = [name for name in rivals if name in PARTNER_MODELS]
+        return replace(self, to=modelled_names[0]) if modelled_names else self
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents that care for a baby.
+
+    The best response gives the hints if the discount is below 1, else the joint plan does.
+    """
+    adviser = "best-response" if problem.discount < 1.0 else "joint-plan"
+    return Roster(
+        {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,
+         "joint-plan": SharedObservationPlan},
+        adviser, default_partner="feed-when-crying",
+    )  # fmt: skip

@@ -1,0 +1,231 @@
+"""Agents for any partially observable problem of one agent, whatever its number of states."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+from math import ceil, floor, log10
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from dmplay.agents._belief_policy import BeliefAndTurnPolicy
+from dmplay.agents.base import GreedyPolicy
+from dmplay.agents.belief_planning import MAX_HORIZON, NEGLIGIBLE_WEIGHT
+from dmplay.budget import has_total_work_limit, limit_total_work
+from dmplay.chance import Reals
+from dmplay.core import Memory, Problem, parameter
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.solvers import alpha_vectors, point_based, sparse_pomdp
+from dmplay.solvers.point_based import PointBasedBounds, VectorsByAction
+from dmplay.tabular import tabulate
+
+MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors are tried first
+EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take
+# decimals of a value; further ones depend on which beliefs are evaluated together
+VALUE_DECIMALS = 9
+ALWAYS_PLANNED_TURNS, MAX_PLANNED_TURNS = (
+    10,
+    100,
+)  # turns up to which a game is always planned to its end, or only if its end matters
+MIN_WORK_FACTOR, MAX_WORK_FACTOR = 0.01, 100.0  # bounds of the factor on the default work
+WORK_INCREASE_FACTOR = 10.0  # factor by which more work is suggested
+MAX_IGNORED_END_WEIGHT = (
+    0.1  # discount**turns up to which the end of a game with many states is ignored
+)
+CACHE_SIZE = 8  # maximum number of cached bounds
+
+
+class BoundsRequest(NamedTuple):
+    """A problem to solve, with its horizon, relative gap and work factor."""
+
+    problem: Problem
+    horizon: int | None
+    gap: float
+    work: float
+
+
+@dataclass(frozen=True)
+class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
+    """Plays the plans of a lower bound on its belief's value, found by point-based iteration.
+
+    The lower and the upper bound are at most `gap` apart, as a share of the value, or as close as
+    the work allows.
+    """
+
+    horizon: int = parameter(0, "turns of a game; 0: as many as the problem has", 0, MAX_HORIZON)
+    gap: float = parameter(0.01, "share of the value that its bounds may be apart", 0.0, 1.0)
+    work: float = parameter(
+        1.0, "times the usual work, which takes some ten seconds", MIN_WORK_FACTOR, MAX_WORK_FACTOR
+    )
+
+    plans_whole_game = True
+
+    @property
+    def planned_turns(self) -> int | None:
+        """The number of turns planned; None if there is no end or the end's weight is
+        negligible.
+        """
+        turns = self.horizon or self.problem.horizon
+        return None if turns and self.problem.discount**turns < NEGLIGIBLE_WEIGHT else turns
+
+    @property
+    def bounds(self) -> PointBasedBounds:
+        """The bounds on the problem's value, which are cached.
+
+        Raises BadPolicy for a game without end whose discount is 1.
+        """
+        if self.planned_turns is None and self.problem.discount >= 1.0:
+            raise BadPolicy("a game without end needs a discount below 1; --turns gives it one")
+        return _cached_bounds(BoundsRequest(self.problem, self.planned_turns, self.gap, self.work))
+
+    @property
+    def hint_basis(self) -> str:
+        """The bounds on the value at the start, '' if the gap is closed."""
+        bounds = self.bounds
+        return "" if bounds.is_gap_closed else f"point-based, {format_bounds(bounds)}"
+
+    def describe_bounds(self, name: str) -> str:
+        """Return the bounds after the agent's `name`, and how to request closer ones."""
+        base_name, horizon_note = (
+            name.partition(":")[0],
+            "" if self.planned_turns else " of a game without end",
+        )
+        suggestion = suggest_more_work(self.bounds, self.work, f"{base_name}:work=")
+        return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return lower bounds of Q `[B, A]` with the turns left; after the last one it starts
+        again.
+        """
+        b, turns_done = memory
+        plans = self.bounds.plans_by_turns_left
+        if self.planned_turns is None:
+            return _evaluate_plans(plans[0], b)
+        turns_left = self.planned_turns - turns_done % self.planned_turns
+        q = np.zeros((len(b), len(plans[0])))
+        for turns in np.unique(turns_left):
+            q[turns_left == turns] = _evaluate_plans(plans[turns], b[turns_left == turns])
+        return q
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that plans the whole game, if that is possible in time."""
+        if turns in (None, self.planned_turns) or not self._can_plan_to_end(turns or 0):
+            return self
+        return replace(self, horizon=turns)
+
+    def _can_plan_to_end(self, turns: int) -> bool:
+        """Return whether the end of a game of `turns` turns matters and can be planned to."""
+        has_few_states = (
+            isinstance(self.problem.state_count, int)
+            and self.problem.state_count <= MAX_EXACT_STATES
+        )
+        end_matters = (
+            has_few_states
+            or turns <= ALWAYS_PLANNED_TURNS
+            or self.problem.discount**turns > MAX_IGNORED_END_WEIGHT
+        )
+        return turns <= MAX_PLANNED_TURNS and end_matters
+
+
+@dataclass(frozen=True)
+class PointBasedOptimalPolicy(PointBasedPolicy):
+    """Plays optimally for its belief: exactly, within a thousandth, or within reported bounds."""
+
+    gap: float = parameter(0.001, "share of the value that its bounds may be apart", 0.0, 1.0)
+
+
+def format_bounds(bounds: PointBasedBounds) -> str:
+    """Return the value at the start, or its bounds with enough digits to tell them apart."""
+    low, high = bounds.lower_bound, bounds.upper_bound
+    gap = high - low
+    if gap <= point_based.MIN_GAP:
+        return f"value {low:.6g} at the start"
+    decimals = 1 - floor(log10(gap))
+    low, high = (
+        rounding(bound * 10**decimals) / 10**decimals
+        for rounding, bound in ((floor, low), (ceil, high))
+    )
+    return f"value {low:.{max(decimals, 0)}f} to {high:.{max(decimals, 0)}f} at the start"
+
+
+def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -> str:
+    """Return a note on how to get closer bounds than with this work; '' if none are needed.
+
+    A suggestion of more work ends in the work factor. The bounds cannot get closer if memory is
+    full.
+    """
+    if bounds.is_memory_full:
+        return "; they are as close as memory allows"
+    if bounds.is_gap_closed or work >= MAX_WORK_FACTOR:
+        return ""
+    return (
+        "; more work brings them closer: "
+        f"{option_text}{min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR):g}"
+    )
+
+
+def _evaluate_plans(plans: VectorsByAction, b: Reals) -> Reals:
+    """Return the value `[B, A]` of the best plan of each first action at beliefs `[B, S]`."""
+    support = np.flatnonzero(b.any(axis=0))
+    support_beliefs = b[:, support]
+    action_values = [(support_beliefs @ vectors[:, support].T).max(axis=1) for vectors in plans]
+    return np.round(np.stack(action_values, axis=1), VALUE_DECIMALS)
+
+
+_bounds_cache: dict[
+    BoundsRequest, tuple[PointBasedBounds, bool]
+] = {}  # the bounds, and whether they are not closed because of a limit on the total work
+
+
+def _cached_bounds(request: BoundsRequest) -> PointBasedBounds:
+    """Return the cached bounds of a problem, or solve it.
+
+    Bounds that were computed under a limit on the total work are used only while there is a limit.
+    """
+    try:
+        bounds, was_limited = _bounds_cache.get(request, (None, False))
+    except TypeError:  # an unhashable problem is solved again each time
+        return _solve_bounds(request)
+    if bounds is None or (was_limited and not has_total_work_limit()):
+        bounds = _solve_bounds(request)
+        while len(_bounds_cache) >= CACHE_SIZE:
+            _bounds_cache.pop(next(iter(_bounds_cache)))
+        _bounds_cache[request] = bounds, has_total_work_limit() and not bounds.is_gap_closed
+    return bounds
+
+
+def _solve_bounds(request: BoundsRequest) -> PointBasedBounds:
+    """Return the bounds by exact alpha vectors if states are few, else by point-based trials."""
+    problem, horizon, gap, work = request
+    if isinstance(problem.state_count, int) and problem.state_count <= MAX_EXACT_STATES:
+        with suppress(BadParameter, BudgetExceeded), limit_total_work(EXACT_WORK_LIMIT):
+            bounds = _solve_exactly(problem, horizon)
+            if bounds.is_gap_closed:
+                return bounds
+    return point_based.solve_point_based(
+        problem, horizon, gap, work * point_based.DEFAULT_WORK_LIMIT
+    )
+
+
+def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:
+    """Return bounds from all alpha vectors, the lower one equal to the upper one."""
+    tables, initial_joint = tabulate(problem), sparse_pomdp.compute_initial_joint(problem)
+    if horizon is None:
+        stages = [alpha_vectors.solve_infinite_horizon(tables, problem.discount)]
+    else:
+        stages = alpha_vectors.solve_finite_horizon(tables, problem.discount, horizon)
+    plans = [tuple(item.alpha_vectors for item in stage.plans_by_action) for stage in stages]
+    plan_values = [initial_joint @ vectors.T for vectors in plans[-1]]
+    value = float(np.max([item.max(axis=1) for item in plan_values], axis=0).sum())
+    first_action_values = np.array([item.max(axis=1).sum() for item in plan_values])
+    ended_plans = [] if horizon is None else [tuple(np.zeros_like(item[:1]) for item in plans[0])]
+    close = not stages[-1].gap
+    return PointBasedBounds(
+        value,
+        value,
+        first_action_values,
+        first_action_values,
+        (*ended_plans, *plans),
+        len(initial_joint),
+        close,
+    )

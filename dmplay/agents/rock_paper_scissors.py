@@ -1,0 +1,31 @@
+"""Policies for rock-paper-scissors."""
+
+from dataclasses import dataclass
+
+from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, Nash
+from dmplay.agents.base import RepeatedGameRule
+from dmplay.agents.general import Random
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Ints
+from dmplay.core import Problem
+
+
+@dataclass(frozen=True)
+class BeatLast(RepeatedGameRule):
+    """Plays rock first, then the action that beats the opponent's last one."""
+
+    def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
+        """Return the actions that beat the opponent's.
+
+        Each action is beaten by the next: rock by paper, paper by scissors, scissors by rock.
+        """
+        return (opponent_actions + 1) % 3
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of rock-paper-scissors."""
+    return Roster(
+        {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
+         "gradient-ascent": GradientAscent},
+        hint_provider="frequency", default_partner="frequency",
+    )  # fmt: skip

@@ -1,0 +1,44 @@
+"""The policy that follows a script."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.agents.base import SeatPolicy
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Percept
+from dmplay.errors import DmplayError
+from dmplay.formatting import format_count
+
+
+class EndOfScript(DmplayError):
+    """The error raised when a script is over; the game ends as if its player had left."""
+
+
+@dataclass(frozen=True)
+class Script(SeatPolicy):
+    """Plays a list of actions, one for each turn in which it must choose."""
+
+    actions: tuple[float, ...]
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the position in the script of each row, 0."""
+        return (np.zeros(len(observation), np.int64),)
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the position, advanced by 1 if the scripted action was taken.
+
+        The script has no action for a turn in which the seat is inactive.
+        """
+        return (memory[0] + (percept.action == self._actions_at(memory[0])),)
+
+    def _actions_at(self, positions: Array) -> Array:
+        """Return the actions `[B]` at these positions, the last one past the end."""
+        actions = np.array(self.actions or (0,))
+        return np.asarray(actions[np.minimum(positions, len(actions) - 1)])
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the actions at the current positions; raise EndOfScript past the end."""
+        if memory[0].max(initial=-1) >= len(self.actions):
+            raise EndOfScript(f"the script of {format_count(len(self.actions), 'action')} is over")
+        return self._actions_at(memory[0])

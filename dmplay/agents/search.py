@@ -1,0 +1,420 @@
+"""Tree search for any problem."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from itertools import chain
+from typing import Self
+
+import numpy as np
+
+from dmplay import belief
+from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
+from dmplay.agents.base import PolicyLookup
+from dmplay.agents.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE
+from dmplay.chance import Array, Bools, Ints, Reals, sample_masked_index
+from dmplay.core import Memory, Percept, Policy, enumerate_outcomes, parameter
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.solvers import leaf_values, uct
+from dmplay.solvers.leaf_values import LeafValues
+from dmplay.solvers.opponent_model import OpponentModel, SeatPolicies, make_start_state
+from dmplay.solvers.search_config import GOLDEN_RATIO, LeafEvaluator, SearchConfig, SearchRequest
+from dmplay.solvers.search_tree_batch import TreeBatch
+from dmplay.solvers.search_tree_reuse import extract_subtrees, pack_trees
+from dmplay.solvers.uct import UctResult
+from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.uniforms import expand_uniforms
+
+MAX_ROLLOUT_STATES = (
+    30  # hidden states up to which random playouts are better than values of fully observed states
+)
+MAX_GAME_TURNS = 10**6  # maximum number of turns of a game
+USUAL_AGENT = "usual"
+N_RESULT_ARRAYS = len(UctResult._fields)
+UNLIMITED_TURNS = 10**9  # turns left in a game without an end
+
+
+@dataclass(frozen=True)
+class PolicyStateValue:
+    """A leaf evaluator that takes the value of a policy's best action."""
+
+    policy: Policy
+
+    def __call__(self, s: Array, memory: Memory, turns_left: Ints) -> Reals:
+        """Return the value `[N]` of the policy's best action in each state."""
+        q = self.policy.action_values(memory)
+        assert q is not None
+        return np.asarray(q.max(axis=1))
+
+
+@dataclass(frozen=True)
+class TreeSearch(BeliefPolicy):
+    """Simulates many games ahead and plays the action with the best mean return (UCT).
+
+    The other agents are assumed to play as their default partners, a team to follow its joint plan,
+    else at random. If states are hidden, simulated games start in states drawn from its belief,
+    never in the true state, and the partners' observations and memories are estimated by a particle
+    filter. A state beyond the tree is worth the value that a few sweeps over a small problem give,
+    else what the hint provider's values or playouts give, else the return of random play.
+    """
+
+    simulations: int = parameter(400, "games simulated before a choice", 1, 1e6)
+    depth: int = parameter(20, "turns that each of them looks ahead", 1, 1e5)
+    exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
+    others: str = parameter(
+        USUAL_AGENT, "who the others are taken to be: usual, random or an agent"
+    )
+    rollout: str = parameter(USUAL_AGENT, "who plays on beyond the tree: usual, random or an agent")
+    horizon: int = parameter(
+        0, "turns of a game; 0: those of the problem, if any", 0, MAX_GAME_TURNS
+    )
+    reuse: bool = parameter(False, "whether a turn goes on with the tree of the turn before")
+    policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
+
+    plans_whole_game = True
+    uniform_count = 1  # one uniform, from which all its random numbers are derived
+
+    def __post_init__(self) -> None:
+        """Raise an error for invalid parameters and for problems that cannot be searched.
+
+        BadParameter: a number is out of bounds, or `others` or `rollout` names a search. BadPolicy:
+        states are hidden and the problem has no belief to search from, or `reuse` is set and its
+        hidden states have different legal actions.
+        """
+        super().__post_init__()
+        if self.problem.partially_observable:
+            try:
+                belief.initial_belief(self.problem)
+                _ = self.problem.observation_counts
+                first_state = self.problem.enumerate_states()[:1]
+                enumerate_outcomes(
+                    self.problem, first_state, np.zeros((1, len(self.problem.agents)), np.int64)
+                )
+            except (BadParameter, BudgetExceeded) as error:
+                raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
+            if self.reuse and self.problem.legal_actions_mask(first_state) is not None:
+                raise BadPolicy("search: reuse needs states that are seen, or all actions legal")
+        for field_name, name in (("others", self.others), ("rollout", self.rollout)):
+            if name.partition(":")[0] == "search":
+                raise BadParameter(
+                    f"{field_name}: got {name!r}, expected an agent that does not search"
+                )
+
+    @property
+    def game_turns(self) -> int | None:
+        """The number of turns of a game; None if it has no end."""
+        return self.horizon or self.problem.horizon
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that searches to the end of a game of `turns` turns."""
+        if turns is None or turns == self.game_turns or turns > MAX_GAME_TURNS:
+            return self
+        return replace(self, horizon=turns)
+
+    def with_policy_lookup(self, company: PolicyLookup) -> Self:
+        """Return a policy that looks up the other agents by `policy_lookup`.
+
+        Raises an error if `others` or `rollout` names an unknown agent.
+        """
+        policy = replace(self, policy_lookup=company)
+        if (self.others, self.rollout) != (USUAL_AGENT, USUAL_AGENT):
+            _ = policy._opponent_model  # raises an error for unknown names
+        return policy
+
+    @cached_property
+    def _config(self) -> SearchConfig:
+        """The configuration of the search."""
+        limits = self.simulations, self.depth, self.exploration
+        return SearchConfig(
+            self.problem,
+            self.seat,
+            *limits,
+            self._opponent_model.seat_policies,
+            self._leaf_value,
+            self.reuse,
+        )
+
+    @cached_property
+    def _sweep_values(self) -> LeafValues | None:
+        """The leaf values by sweeps over all states; None if they do not apply or cost too much."""
+        problem = self.problem
+        has_many_states = (
+            isinstance(problem.state_count, int) and problem.state_count > MAX_ROLLOUT_STATES
+        )
+        applies = (
+            has_many_states and not any(self._other_policies)
+            if problem.partially_observable
+            else len(problem.agents) == 1
+        )
+        applies = applies and self.rollout == USUAL_AGENT
+        return (
+            leaf_values.estimate_leaf_values(problem, self.seat, self.game_turns)
+            if applies
+            else None
+        )
+
+    @cached_property
+    def _other_policies(self) -> SeatPolicies:
+        """The policies of the other seats; None for random play, and for the own seat."""
+        seats = range(len(self.problem.agents))
+        return tuple(
+            None if seat == self.seat else self._resolve_policy(seat, self.others, PARTNER_ROLE)
+            for seat in seats
+        )
+
+    @cached_property
+    def _own_rollout_policy(self) -> Policy | None:
+        """The policy of the own seat beyond the tree; None for random play.
+
+        It is random play if leaf values replace playouts, if the problem has one state, or if the
+        hint provider cannot be used: hidden states with random partners, or values that cost too
+        much.
+        """
+        has_random_partners = self.problem.partially_observable and not any(self._other_policies)
+        plays_randomly = (
+            self._sweep_values is not None or has_random_partners or self.problem.state_count == 1
+        )
+        policy = self._resolve_policy(
+            self.seat, self.rollout, "random" if plays_randomly else HINT_PROVIDER_ROLE
+        )
+        if policy and self.rollout == USUAL_AGENT and len(self.problem.agents) == 1:
+            try:
+                policy.action_values(
+                    policy.initial_memory(
+                        self.problem.initial_observation(make_start_state(self.problem), self.seat)
+                    )
+                )
+            except BudgetExceeded:
+                return None
+        return policy
+
+    @cached_property
+    def _opponent_model(self) -> OpponentModel:
+        """The policies of all seats in simulations."""
+        earlier, later = self._other_policies[: self.seat], self._other_policies[self.seat + 1 :]
+        return OpponentModel(self.problem, self.seat, (*earlier, self._own_rollout_policy, *later))
+
+    def _resolve_policy(self, seat: int, name: str, default_name: str) -> Policy | None:
+        """Return the policy of a seat by name; None for uniformly random play."""
+        policy_name = default_name if name == USUAL_AGENT else name
+        policy = (
+            self.policy_lookup(seat, policy_name)
+            if self.policy_lookup and policy_name != "random"
+            else None
+        )
+        return policy.adapt_to_game(self.game_turns, ()) if policy and self.horizon else policy
+
+    @property
+    def _leaf_value(self) -> LeafEvaluator | None:
+        """The evaluator of states beyond the tree; None if playouts are used instead.
+
+        The values of a joint plan hold only while the whole team follows it, so a joint plan is
+        played.
+        """
+        sweep_values, policy = self._sweep_values, self._own_rollout_policy
+        follows_joint_plan = self.problem.shared_reward and any(self._other_policies)
+        if (
+            sweep_values
+            or policy is None
+            or follows_joint_plan
+            or (self.rollout, self.others) != (USUAL_AGENT, USUAL_AGENT)
+        ):
+            return sweep_values
+        first_memory = self._opponent_model.begin_memories(make_start_state(self.problem))[
+            self.seat
+        ]
+        return None if policy.action_values(first_memory) is None else PolicyStateValue(policy)
+
+    @cached_property
+    def _particle_filter(self) -> ParticleFilter | None:
+        """The particle filter of the partners' memories; None if they are random or all is
+        visible.
+        """
+        opponent_model = OpponentModel(self.problem, self.seat, self._other_policies)
+        return (
+            ParticleFilter(opponent_model)
+            if self.problem.partially_observable and any(self._other_policies)
+            else None
+        )
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the state or belief, zero turns done, and the memories of the policies.
+
+        If states are hidden, the memories are that of the own seat's policy and the particles. If
+        trees are reused, a tree and its result for the next choice follow.
+        """
+        memory = self._initial_memory(observation)
+        return self._grow_trees(memory) if self.reuse else memory
+
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the memory after one more turn."""
+        if not self.reuse:
+            return self._update_memory(memory, percept)
+        config, observations = self._config, percept.observation
+        tree_start = len(memory) - config.packed_array_count - N_RESULT_ARRAYS
+        memory, trees = memory[:tree_start], memory[tree_start:-N_RESULT_ARRAYS]
+        if not config.observation_count:
+            observations = uct.hash_observations(self.problem, observations)
+        elif not self.problem.partially_observable:
+            observations = self.problem.state_indices(observations)
+        trees = extract_subtrees(config, trees, percept.action, observations)
+        return self._grow_trees(self._update_memory(memory, percept), trees)
+
+    def _grow_trees(self, memory: Memory, trees: Memory = ()) -> Memory:
+        """Return the memory followed by trees grown from reused ones, and by their results.
+
+        The uniforms are the same in all games, so that equal histories lead to equal trees.
+        """
+        uniforms = (1 + memory[1]) * GOLDEN_RATIO % 1.0
+        self._config.check_memory(len(uniforms))
+        results = []
+        for rows in self._config.split_rows(len(uniforms)):
+            row_memory, row_trees = (
+                tuple(array[rows] for array in arrays) for arrays in (memory, trees)
+            )
+            result, new_trees, _ = self._run_search(row_memory, None, uniforms[rows], row_trees)
+            results.append((*pack_trees(new_trees), *result))
+        return (*memory, *map(np.concatenate, zip(*results, strict=True)))
+
+    def _initial_memory(self, observation: Array) -> Memory:
+        """Return the memory before the first turn, without trees."""
+        turns_done = np.zeros(len(observation), np.int64)
+        if not self.problem.partially_observable:
+            return (
+                observation,
+                turns_done,
+                *chain(*self._opponent_model.begin_memories(observation)),
+            )
+        (beliefs,) = super().initial_memory(observation)
+        own_memory = (
+            self._own_rollout_policy.initial_memory(observation) if self._own_rollout_policy else ()
+        )
+        particles = self._particle_filter.begin(beliefs) if self._particle_filter else ()
+        return (beliefs, turns_done, *own_memory, *particles)
+
+    def _update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the memory after one more turn, without trees."""
+        state_or_belief, turns_done, *policy_memory = memory
+        if not self.problem.partially_observable:
+            seats = zip(
+                self._opponent_model.seat_policies,
+                self._opponent_model.split_memory(tuple(policy_memory)),
+                strict=True,
+            )
+            new_memories = (
+                policy.update_memory(seat_memory, self._percept_for_seat(seat, percept))
+                for seat, (policy, seat_memory) in enumerate(seats)
+                if policy
+            )
+            return (percept.observation, turns_done + 1, *chain(*new_memories))
+        (beliefs,) = super().update_memory((state_or_belief,), percept)
+        own_memory, particles = self._split_memory(tuple(policy_memory))
+        own_memory = (
+            self._own_rollout_policy.update_memory(own_memory, percept)
+            if self._own_rollout_policy
+            else ()
+        )
+        if self._particle_filter:
+            particles = self._particle_filter.update(particles, percept, turns_done, beliefs)
+        return (beliefs, turns_done + 1, *own_memory, *particles)
+
+    def _split_memory(self, policy_memory: Memory) -> tuple[Memory, Memory]:
+        """Return the memory of the own seat's policy and the particles, which share one tuple."""
+        own_slice = self._opponent_model.memory_slices[self.seat]
+        own_count = own_slice.stop - own_slice.start
+        return policy_memory[:own_count], policy_memory[own_count:]
+
+    def _percept_for_seat(self, seat: int, percept: Percept) -> Percept:
+        """Return the percept of a turn for a seat, without the reward if it is another seat."""
+        if seat == self.seat:
+            return percept
+        assert percept.actions is not None  # always given if all agents see the state
+        return percept._replace(action=percept.actions[:, seat], reward=None)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions with the greatest mean return; ties are broken at random."""
+        blocks = [
+            self._choose_rows(
+                tuple(array[rows] for array in memory),
+                None if legal is None else legal[rows],
+                u[rows, 0],
+            )
+            for rows in self._config.split_rows(len(u))
+        ]
+        return np.concatenate(blocks)
+
+    def _choose_rows(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the actions `[B]` of rows that are searched together.
+
+        An action of the own seat's policy is kept unless another one is significantly better.
+        """
+        if self.reuse:
+            result = UctResult(*memory[-N_RESULT_ARRAYS:])
+            uniforms = expand_uniforms(
+                u, self._own_rollout_policy.uniform_count if self._own_rollout_policy else 0
+            )
+        else:
+            result, _, uniforms = self._run_search(memory, legal, u)
+        is_best = mark_best_actions(result.mean_returns)
+        if self._own_rollout_policy:
+            usual_actions = self._own_rollout_policy.choose(
+                self._own_policy_memory(memory),
+                legal,
+                uniforms[:, : self._own_rollout_policy.uniform_count],
+            )
+            is_best = result.keep_usual_unless_better(is_best, usual_actions)
+        return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
+
+    def _run_search(
+        self, memory: Memory, legal: Bools | None, u: Reals, trees: Memory = ()
+    ) -> tuple[UctResult, TreeBatch, Reals]:
+        """Return the result of a search, its trees, and the uniforms `[B, K]` expanded from `u`."""
+        config, problem, turns = self._config, self.problem, self.game_turns
+        config.make_budget(len(u))  # raises BudgetExceeded before any uniforms are generated
+        uniforms = expand_uniforms(u, self.simulations + config.uniforms_per_row)
+        roots, memories = self._prepare_roots(memory, uniforms[:, : self.simulations])
+        turns_left = (
+            np.full(len(u), UNLIMITED_TURNS) if turns is None else turns - memory[1] % turns
+        )
+        if self.reuse:
+            joint_legal = problem.legal_actions_mask(roots[:, 0])
+            legal = None if joint_legal is None else joint_legal[:, self.seat]
+            terminal = problem.terminal(roots.reshape(-1, *roots.shape[2:])).reshape(len(u), -1)
+            turns_left = np.where(terminal.all(axis=1), 0, turns_left)
+        request = SearchRequest(roots, turns_left, memories, legal, trees)
+        return *uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
+
+    def _own_policy_memory(self, memory: Memory) -> Memory:
+        """Return the memory of the own seat's policy."""
+        policy_memory = memory[2:]
+        return (
+            self._split_memory(policy_memory)[0]
+            if self.problem.partially_observable
+            else self._opponent_model.split_memory(policy_memory)[self.seat]
+        )
+
+    def _prepare_roots(self, memory: Memory, u: Reals) -> tuple[Array, tuple[Memory, ...]]:
+        """Return the states `[B, N, ...]` where simulations start, and each seat's memory there."""
+        state_or_belief, _, *policy_memory = memory
+        seats = range(len(self.problem.agents))
+        if not self.problem.partially_observable:
+            repeated = (_repeat_per_simulation(array, u.shape[1]) for array in policy_memory)
+            return _repeat_per_simulation(
+                state_or_belief, u.shape[1]
+            ), self._opponent_model.split_memory(tuple(repeated))
+        own_memory, particles = self._split_memory(tuple(policy_memory))
+        own_copies = tuple(_repeat_per_simulation(array, u.shape[1]) for array in own_memory)
+        if not self._particle_filter:
+            return sample_states(self.problem, state_or_belief, u), tuple(
+                own_copies if seat == self.seat else () for seat in seats
+            )
+        row, particle_index = np.arange(len(u))[:, None], (u * N_PARTICLES).astype(np.int64)
+        s, *memory_arrays = (array[row, particle_index] for array in particles)
+        others = self._particle_filter.opponent_model.split_memory(tuple(memory_arrays))
+        return s, tuple(own_copies if seat == self.seat else others[seat] for seat in seats)
+
+
+def _repeat_per_simulation(part: Array, simulation_count: int) -> Array:
+    """Return an array repeated for each simulation, of shape `[B, N, ...]`."""
+    return np.broadcast_to(part[:, None], (len(part), simulation_count, *part.shape[1:]))

@@ -1,0 +1,43 @@
+"""Policies for the simple regulator."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Normal, Reals
+from dmplay.core import Memory, Problem, parameter
+from dmplay.problems.simple_regulator import SimpleRegulator
+
+
+@dataclass(frozen=True)
+class Optimal(ReactivePolicy):
+    """Cancels the current number: a = -s."""
+
+    problem: SimpleRegulator
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the actions that cancel the numbers, clipped to the interval."""
+        return self.problem.actions[0].clip_actions(-memory[0][:, 0])
+
+
+@dataclass(frozen=True)
+class Gaussian(Optimal):
+    """Draws its action from N(theta1 s, theta2^2), as in the policy gradient chapters."""
+
+    theta1: float = parameter(-1.0, "share of the number that the mean action adds")
+    theta2: float = parameter(0.1, "standard deviation of the action")
+
+    uniform_count = Normal.uniform_count
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return sampled actions, clipped to the interval."""
+        mean = self.theta1 * memory[0][:, 0]
+        sampled = Normal(mean, np.full(len(mean), abs(self.theta2))).sample_events(u)
+        return self.problem.actions[0].clip_actions(sampled)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of the simple regulator."""
+    return Roster({"optimal": Optimal, "gaussian": Gaussian}, hint_provider="optimal")

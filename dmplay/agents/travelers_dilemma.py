@@ -1,0 +1,35 @@
+"""Policies for the traveler's dilemma."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, HierarchicalSoftmax, Nash
+from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.roster import Roster
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory, Problem, parameter
+from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM
+
+
+@dataclass(frozen=True)
+class FixedClaim(ReactivePolicy):
+    """Makes the same claim in every round, by default the highest."""
+
+    claim: int = parameter(MAX_CLAIM, "the claim", MIN_CLAIM, MAX_CLAIM)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the index of the claim for each row."""
+        return np.full(len(u), self.claim - MIN_CLAIM)
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of the traveler's dilemma.
+
+    What the default partner level-k draws is not always its best reply.
+    """
+    return Roster(
+        {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
+         "gradient-ascent": GradientAscent, "claim": FixedClaim},
+        hint_provider="best-response", default_partner="level-k",
+    )  # fmt: skip

@@ -1,0 +1,245 @@
+"""CLI commands that print reports, such as lists of problems, solutions and settings."""
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from dmplay.cli import config_files, options
+from dmplay.errors import BadParameter
+from dmplay.terminal import TerminalOptions, current_terminal
+
+
+@options.with_terminal_options("json", "color", "width")
+def list_(kind: options.ProblemKind = "", *, terminal_options: TerminalOptions) -> object:
+    """List the problems: table F.1 of the book. Or the games that are kept.
+
+    \b
+      dmplay list
+      dmplay list pomdp --json
+      dmplay list games
+    """
+    from dmplay.game.cli_results import Printout
+    from dmplay.output import problem_info, saved_games
+
+    if kind == "games":
+        return saved_games.report_saved_games(json=terminal_options.json)
+
+    return Printout(
+        problem_info.report_problem_table(kind, terminal_options),
+        terminal_options,
+        stderr_text=problem_info.format_load_failures(),
+    )
+
+
+def records(json: options.JsonFlag = False) -> object:
+    """Tell your best and your last games: those that you played to their end.
+
+    The best are of games that verify, with no help, nothing taken back, no look at
+    what is hidden, no branch, and the usual agents in the other seats.
+
+    \b
+      dmplay records
+      dmplay records --json
+    """
+    from dmplay.output import records_report
+
+    return records_report.report_records(json=json)
+
+
+@options.with_terminal_options("json", "motion")
+def solve(
+    problem: options.ProblemName,
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    episodes: Annotated[
+        int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
+    ] = None,
+    turns: Annotated[
+        int | None, typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan")
+    ] = None,
+    workers: options.WorkerCount = "",
+    work: Annotated[
+        float | None,
+        typer.Option("--work", metavar="TIMES", min=0.01, max=100, help="as much work, for bounds"),
+    ] = None,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Solve a problem: values, best actions or equilibria, and how they were found.
+
+    \b
+      dmplay solve hexworld --set slip=0.1
+      dmplay solve 2048 --episodes 100 --workers 2
+      dmplay solve rock-paper-scissors --json
+      dmplay solve ./tigers.dpomdp --turns 4
+      dmplay solve ./hallway.pomdp --work 10
+    """
+    from dmplay.game.requests import GameRequest
+    from dmplay.output import solution_report
+    from dmplay.solutions.simulated import SimulationOptions
+
+    game_request = GameRequest(problem, variant, set_)
+    simulation_options = SimulationOptions(
+        episodes, turns, options.parse_workers(workers) if workers else None, work
+    )
+    return solution_report.report_solution(
+        game_request.problem_name,
+        game_request.changed_parameters(),
+        simulation_options,
+        json=terminal_options.json,
+        motion=terminal_options.motion,
+    )
+
+
+def convert(
+    problem: options.ProblemName,
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    force: options.Force = False,
+) -> object:
+    """Write a finite problem as a file for other programs: .pomdp, .mdp, .dpomdp or .nfg.
+
+    \b
+      dmplay convert crying-baby -o baby.pomdp
+      dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
+      dmplay convert prisoners-dilemma -o dilemma.nfg
+    """
+    from dmplay.game.requests import GameRequest
+    from dmplay.output.conversion import convert_problem
+
+    game_request = GameRequest(problem, variant, set_)
+    return convert_problem(
+        game_request.problem_name, game_request.changed_parameters(), output, force=force
+    )
+
+
+@options.with_terminal_options("color", "ascii", "theme")
+def figure(
+    name: options.FigureName = "",
+    svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
+    output: options.OutputPath = None,
+    force: options.Force = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Draw a figure or table of the book's appendix F from the problems themselves.
+
+    \b
+      dmplay figure                 names them
+      dmplay figure F.2
+      dmplay figure F.11 --svg -o regions.svg
+    """
+    from dmplay.output import svg_export
+
+    if name:
+        return svg_export.draw_figure(name, output, svg=svg, force=force)._replace(
+            terminal_options=terminal_options
+        )
+    if svg or output:
+        raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
+    return svg_export.format_figure_list()
+
+
+def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:
+    """List the agents that fit a problem, with their parameters.
+
+    \b
+      dmplay agents 2048
+      dmplay agents prisoners-dilemma --json
+    """
+    from dmplay.output import problem_info
+
+    return problem_info.report_agents(problem, json=json)
+
+
+def info(
+    problem: options.ProblemName, json: options.JsonFlag = False, keys: options.KeyPreset = None
+) -> object:
+    """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
+
+    \b
+      dmplay info hexworld
+      dmplay info crying-baby --json
+    """
+    from dmplay.output import problem_info
+
+    return problem_info.report_problem(problem, options.configured_keys(keys), json=json)
+
+
+def check(
+    problem: options.ProblemName,
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    json: options.JsonFlag = False,
+) -> object:
+    """Check a problem of yours: arrays, labels, chances, states, agents and look.
+
+    A line for each fault, with the line of your file; exit code 2 where there is one.
+
+    \b
+      dmplay check ./tiger.py
+      dmplay check ./shop.py:Shop --set price=9
+    """
+    from dmplay.game.requests import GameRequest
+    from dmplay.output import check_report
+
+    game_request = GameRequest(problem, variant, set_)
+    return check_report.report_violations(
+        game_request.problem_name, game_request.changed_parameters(), json=json
+    )
+
+
+@options.with_terminal_options("plain", "color", "ascii", "theme", "width")
+def guide(
+    topic: options.TopicName = "",
+    raw: Annotated[bool, typer.Option("--raw", help="the Markdown itself")] = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Read the guide: a first game, transcripts, problems and agents of your own, and more.
+
+    \b
+      dmplay guide                  names the topics
+      dmplay guide agents
+      dmplay guide agents --raw
+    """
+    from dmplay.game.cli_results import Printout
+    from dmplay.output import guide_pages
+    from dmplay.registry import guide_topics
+
+    if topic and raw:
+        return guide_topics.read_topic(topic).removesuffix("\n")
+    if topic:
+        return Printout(
+            guide_pages.render_topic(topic, current_terminal(terminal_options)),
+            terminal_options,
+            paged=True,
+        )
+    if raw:
+        raise BadParameter("guide: --raw wants a topic, as agents; dmplay guide names them")
+    return guide_pages.format_topic_list()
+
+
+def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
+    """Show every setting with its value and where it comes from.
+
+    \b
+      dmplay config show
+      DMPLAY_COLOR=never dmplay config show --json
+    """
+    from dmplay.cli.settings import format_settings, iter_effective_settings, iter_keys_and_aliases
+
+    settings = [*iter_effective_settings(ctx.find_root()), *iter_keys_and_aliases()]
+    return format_settings(settings, as_json=json)
+
+
+def config_path() -> object:
+    """Tell where the files of settings are looked for.
+
+    \b
+      dmplay config path
+    """
+    return "\n".join(map(str, config_files.config_paths(os.environ)))

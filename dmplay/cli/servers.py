@@ -1,0 +1,52 @@
+"""CLI commands that serve games on the standard streams: as a bot, or over MCP."""
+
+import sys
+from contextlib import redirect_stdout
+
+from dmplay.bots.bot_server import BotServer, SeatFactory, serve_lines
+from dmplay.bots.protocol import JsonObject
+from dmplay.core import Policy, Problem
+from dmplay.external.optional_libraries import import_library
+from dmplay.game.cli_results import McpServerConfig
+from dmplay.registry import agents, problems
+
+
+def serve_bot(agent: str, problem_name: str) -> int:
+    """Serve an agent as a bot for a problem on the standard streams, and return the exit code."""
+    problems.resolve_problem(problem_name, {})  # raises an error if the problem does not exist
+    serve_lines(BotServer(agent, make_seat_factory(agent, problem_name)), sys.stdin, sys.stdout)
+    return 0
+
+
+def serve_mcp(config: McpServerConfig) -> int:
+    """Serve games to a language model over MCP on standard streams; return the exit code."""
+    from dmplay.mcp.model_games import ModelGames
+
+    # Output that a problem prints must not mix with the MCP messages.
+    with redirect_stdout(sys.stderr):
+        games = ModelGames(config)
+    import_library("mcp.server.mcpserver", "mcp", "mcp")
+    from dmplay.mcp.server import serve
+
+    return serve(games)
+
+
+def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
+    """Return a function that creates the problem, the seat and the policy that a hello message
+    names.
+
+    If the hello message has a turn limit, the agent is the one that suits that many turns.
+    """
+
+    def create_seat(hello: JsonObject) -> tuple[Problem, int, Policy]:
+        """Load the problem with its parameters and create the agent in its seat."""
+        problem = problems.load_problem(problem_name, **hello["parameters"])
+        seat_index, turn_limit = problem.seat_index(hello["seat"]), hello["turns"]
+        agent_name = (
+            agent
+            if turn_limit is None
+            else agents.plan_for_turn_limit(problem, seat_index, agent, turn_limit)
+        )
+        return problem, seat_index, agents.load_agent(problem, seat_index, agent_name)
+
+    return create_seat

@@ -1,0 +1,105 @@
+"""CLI commands for transcripts: verify, export and review."""
+
+from collections.abc import Sequence
+from typing import Annotated
+
+import typer
+
+from dmplay.cli import options
+from dmplay.terminal import TerminalOptions, current_terminal
+
+MISMATCH_EXIT_CODE = 3
+
+
+def verify(
+    paths: options.TranscriptPaths,
+    update: Annotated[bool, typer.Option("--update", help="show the diff and rewrite")] = False,
+    allow_unfinished: Annotated[
+        bool, typer.Option("--allow-unfinished", help="a file without an end is no fault")
+    ] = False,
+    trust: options.Trust = False,
+    json: options.JsonFlag = False,
+    quiet: options.Quiet = False,
+) -> object:
+    """Check transcripts: facts by a replay, inputs by seed and agents; exit code 3 if one differs.
+
+    \b
+      dmplay verify game.dmt
+      dmplay verify transcripts
+      dmplay verify transcripts --update
+    """
+    from dmplay.game import verification
+    from dmplay.game.cli_results import Printout
+
+    files = list(verification.iter_transcript_files(paths))
+    diffs, update_errors = verification.rewrite_files(files, trusted=trust) if update else ([], [])
+    reports = [verification.verify_file(file, trusted=trust) for file in files]
+    accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
+    rows = [*diffs, *verification.format_reports(reports, accepted, json=json, quiet=quiet)]
+    code = 0 if all(accepted) else MISMATCH_EXIT_CODE
+    return Printout("\n".join(rows), stderr_text="\n".join(update_errors), exit_code=code)
+
+
+@options.with_export_formats
+@options.with_terminal_options("ascii", "width")
+def export(
+    file: options.TranscriptPath,
+    formats: Sequence[str],
+    at: Annotated[
+        int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
+    ] = None,
+    height: Annotated[
+        int | None, typer.Option("--height", metavar="N", help="rows of the screen", min=1)
+    ] = None,
+    hint: Annotated[
+        bool, typer.Option("--hint", help="a picture for who chooses there, with a hint")
+    ] = False,
+    output: options.OutputPath = None,
+    force: options.Force = False,
+    trust: options.Trust = False,
+    peek: options.Peek = False,
+    *,
+    terminal_options: TerminalOptions,
+    ctx: typer.Context,
+) -> object:
+    """Write a recorded game as a picture, a screen recording, text, a table or data.
+
+    \b
+      dmplay export game.dmt --svg -o game.svg
+      dmplay export game.dmt --svg --width 100 --height 30 --at 3 --hint
+      dmplay export game.dmt --film -o film.svg
+      dmplay export game.dmt --csv
+    """
+    from dmplay.game.requests import ReplayRequest
+    from dmplay.output.transcript_export import ExportOptions, export_transcript
+    from dmplay.screen.viewport import Viewport
+
+    ascii_ = (
+        current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options
+    ).ascii
+    explicit_options = [
+        o for o in ("width", "height", "ascii") if options.option_source(ctx, o) == "COMMANDLINE"
+    ]
+    aspect = ExportOptions(
+        Viewport(terminal_options.width or 0, height or 0, ascii_), at, hint, explicit_options
+    )
+    return export_transcript(ReplayRequest(file, trust, peek), formats, aspect, output, force=force)
+
+
+def review(
+    file: options.TranscriptPath,
+    write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
+    trust: options.Trust = False,
+    peek: options.Peek = False,
+    json: options.JsonFlag = False,
+) -> object:
+    """Value each move of the people in a game: the best action, and the regret.
+
+    \b
+      dmplay review game.dmt
+      dmplay review game.dmt --write
+    """
+    from dmplay.game.requests import ReplayRequest
+    from dmplay.output.review_report import review_transcript
+
+    return review_transcript(ReplayRequest(file, trust, peek), write=write, json=json)

@@ -1,0 +1,182 @@
+"""An assignment: the games that several people are to play, in a file that is handed out.
+
+It is the header of their transcripts, with a list of `seeds` in place of one seed:
+
+    dmplay: 1
+    problem: "hexworld"
+    seats: {"agent": "human"}
+    seeds: [7, 8]
+    strict: "hints"
+"""
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from shlex import quote
+
+from dmplay.errors import BadFile, BadParameter, UnknownName
+from dmplay.game.requests import GameRequest, request_from_header
+from dmplay.game.saves import load_transcript
+from dmplay.game.seats import HUMAN, load_resumed_players, make_header, make_seat_policy
+from dmplay.game.setup import MAX_SEED, assign_players
+from dmplay.registry import problems
+from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
+from dmplay.safe_files import read_bytes, write_file
+from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.format import format_lines
+from dmplay.transcript.header import Header, collect_header_facts
+from dmplay.transcript.line_parser import parse_line
+from dmplay.transcript.reader import HEADER_KEYS, Block, parse_header, read_incomplete_transcript
+
+SEEDS_KEY = "seeds"
+ASSIGNMENT_KEYS = [SEEDS_KEY if key == "seed" else key for key in HEADER_KEYS]
+EXPECTED_SEEDS = f"expected whole numbers, each another, at most {MAX_SEED}, such as 7, 8"
+FIXED_OPTIONS = {  # options that a player of an assignment may not set
+    "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
+    "other_agent": "--vs", "seats": "--seat", "turns": "--turns", "episode": "--episode",
+    "strict": "--strict", "reveal": "--reveal", "ghost_agent": "--ghost",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """The games to play: the header of the first game, the seeds of all, and the file."""
+
+    header: Header
+    seeds: tuple[int, ...]
+    path: Path
+
+    def find_differences(self, other: Header, path: Path) -> list[str]:
+        """Return the names of the facts in which a game differs; empty if it was assigned.
+
+        `path` is the file of the game's transcript.
+        """
+        compared = ("problem", "origin", "parameters", "turns", "episode")
+        expected, actual = (
+            replace(
+                game_header,
+                problem=rebase_name(game_header.problem, transcript_folder(path), CURRENT_FOLDER),
+            )
+            for game_header, path in ((self.header, self.path), (other, path))
+        )
+        differences = [
+            name for name in compared if getattr(expected, name) != getattr(actual, name)
+        ]
+        differences += ["seed"] if other.seed not in self.seeds else []
+        differences += ["seats"] if dict(expected.seats) != dict(actual.seats) else []
+        is_less_strict = expected.strict and actual.strict not in (expected.strict, "hints")
+        return differences + (["strict"] if is_less_strict else [])
+
+    def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest:
+        """Return the request for the next game that a player has not played yet."""
+        _check_request(options)
+        name = rebase_name(self.header.problem, transcript_folder(self.path), CURRENT_FOLDER)
+        lookup = problems.resolve_problem(name, self.header.parameters, trusted=trusted)
+        seats, _ = load_resumed_players(
+            lookup.problem, self.header, trusted=trusted, folder=transcript_folder(self.path)
+        )
+        seed, record = self._choose_next_game(options)
+        game_header = replace(self.header, problem=name, seed=seed, player=options.player)
+        game_request = request_from_header(game_header, seats, record, options.key_preferences)
+        return replace(
+            game_request,
+            record_frames=options.record_frames,
+            force=options.force,
+            can_ask=options.can_ask,
+            has_rate_option=options.has_rate_option,
+        )
+
+    def _choose_next_game(self, options: GameRequest) -> tuple[int, Path]:
+        """Return the seed of the next game and the path of its transcript.
+
+        Raises BadParameter if the last game is unfinished, all were played, or the seed is not
+        assigned.
+        """
+        if options.seed is not None and options.seed not in self.seeds:
+            seed_list = ", ".join(map(str, self.seeds))
+            raise BadParameter(f"--seed: got {options.seed}, {self.path} has {seed_list}")
+        stem = "-".join(re.findall(r"\w+", options.player.lower())) or "game"
+        files = {seed: Path(f"{stem}-{seed}.dmt") for seed in self.seeds}
+        if options.seed is not None:
+            return options.seed, options.record_path or files[options.seed]
+        for seed, file in files.items():
+            if not file.exists():
+                return seed, options.record_path or file
+            if (
+                load_transcript(file, read_incomplete_transcript).end_reason
+                in RESUMABLE_END_REASONS
+            ):
+                raise BadParameter(f"{file} is unfinished; dmplay resume {file} goes on with it")
+        file_list = ", ".join(map(str, files.values()))
+        raise BadParameter(f"{self.path}: you played it all; hand in {file_list}")
+
+
+def _check_request(options: GameRequest) -> None:
+    """Raise BadParameter for options that the assignment fixes, or without a player's name."""
+    defaults = GameRequest("")
+    for name, option in FIXED_OPTIONS.items():
+        if (getattr(options, name) or None) != (getattr(defaults, name) or None):
+            raise BadParameter(f"--assignment says what is played; leave out {option}")
+    if not options.player:
+        raise BadParameter("--assignment: expected --player NAME too")
+
+
+def write_assignment(
+    request: GameRequest, seeds: tuple[int, ...], path: Path, *, force: bool
+) -> str:
+    """Write an assignment of these games; return a message with the command that plays it."""
+    if not _are_distinct_seeds(seeds):
+        raise BadParameter(f"--seeds: got {', '.join(map(str, seeds)) or 'none'}, {EXPECTED_SEEDS}")
+    lookup = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    seats = assign_players(request, lookup)
+    if HUMAN not in seats:
+        raise BadParameter("assign: no person plays; leave a seat to one")
+    for seat, player in enumerate(seats):
+        # raises an error for a player that cannot sit there
+        make_seat_policy(lookup.problem, seat, player, request.turns)
+    game_header = make_header(lookup, seats, replace(request, seed=seeds[0]), path)
+    assignment = Assignment(game_header, seeds, path)
+    write_file(path, [f"{row}\n" for row in _iter_lines(assignment)], force=force)
+    return f"wrote {path}; dmplay play --assignment {quote(str(path))} --player NAME"
+
+
+def _iter_lines(assignment: Assignment) -> Iterator[str]:
+    """Yield the lines of an assignment."""
+    for key, value in collect_header_facts(assignment.header).items():
+        yield from format_lines({SEEDS_KEY: [*assignment.seeds]} if key == "seed" else {key: value})
+
+
+def _are_distinct_seeds(seeds: object) -> bool:
+    """Return whether these are distinct valid seeds, at least one."""
+    if not isinstance(seeds, list | tuple) or not seeds:
+        return False
+    is_valid = all(type(seed) is int and 0 <= seed <= MAX_SEED for seed in seeds)
+    return is_valid and len({*seeds}) == len(seeds)
+
+
+def read_assignment(path: Path) -> Assignment:
+    """Return the assignment in a file.
+
+    Raises BadFile with the line of a fault, or BadParameter if the file cannot be read.
+    """
+    file_name = str(path)
+    try:
+        text_lines = read_bytes(path).decode().split("\n")
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadFile(file_name, 1, None, "not UTF-8") from None
+    values: dict[str, object] = {}
+    for number, line in enumerate(text_lines, 1):
+        if line and not line.startswith("#"):
+            key, value = parse_line(line, file_name, number)
+            if key not in ASSIGNMENT_KEYS:
+                raise BadFile(file_name, number, 1, str(UnknownName("key", key, ASSIGNMENT_KEYS)))
+            values["seed" if key == SEEDS_KEY else key] = value
+    seeds = values.get("seed")
+    if not isinstance(seeds, list) or not _are_distinct_seeds(seeds):
+        raise BadFile(file_name, 1, None, f"seeds: {EXPECTED_SEEDS}")
+    values["seed"] = seeds[0]
+    block = Block(1, tuple(values), tuple(values.values()), (), ())
+    return Assignment(parse_header(block, file_name), tuple(seeds), path)

@@ -1,0 +1,145 @@
+"""Comparison of agents on common random numbers: how far one is ahead, and how sure that is."""
+
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from itertools import combinations
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.budget import ProgressCallback
+from dmplay.chance import Reals
+from dmplay.core import ACTION_DECIMALS, Policy, Problem, check_problem
+from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.evaluation.control_variate import build_control_variate
+from dmplay.evaluation.partial_rollouts import check_episode_count, run_rollouts_until_interrupted
+from dmplay.evaluation.statistics import Estimate, compute_confidence_sequence, estimate_mean
+from dmplay.formatting import format_count
+from dmplay.rollouts import Rollout, RolloutSpec
+from dmplay.worker_pool import WorkerCount
+
+MIN_GAMES_TO_DECIDE = 100  # games before the first decision, because the interval is asymptotic
+
+
+class Difference(NamedTuple):
+    """The difference of the returns per game of two agents, the first minus the second."""
+
+    advantage: Estimate  # after subtraction of the control variate
+    share_ahead: float  # share of games in which the first earned more
+    share_behind: float
+    games_saved_factor: float  # factor of games needed with separate uniforms for each agent
+    control_variate_difference: float  # mean difference of the control variates
+
+
+class Comparison(NamedTuple):
+    """Agents on common random numbers: the return of each and the difference of each pair."""
+
+    returns: Reals  # [E, agents], of the compared seat
+    return_estimates: tuple[Estimate, ...]
+    differences: dict[tuple[int, int], Difference]
+    decided: bool | None  # None without `decide`
+    shortfall_reason: str = ""  # why fewer games were played than requested, or ''
+
+
+def compare(  # noqa: PLR0913 - each is the caller's to choose
+    problem: Problem,
+    entrants: Sequence[Sequence[Policy]],
+    *,
+    seat: int = 0,
+    episodes: int = 10_000,
+    decide: float | None = None,
+    turns: int | None = None,
+    seed: int = 0,
+    workers: WorkerCount = 1,
+    executor: Executor | None = None,
+    progress: ProgressCallback | None = None,
+    names: Sequence[str] = (),
+) -> Comparison:
+    """Play the games of each entrant on common random numbers and return the comparison.
+
+    Each entrant is a policy for every seat. A control variate reduces the variance of the
+    differences where one is known; its mean is 0.
+
+    With `decide`, two entrants play until it is clear which is ahead, or `episodes` games are
+    played; the wrong one is called better in at most this share of comparisons. If `names` are
+    given, errors begin with the name of the entrant in whose games they occurred.
+    """
+    check_problem(problem, turns)
+    check_episode_count(episodes)
+    if len(entrants) < 2:
+        got = format_count(len(entrants), "agent")
+        raise BadParameter(f"got {got}, expected two or more to compare")
+    if seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
+    if decide is not None and len(entrants) > 2:
+        raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
+    if decide is not None and not 0 < decide < 1:
+        raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
+    control_variate = build_control_variate(problem)
+    samples = np.zeros((2, 0, len(entrants)))
+    game_count = episodes if decide is None else min(MIN_GAMES_TO_DECIDE, episodes)
+    while True:
+        new_episodes, fields = range(samples.shape[1], game_count), ("returns", "control_variates")
+        spec = RolloutSpec(
+            new_episodes, turns, seed, workers, executor, progress, fields, control_variate
+        )
+        try:
+            part = run_rollouts_until_interrupted(problem, entrants, spec)
+        except DmplayError as error:
+            if not names or error.entrant_index is None:
+                raise
+            raise BadPolicy(f"{names[error.entrant_index]}: {error}") from None
+        if part.rollouts:
+            samples = np.concatenate([samples, _collect_seat_returns(part.rollouts, seat)], axis=1)
+        if part.interruption and not samples.size:
+            raise part.interruption
+        comparison = _summarize_comparison(samples[0], samples[1], decide)
+        if comparison.decided or part.interruption or game_count >= episodes:
+            return comparison._replace(shortfall_reason=str(part.interruption or ""))
+        game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
+
+
+def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:
+    """Return the returns and control variates of one seat, `[2, E, agents]`."""
+    return np.stack(
+        [[rollout.returns[:, seat], rollout.control_variates[:, seat]] for rollout in rollouts],
+        axis=-1,
+    )
+
+
+def _summarize_comparison(
+    returns: Reals, control_variates: Reals, decide: float | None
+) -> Comparison:
+    """Return the comparison of agents by their returns and control variates `[E, agents]`."""
+    pairs = combinations(range(returns.shape[1]), 2)
+    differences = {
+        pair: estimate_difference(returns[:, pair], control_variates[:, pair], decide)
+        for pair in pairs
+    }
+    advantage = differences[0, 1].advantage
+    decided = None if decide is None else not advantage.low <= 0.0 <= advantage.high
+    return Comparison(returns, tuple(map(estimate_mean, returns.T)), differences, decided)
+
+
+def estimate_difference(
+    returns: Reals, control_variates: Reals, decide: float | None = None
+) -> Difference:
+    """Return the difference of two agents by their returns `[E, 2]` on the same uniforms.
+
+    `control_variates` `[E, 2]` is the part of each return that is luck.
+    """
+    return_difference, luck_difference = (
+        np.subtract(*sample.T) for sample in (returns, control_variates)
+    )
+    # Rounded, so that actions of equal value count as equal.
+    adjusted = np.round(return_difference - luck_difference, ACTION_DECIMALS)
+    separate_variance, paired_variance = returns.var(axis=0).sum(), adjusted.var()
+    return Difference(
+        estimate_mean(adjusted)
+        if decide is None
+        else compute_confidence_sequence(adjusted, decide),
+        float((return_difference > 0).mean()),
+        float((return_difference < 0).mean()),
+        float(separate_variance / paired_variance) if paired_variance else np.inf,
+        float(luck_difference.mean()),
+    )

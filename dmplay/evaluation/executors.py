@@ -1,0 +1,69 @@
+"""Execution backends that play many games: local processes, a Dask cluster, or any Executor."""
+
+from collections.abc import Iterator
+from concurrent.futures import Executor
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any, NamedTuple
+
+from dmplay.errors import BadParameter
+from dmplay.worker_pool import WorkerCount, count_cores, reuse_processes
+
+DASK = "dask"
+
+
+class ExecutionBackend(NamedTuple):
+    """A number of workers of an executor, or of this machine if the executor is None."""
+
+    workers: WorkerCount = 1
+    executor: Executor | None = None
+
+
+@contextmanager
+def open_execution_backend(spec: str, workers: WorkerCount = "auto") -> Iterator[ExecutionBackend]:
+    """Run the block with the execution backend that `spec` names, and shut it down afterwards.
+
+    The backend is `dask` (a new cluster on this machine), `dask:tcp://HOST:PORT`, `MODULE:FACTORY`,
+    or empty for processes of this machine.
+    """
+    name, _, address = spec.partition(":")
+    if not spec:
+        with reuse_processes():
+            yield ExecutionBackend(workers)
+    elif name == DASK:
+        with _connect_dask_client(address, workers) as client:
+            worker_count = sum(client.nthreads().values()) if workers == "auto" else workers
+            yield ExecutionBackend(max(worker_count, 1), client.get_executor(pure=False))
+    else:
+        with _load_executor(spec) as executor:
+            yield ExecutionBackend(workers, executor)
+
+
+def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
+    """Return a client of the Dask cluster at `address` or, if empty, of a new local one."""
+    try:
+        client_class = import_module("distributed").Client
+    except ImportError:
+        message = "--executor dask: not installed; try: pip install 'dmplay[dask]'"
+        raise BadParameter(message) from None
+    try:
+        if address:
+            return client_class(address, timeout="10s", set_as_default=False)
+        worker_count = count_cores() if workers == "auto" else workers
+        return client_class(n_workers=worker_count, threads_per_worker=1, dashboard_address=None)
+    except (OSError, ValueError) as error:
+        raise BadParameter(f"--executor: no cluster at {address}; {error}") from None
+
+
+def _load_executor(spec: str) -> Executor:
+    """Return the executor that a `MODULE:FACTORY` creates."""
+    module, _, name = spec.partition(":")
+    try:
+        factory = getattr(import_module(module), name)
+    except (ImportError, AttributeError, ValueError) as error:
+        message = f"expected MODULE:FACTORY, dask or dask:tcp://HOST:PORT; {error}"
+        raise BadParameter(f"--executor: got {spec!r}, {message}") from None
+    executor = factory()
+    if not isinstance(executor, Executor):
+        raise BadParameter(f"--executor: {spec} made a {type(executor).__name__}, not an Executor")
+    return executor

@@ -1,0 +1,290 @@
+"""Grading of transcripts: whether a game verifies, and how well and honestly it was played.
+
+The limits of the evidence are in GRADING_LIMITS.
+"""
+
+from collections import defaultdict
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from dmplay.budget import limit_total_work
+from dmplay.core import Policy
+from dmplay.errors import DmplayError
+from dmplay.evaluation.assignment import Assignment
+from dmplay.game.game import REPEATED_UNIFORMS_NOTE
+from dmplay.game.seats import HUMAN, list_human_seats
+from dmplay.game.verification import load_transcript_problem, verify_file
+from dmplay.hints.ghost import GHOST_NOTE_PREFIX
+from dmplay.hints.review import ReviewedAction, review_actions
+from dmplay.registry import agents
+from dmplay.session import SeatedPolicy, Session
+from dmplay.transcript.disclosure import RESUMABLE_END_REASONS, is_concealed
+from dmplay.transcript.reader import Transcript, read_transcript
+from dmplay.transcript.replay import replay
+from dmplay.transcript.verification_report import VerificationReport
+
+REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
+AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
+MIN_TURNS_TO_MATCH = 5  # Shorter games match too many agents.
+GRADING_LIMITS = (
+    "A game that verifies can be played: these moves, by these rules, with the dice of this seed. "
+    "The checksum has no key; it guards against slips, not against people. Who played, how often "
+    "they tried, who whispered, and what was cut out before it was handed in, no file can prove."
+)
+
+
+class Grade(NamedTuple):
+    """The grade of one game, from the seat of one player."""
+
+    path: str
+    verified: bool
+    fault: str = ""  # first finding of the verification
+    player: str = ""  # name that the person entered
+    occupant: str = ""  # of the seat: a person, or the name of an agent
+    problem: str = ""
+    seat: str = ""
+    seed: int | None = None  # None if the game can be resumed and its players may not know the seed
+    turns: int = 0
+    end_reason: str = ""
+    discounted_return: float | None = None  # None if the game does not verify or can be resumed
+    # total of all actions, by the hint provider; None if it knows no values
+    regret: float | None = None
+    best_count: int = 0  # of the valued actions
+    valued_count: int = 0
+    undone_turn_count: int = 0  # turns
+    reroll_count: int = 0  # turns
+    hint_count: int = 0
+    strict: bool | str = False
+    peeked: bool = False
+    remarks: tuple[str, ...] = ()  # other facts about the game
+    identical_files: tuple[str, ...] = ()  # files with the same actions on the same uniforms
+    # files of the same player with other actions on the same uniforms
+    other_attempts: tuple[str, ...] = ()
+    assignment_differences: tuple[str, ...] | None = None  # facts that differ from the assignment
+
+
+class GradingReport(NamedTuple):
+    """The grades of all files; `file_count` of them were graded, all unless interrupted."""
+
+    grades: tuple[Grade, ...]
+    file_count: int
+    missing_seeds: dict[str, list[int]]  # assigned seeds without a verified game, by player
+
+
+class _GradedGame(NamedTuple):
+    """A grade, with the keys that identify its uniforms and its actions."""
+
+    grade: Grade
+    uniforms_key: tuple[object, ...]
+    actions_key: tuple[object, ...]
+
+
+def grade_files(
+    files: Sequence[Path],
+    assignment: Assignment | None = None,
+    *,
+    trusted: bool = False,
+    progress: Callable[[float], object] = lambda share: None,
+) -> GradingReport:
+    """Return a grade for each person in each file, or for the first seat if only agents played.
+
+    Ctrl-C ends it with the files graded so far, if there is one.
+    """
+    games: list[_GradedGame] = []
+    unreviewable: set[tuple[object, ...]] = set()
+    file_count = 0
+    try:
+        for file in files:
+            games += _grade_file(file, assignment, unreviewable, trusted=trusted)
+            file_count += 1
+            progress(file_count / len(files))
+    except KeyboardInterrupt:
+        if not games:
+            raise
+    return GradingReport(
+        tuple(_compare_with_others(game, games) for game in games),
+        file_count,
+        _find_missing_seeds(games, assignment),
+    )
+
+
+def _grade_file(
+    file: Path,
+    assignment: Assignment | None,
+    unreviewable_problems: set[tuple[object, ...]],
+    *,
+    trusted: bool,
+) -> Iterator[_GradedGame]:
+    """Yield the grades of one file, one for each person.
+
+    A problem in which no action can be valued within the work limit is added to
+    `unreviewable_problems`.
+    """
+    report = verify_file(file, trusted=trusted)
+    fault = str(report.findings[0]) if report.findings else ""
+    try:
+        transcript = read_transcript(file)
+        problem = load_transcript_problem(transcript, trusted=trusted).problem
+        session = replay(transcript, problem)
+    except (DmplayError, OSError):
+        yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
+        return
+    header = transcript.header
+    names = [*header.seats.values()]
+    uniforms_key = (
+        header.problem,
+        str(sorted(header.parameters.items())),
+        header.seed,
+        header.episode,
+    )
+    is_seed_visible = (
+        transcript.end_block is not None or header.peeked or not list_human_seats(names)
+    )
+    for seat in list_human_seats(names) or [0]:
+        is_valid = report.is_ok and not is_concealed(transcript, problem)
+        grade = Grade(
+            str(file),
+            report.is_ok,
+            fault,
+            header.player,
+            names[seat],
+            header.problem,
+            problem.agents[seat],
+            header.seed if is_seed_visible else None,
+            len(session.turns),
+            transcript.end_reason or "unfinished",
+            undone_turn_count=_count_retakes(transcript, "undo"),
+            reroll_count=_count_retakes(transcript, "reroll"),
+            hint_count=session.hint_counts[problem.agents[seat]],
+            strict=header.strict,
+            peeked=header.peeked,
+            remarks=(*_iter_remarks(transcript, report),),
+            assignment_differences=None
+            if assignment is None
+            else (*assignment.find_differences(header, file),),
+        )
+        if is_valid:
+            grade = _add_regret(
+                grade,
+                session,
+                seat,
+                names,
+                can_review=uniforms_key[:2] not in unreviewable_problems,
+            )
+            if grade.occupant == HUMAN and len(session.turns) and grade.regret is None:
+                unreviewable_problems.add(uniforms_key[:2])
+        turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
+        yield _GradedGame(grade, uniforms_key, (*uniforms_key[:2], seat, *turn_keys))
+
+
+def _count_retakes(transcript: Transcript, kind: str) -> int:
+    """Return the number of turns that were undone, or rerolled, by the kind of transcript block."""
+    values = [block[kind] for block in transcript.blocks if block.kind == kind]
+    return sum(value if kind == "undo" and isinstance(value, int) else 1 for value in values)
+
+
+def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterator[str]:
+    """Yield remarks on how a game was played, from its transcript and verification."""
+    header = transcript.header
+    if header.branched is not None:
+        yield f"branched at turn {header.branched}"
+    if header.reveal:
+        yield "hidden state shown"
+    if report.is_ok and transcript.end_reason in RESUMABLE_END_REASONS:
+        yield "can be played on"
+    notes = dict.fromkeys(transcript.notes)
+    yield from (
+        f"ghost {note.removeprefix(GHOST_NOTE_PREFIX)}"
+        for note in notes
+        if note.startswith(GHOST_NOTE_PREFIX)
+    )
+    if REPEATED_UNIFORMS_NOTE in notes:
+        yield "dice that were played before"
+    unchecked = [player for player in report.unchecked_players if player != HUMAN]
+    if unchecked:
+        yield f"not re-asked: {', '.join(unchecked)}"
+    if report.problem_change:
+        yield report.problem_change
+
+
+def _add_regret(
+    grade: Grade, session: Session, seat: int, names: Sequence[str], *, can_review: bool
+) -> Grade:
+    """Return a grade with the return of its actions and, if known, their regret."""
+    grade = grade._replace(discounted_return=float(session.returns()[seat]))
+    if names[seat] != HUMAN:
+        return grade
+    reviewed: list[ReviewedAction] = []
+    with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
+        reviewed = [*review_actions(session, [seat], names)] if can_review else []
+    matching_agents = [*_iter_matching_agents(session, seat)]
+    return grade._replace(
+        regret=sum(move.regret for move in reviewed) if reviewed else None,
+        best_count=sum(move.chosen in move.best for move in reviewed),
+        valued_count=len(reviewed),
+        remarks=(*grade.remarks, *(f"as {name} plays" for name in matching_agents)),
+    )
+
+
+def _iter_matching_agents(session: Session, seat: int) -> Iterator[str]:
+    """Yield the names of the agents that would have chosen every action of a seat."""
+    if len(session.turns) < MIN_TURNS_TO_MATCH:
+        return
+    for name, agent_class in agents.load_roster(session.problem, seat).agents.items():
+        if agent_class.positional_parameter:  # stands for many agents
+            continue
+        with suppress(DmplayError), limit_total_work(AGENT_MATCH_WORK_LIMIT):
+            policy = agents.load_agent(session.problem, seat, name)
+            if _matches_all_actions(policy, session, seat):
+                yield name
+
+
+def _matches_all_actions(policy: Policy, session: Session, seat: int) -> bool:
+    """Return whether a policy chooses every action of a seat, given the same uniforms."""
+    replayed = session.copy_at_start()
+    follower = SeatedPolicy(replayed, seat, policy)
+    for turn in session.turns:
+        if not replayed.is_inactive(seat) and follower.choose() != turn.actions[seat]:
+            return False
+        replayed.advance(list(turn.actions), turn.uniforms)
+    return True
+
+
+def _compare_with_others(game: _GradedGame, others: Sequence[_GradedGame]) -> Grade:
+    """Return the grade of a game, completed with the other files that share its uniforms."""
+    if not game.grade.turns:
+        return game.grade
+    other_games = [other for other in others if other.grade.path != game.grade.path]
+    identical_files = [
+        other.grade.path for other in other_games if other.actions_key == game.actions_key
+    ]
+    attempts = [
+        other.grade.path
+        for other in other_games
+        if (other.uniforms_key, other.grade.player) == (game.uniforms_key, game.grade.player)
+        and game.grade.player
+        and other.grade.path not in identical_files
+    ]
+    return game.grade._replace(
+        identical_files=tuple(identical_files), other_attempts=tuple(attempts)
+    )
+
+
+def _find_missing_seeds(
+    games: Sequence[_GradedGame], assignment: Assignment | None
+) -> dict[str, list[int]]:
+    """Return the seeds for which each player has no verified game of the assignment."""
+    if assignment is None:
+        return {}
+    seeds_by_player = defaultdict[str, set[int | None]](set)
+    for grade in (game.grade for game in games if game.grade.player):
+        seeds_by_player[grade.player] |= (
+            {grade.seed} if grade.verified and not grade.assignment_differences else set()
+        )
+    missing = {
+        player: [seed for seed in assignment.seeds if seed not in played_seeds]
+        for player, played_seeds in seeds_by_player.items()
+    }
+    return {player: seeds for player, seeds in missing.items() if seeds}

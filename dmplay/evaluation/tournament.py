@@ -1,0 +1,239 @@
+"""Round-robin tournaments on common random numbers, and the empirical game of the entrants."""
+
+import math
+from collections.abc import Mapping, MutableMapping, Sequence
+from concurrent.futures import Executor
+from contextlib import nullcontext
+from itertools import combinations_with_replacement, product
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.budget import ProgressCallback, report_progress_to, scale_progress_part
+from dmplay.chance import Reals
+from dmplay.core import Policy, Problem, check_problem
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError, UnknownName
+from dmplay.evaluation.partial_rollouts import check_episode_count, run_rollouts_until_interrupted
+from dmplay.evaluation.statistics import Estimate, estimate_mean
+from dmplay.formatting import format_count
+from dmplay.rollouts import RolloutSpec
+from dmplay.solvers import regret_matching
+from dmplay.solvers.bimatrix_game import enumerate_equilibria
+from dmplay.worker_pool import WorkerCount
+
+ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating
+SEATING_ORDERS = (
+    "all",
+    "given",
+)  # every order of entrants in the seats, or only the order in which they are named
+ROUNDING_TOLERANCE = 1e-12  # relative to the greatest payoff
+UNKNOWN_ESTIMATE = Estimate(math.nan, math.inf, -math.inf, math.inf)
+
+
+class TournamentResult(NamedTuple):
+    """The results of a tournament, and the equilibrium of its empirical game.
+
+    In the empirical game an action is an entrant, and its payoff is the mean return.
+    """
+
+    entrants: tuple[str, ...]
+    mean_returns: Reals  # [K] * n + [n], of each seat by seating; nan if not played
+    return_estimates: tuple[
+        Estimate, ...
+    ]  # of each entrant per game, over all its pairings and seats
+    best_replies: tuple[int, ...] | None  # best entrant if each entrant holds all other seats
+    # [K] per seat; for more than two seats, an approximate one
+    equilibrium: tuple[Reals, ...] | None
+    regrets: Reals | None  # [K], loss against the best reply in the equilibrium, mean over seats
+    exploitability: float | None  # greatest gain of a seat in the equilibrium by another entrant
+    exact_regrets: (
+        tuple[Estimate, ...] | None
+    )  # loss of each entrant against the exact equilibrium, if that is played
+    shortfall_reason: str = ""  # why seatings are missing, or ''
+
+
+def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
+    problem: Problem,
+    entrants: Mapping[str, Sequence[Policy]],
+    *,
+    equilibrium_policies: Sequence[Policy] | None = None,
+    episodes: int = 1000,
+    turns: int | None = None,
+    seed: int = 0,
+    workers: WorkerCount = 1,
+    executor: Executor | None = None,
+    progress: ProgressCallback | None = None,
+    returns_by_seating: ReturnsBySeating | None = None,
+    seating_order: str = SEATING_ORDERS[0],
+) -> TournamentResult:
+    """Play every seating of the entrants on the same uniforms and return the results.
+
+    Each entrant has a policy for every seat. With the order `given`, no entrant sits behind one
+    that is named later, so each pairing is played once. `equilibrium_policies` are an equilibrium
+    of two seats; each entrant plays against them too, and their index comes after all entrants.
+    Seatings in `returns_by_seating` are not played again, and new ones are added to it. Ctrl-C ends
+    the tournament with these.
+    """
+    check_problem(problem, turns)
+    check_episode_count(episodes)
+    seat_count, names = len(problem.agents), tuple(entrants)
+    if seat_count == 1:
+        raise BadParameter("a tournament wants two seats or more; here agents are compared")
+    if len(names) < 2:
+        raise BadParameter(f"got {format_count(len(names), 'entrant')}, expected two or more")
+    if seating_order not in SEATING_ORDERS:
+        raise UnknownName("order", seating_order, SEATING_ORDERS, "seats")
+    returns_by_seating = {} if returns_by_seating is None else returns_by_seating
+    policies_by_entrant = [
+        *entrants.values(),
+        *([equilibrium_policies] if equilibrium_policies else []),
+    ]
+    remaining = [
+        entry
+        for entry in list_seatings(len(names), seat_count, seating_order)
+        if entry not in returns_by_seating
+    ]
+    if equilibrium_policies:
+        remaining += [
+            entry
+            for entry in _list_equilibrium_pairings(len(names))
+            if entry not in returns_by_seating
+        ]
+    shortfall = ""
+    spec = RolloutSpec(range(episodes), turns, seed, workers, executor, keep=("returns",))
+    with report_progress_to(progress) if progress else nullcontext():
+        for index, seating in enumerate(remaining):
+            policies = [policies_by_entrant[entrant][seat] for seat, entrant in enumerate(seating)]
+            try:
+                with scale_progress_part(index, len(remaining)):
+                    entry = run_rollouts_until_interrupted(problem, [policies], spec)
+            except DmplayError as error:
+                entrant = " and ".join((*names, "the equilibrium")[entrant] for entrant in seating)
+                raise BadPolicy(f"{entrant}: {error}") from None
+            if entry.interruption and not returns_by_seating:
+                raise entry.interruption
+            if entry.interruption:
+                shortfall = str(entry.interruption)
+                break
+            returns_by_seating[seating] = entry.rollouts[0].returns
+    return _summarize_tournament(names, seat_count, returns_by_seating)._replace(
+        shortfall_reason=shortfall
+    )
+
+
+def list_seatings(
+    entrant_count: int, seat_count: int, seating_order: str = SEATING_ORDERS[0]
+) -> list[tuple[int, ...]]:
+    """Return the seatings of the entrants: for each, the index of the entrant in every seat."""
+    if seating_order == "all":
+        return [*product(range(entrant_count), repeat=seat_count)]
+    return [*combinations_with_replacement(range(entrant_count), seat_count)]
+
+
+def _list_equilibrium_pairings(entrant_count: int) -> list[tuple[int, ...]]:
+    """Return the pairings of each entrant, and of the exact equilibrium itself, with the latter.
+
+    The index of the exact equilibrium is `entrant_count`.
+    """
+    pairs = [
+        pair
+        for entrant in range(entrant_count)
+        for pair in ((entrant, entrant_count), (entrant_count, entrant))
+    ]
+    return [*pairs, (entrant_count, entrant_count)]
+
+
+def _summarize_tournament(
+    names: tuple[str, ...], seat_count: int, returns_by_seating: ReturnsBySeating
+) -> TournamentResult:
+    """Return the cross table and the standings of the seatings that were played."""
+    entrant_count = len(names)
+    table = np.full((entrant_count,) * seat_count + (seat_count,), np.nan)
+    samples: list[list[Reals]] = [[] for _ in names]
+    for seating, returns in returns_by_seating.items():
+        if entrant_count in seating:
+            continue
+        table[seating] = returns.mean(axis=0)
+        for seat, entrant in enumerate(seating):
+            samples[entrant].append(returns[:, seat])
+    # Games on the same uniforms are not independent: together they are one observation.
+    estimates = tuple(
+        estimate_mean(np.mean(sample, axis=0)) if sample else UNKNOWN_ESTIMATE for sample in samples
+    )
+    if np.isnan(table).any():
+        return TournamentResult(names, table, estimates, None, None, None, None, None)
+    equilibrium, regrets, gain = _find_equilibrium(table), None, None
+    if equilibrium is not None:
+        response_values = [
+            regret_matching.compute_response_values(table, equilibrium, seat)
+            for seat in range(seat_count)
+        ]
+        regrets = _clear_rounding_errors(
+            np.mean([values.max() - values for values in response_values], axis=0), table
+        )
+        gain = float(
+            _clear_rounding_errors(regret_matching.compute_regrets(table, equilibrium), table).max()
+        )
+    exact_regrets = (
+        _estimate_exact_regrets(entrant_count, returns_by_seating) if seat_count == 2 else None
+    )
+    return TournamentResult(
+        names,
+        table,
+        estimates,
+        _find_best_replies(table),
+        equilibrium,
+        regrets,
+        gain,
+        exact_regrets,
+    )
+
+
+def _find_best_replies(table: Reals) -> tuple[int, ...]:
+    """Return the entrant that earns most, over all seats, if each entrant holds all others."""
+    entrant_count, seat_count = len(table), table.shape[-1]
+    returns = np.zeros((entrant_count, entrant_count))
+    for entrant, reply, seat in product(
+        range(entrant_count), range(entrant_count), range(seat_count)
+    ):
+        seating = [reply if position == seat else entrant for position in range(seat_count)]
+        returns[entrant, reply] += table[(*seating, seat)]
+    return tuple(int(entrant) for entrant in returns.argmax(axis=1))
+
+
+def _find_equilibrium(table: Reals) -> tuple[Reals, ...] | None:
+    """Return an equilibrium of the empirical game; for more than two seats, an approximate one.
+
+    None if it is not found.
+    """
+    if table.shape[-1] == 2:
+        return next(iter(enumerate_equilibria(table)), None)
+    try:
+        return regret_matching.find_equilibrium(table).mixed_strategies
+    except BudgetExceeded:
+        return None
+
+
+def _clear_rounding_errors(regrets: Reals, table: Reals) -> Reals:
+    """Return the regrets, with those that are only rounding errors set to 0."""
+    return np.where(regrets > ROUNDING_TOLERANCE * np.abs(table).max(), regrets, 0.0)
+
+
+def _estimate_exact_regrets(
+    entrant_count: int, returns_by_seating: ReturnsBySeating
+) -> tuple[Estimate, ...] | None:
+    """Return the loss of each entrant against the exact equilibrium, None if not all is played.
+
+    The index of the exact equilibrium is `entrant_count`.
+    """
+    equilibrium_returns = returns_by_seating.get((entrant_count, entrant_count))
+    if equilibrium_returns is None:
+        return None
+    first = [returns_by_seating.get((entrant, entrant_count)) for entrant in range(entrant_count)]
+    second = [returns_by_seating.get((entrant_count, entrant)) for entrant in range(entrant_count)]
+    pairs = [(a, b) for a, b in zip(first, second, strict=True) if a is not None and b is not None]
+    losses = [
+        (equilibrium_returns[:, 0] - a[:, 0] + equilibrium_returns[:, 1] - b[:, 1]) / 2
+        for a, b in pairs
+    ]
+    return tuple(map(estimate_mean, losses)) if len(losses) == entrant_count else None

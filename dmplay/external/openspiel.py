@@ -1,0 +1,374 @@
+"""Games of OpenSpiel: `openspiel:kuhn_poker`, `openspiel:kuhn_poker(players=3)`."""
+
+import hashlib
+import os
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from dmplay import safe_files
+from dmplay.core import WAIT_LABEL, Labels, Problem, TextLine
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.external.history_problem import MAX_SEED, ExternalEnvironment, ExternalProblem, TimeStep
+from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
+from dmplay.formats.gambit_efg import normalize_efg
+from dmplay.uniforms import expand_uniforms
+from dmplay.validation.playable import RESERVED_WORDS
+
+PIP_EXTRA = "openspiel"
+# types of games in which every player knows the state
+PERFECT_INFORMATION_TYPES = ("PERFECT_INFORMATION", "ONE_SHOT")
+MAX_FULL_HISTORY_TURNS = (
+    30  # longest game in which players observe all they know; in longer ones, only the last turn
+)
+INITIAL_CHANCE_UNIFORMS = 16  # uniforms that are computed for a turn at first
+LABEL_TRIAL_GAMES, MAX_LABEL_QUERIES = (
+    6,
+    4000,
+)  # games that are played, and action names that are queried, to collect labels
+MAX_TRIAL_TURNS = 1000  # turns of such a game
+HASH_DIGITS = 16  # hexadecimal digits of the hash that identifies a file
+EFG_FILE_PATTERN = re.compile(r"efg_game\(filename=(.*?)(?:, sha256=\w+)?\)")
+SEPARATOR_PATTERN = re.compile(r"[\s_,;:]+")
+PLAYER_PREFIX_PATTERN = re.compile(r"^\[P\d+\]|^Pl\d+: ")
+
+
+def load_problem(name: str) -> Problem:
+    """Return the game of this name as a problem; raise BadParameter if it cannot be played."""
+    problem = OpenSpielProblem(name=_add_file_hash(name))
+    problem.check_playable()
+    return problem
+
+
+def _add_file_hash(name: str) -> str:
+    """Return the name, with a hash of the content if it refers to a file.
+
+    The file may contain another game later.
+    """
+    match = EFG_FILE_PATTERN.fullmatch(name.partition(":")[2])
+    if not match:
+        return name
+    digest = hashlib.sha256(safe_files.read_bytes(Path(match[1]))).hexdigest()[:HASH_DIGITS]
+    return f"{PIP_EXTRA}:efg_game(filename={match[1]}, sha256={digest})"
+
+
+def list_problem_names() -> list[str]:
+    """Return the sorted names of all registered games."""
+    return sorted(import_library("pyspiel", PIP_EXTRA, PIP_EXTRA).registered_names())
+
+
+@cache
+def _load_game(name: str) -> Any:
+    """Return the game; raise UnknownName or BadParameter with a message of one line."""
+    pyspiel = import_library("pyspiel", PIP_EXTRA, name)
+    text = name.partition(":")[2]
+    base_name = text.partition("(")[0]
+    if base_name not in pyspiel.registered_names():  # The library itself would print an error.
+        raise UnknownName("game", base_name, pyspiel.registered_names(), error_prefix=PIP_EXTRA)
+    match = EFG_FILE_PATTERN.fullmatch(text)
+    tree = normalize_efg(match[1], safe_files.read_bytes(Path(match[1]))) if match else ""
+    try:
+        with _silence_stderr():
+            return pyspiel.load_efg_game(tree) if tree else pyspiel.load_game(text)
+    except LIBRARY_ERRORS as error:
+        raise BadParameter(f"{name}: {summarize_error(error)}") from None
+
+
+@contextmanager
+def _silence_stderr() -> Iterator[None]:
+    """Run the block with stderr discarded, including what a C++ library prints there."""
+    saved_fd, null_fd = os.dup(2), os.open(os.devnull, os.O_WRONLY)
+    os.dup2(null_fd, 2)
+    try:
+        yield
+    finally:
+        os.dup2(saved_fd, 2)
+        os.close(saved_fd)
+        os.close(null_fd)
+
+
+def _enum_name(value: object) -> str:
+    """Return the name of a value of an OpenSpiel enumeration."""
+    return str(value).rpartition(".")[2]
+
+
+class ChanceSampler:
+    """A sampler of the chance events in one turn, all determined by one uniform."""
+
+    def __init__(self, uniform: float) -> None:
+        self._uniform = uniform
+        self._uniforms: Sequence[float] = ()
+        self._n_used = 0
+
+    def sample_outcome(self, outcomes: Sequence[tuple[int, float]]) -> int:
+        """Return one of the outcomes, sampled by their probabilities."""
+        if self._n_used == len(self._uniforms):
+            uniform_count = max(INITIAL_CHANCE_UNIFORMS, 2 * self._n_used)
+            self._uniforms = expand_uniforms(np.array([self._uniform]), uniform_count)[0].tolist()
+        u, self._n_used = self._uniforms[self._n_used], self._n_used + 1
+        edges = np.cumsum([p for _, p in outcomes])[:-1]
+        return outcomes[int(edges.searchsorted(u, "right"))][0]
+
+
+def _resolve_chance_nodes(state: Any, sampler: ChanceSampler) -> None:
+    """Apply sampled chance outcomes until a player is to act, or the game is over."""
+    while state.is_chance_node():
+        state.apply_action(sampler.sample_outcome(state.chance_outcomes()))
+
+
+class OpenSpielEnvironment(ExternalEnvironment):
+    """An OpenSpiel game that is being played."""
+
+    def __init__(self, name: str, state: Any = None, returns: Sequence[float] = ()) -> None:
+        self._name, self._state, self._returns = name, state, returns
+
+    def reset(self, draw: float) -> TimeStep:
+        """Start a new game, and resolve the chance events before the first action."""
+        self._state = _load_game(self._name).new_initial_state()
+        self._returns = [0.0] * self._state.num_players()
+        _resolve_chance_nodes(self._state, ChanceSampler(draw))
+        return self._make_time_step()
+
+    def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
+        """Apply the actions of the players to act, then resolve chance events."""
+        state = self._state
+        if state.is_simultaneous_node():
+            legal_by_player = map(state.legal_actions, range(state.num_players()))
+            pairs = zip(actions, legal_by_player, strict=True)
+            state.apply_actions(
+                [int(action) if legal_actions else 0 for action, legal_actions in pairs]
+            )
+        else:
+            state.apply_action(int(actions[state.current_player()]))
+        _resolve_chance_nodes(state, ChanceSampler(draw))
+        return self._make_time_step()
+
+    def clone(self) -> "OpenSpielEnvironment":
+        """Return an independent copy of the game in the same state."""
+        return OpenSpielEnvironment(self._name, self._state.clone(), self._returns)
+
+    def _make_time_step(self) -> TimeStep:
+        """Return the time step in the current state."""
+        state, players = self._state, range(self._state.num_players())
+        previous_returns, self._returns = self._returns, state.returns()
+        rewards = tuple(
+            current - previous
+            for current, previous in zip(self._returns, previous_returns, strict=True)
+        )
+        over = state.is_terminal()
+        state_text = str(state) or ("over" if over else "begun")
+        observations = (
+            ()
+            if _has_perfect_information(self._name)
+            else tuple(_observe_player(self._name, state, p) for p in players)
+        )
+        legal_actions = tuple(self._legal_actions(player, over=over) for player in players)
+        return TimeStep(
+            rewards,
+            over,
+            legal_actions,
+            observations,
+            state_text.rstrip("\n"),
+            self._current_action_names(legal_actions),
+        )
+
+    def _current_action_names(
+        self, legal_actions: Sequence[Sequence[int]]
+    ) -> tuple[dict[int, str], ...]:
+        """Return the names of the legal actions in this state; () if the labels name them all."""
+        labels_by_player, wait_action = (
+            _collect_action_labels(self._name),
+            _load_game(self._name).num_distinct_actions(),
+        )
+        pairs = [*zip(labels_by_player, legal_actions, strict=True)]
+        if not any(
+            labels[action] == _default_action_name(action)
+            for labels, actions in pairs
+            for action in actions
+        ):
+            return ()
+        return tuple(
+            {
+                action: _clean_action_name(self._state.action_to_string(player, action))
+                or labels[action]
+                for action in actions
+                if action != wait_action
+            }
+            for player, (labels, actions) in enumerate(pairs)
+        )
+
+    def _legal_actions(self, player: int, *, over: bool) -> Sequence[int]:
+        """Return a player's legal actions: to wait if it is not to act, () if the game is over."""
+        if over:
+            return ()
+        state = self._state
+        is_to_act = state.is_simultaneous_node() or state.current_player() == player
+        wait_actions = (_load_game(self._name).num_distinct_actions(),)
+        return (is_to_act and state.legal_actions(player)) or wait_actions
+
+
+def _has_perfect_information(name: str) -> bool:
+    """Return whether all players of a game know its state."""
+    return _enum_name(_load_game(name).get_type().information) in PERFECT_INFORMATION_TYPES
+
+
+def _shows_information_state(name: str) -> bool:
+    """Return whether players observe all they know, not only the last turn."""
+    game = _load_game(name)
+    game_type = game.get_type()
+    is_short = game.max_game_length() <= MAX_FULL_HISTORY_TURNS
+    return game_type.provides_information_state_string and (
+        is_short or not game_type.provides_observation_string
+    )
+
+
+def _observe_player(name: str, state: Any, player: int) -> str:
+    """Return a player's observation as text, "nothing" if it is empty."""
+    observe = (
+        state.information_state_string
+        if _shows_information_state(name)
+        else state.observation_string
+    )
+    return str(observe(player)).strip("\n") or "nothing"
+
+
+@cache
+def _collect_action_labels(name: str) -> tuple[Labels, ...]:
+    """Return the action labels of each player, collected in some games that are played for this.
+
+    OpenSpiel names an action only in a state. An action with different names in different states
+    is labelled by its number. If there are several players, each can also wait.
+    """
+    game = _load_game(name)
+    action_count, players = game.num_distinct_actions(), game.num_players()
+    names_by_player: list[defaultdict[int, set[str]]] = [defaultdict(set) for _ in range(players)]
+    query_count = 0
+    for game_number in range(1, LABEL_TRIAL_GAMES + 1):
+        state, sampler = game.new_initial_state(), ChanceSampler(game_number / MAX_SEED)
+        for _ in range(MAX_TRIAL_TURNS):
+            _resolve_chance_nodes(state, sampler)
+            if state.is_terminal() or query_count > MAX_LABEL_QUERIES:
+                break
+            joint = []
+            is_simultaneous = state.is_simultaneous_node()
+            for player in range(players) if is_simultaneous else [state.current_player()]:
+                legal_actions = state.legal_actions(player)
+                for action in legal_actions:
+                    names_by_player[player][action].add(
+                        _to_action_label(state.action_to_string(player, action))
+                    )
+                query_count += len(legal_actions)
+                joint.append(
+                    sampler.sample_outcome([(a, 1 / len(legal_actions)) for a in legal_actions])
+                    if legal_actions
+                    else 0
+                )
+            state.apply_actions(joint) if is_simultaneous else state.apply_action(joint[0])
+    wait_labels = (WAIT_LABEL,) if players > 1 else ()
+    return tuple(
+        Labels((*_choose_unique_labels(names_by_action, action_count), *wait_labels))
+        for names_by_action in names_by_player
+    )
+
+
+def _clean_action_name(text: str) -> str:
+    """Return an action name in a form that can be typed, without the player's number."""
+    return SEPARATOR_PATTERN.sub("-", PLAYER_PREFIX_PATTERN.sub("", text).strip()).strip("-")
+
+
+def _to_action_label(text: str) -> str:
+    """Return an action name as a label, in lower case."""
+    return _clean_action_name(text).lower()
+
+
+def _default_action_name(action: int) -> str:
+    """Return the label of an action that has no fixed name."""
+    return f"action-{action}"
+
+
+def _choose_unique_labels(
+    names_by_action: defaultdict[int, set[str]], action_count: int
+) -> list[str]:
+    """Return a distinct label for each action.
+
+    An action without a single name is labelled by its number, which also distinguishes equal names.
+    """
+    labels = [
+        next(iter(names_by_action[n])) if len(names_by_action[n]) == 1 else _default_action_name(n)
+        for n in range(action_count)
+    ]
+    label_counts = Counter(labels)
+    return [
+        f"{label}-{n}"
+        if label_counts[label] > 1 or label in ("", WAIT_LABEL, *RESERVED_WORDS)
+        else label
+        for n, label in enumerate(labels)
+    ]
+
+
+@dataclass(frozen=True)
+class OpenSpielProblem(ExternalProblem):
+    """A game of OpenSpiel. Players wait while another one acts."""
+
+    @cached_property
+    def is_stochastic(self) -> bool:
+        """True if the game has chance events."""
+        return _enum_name(_load_game(self.name).get_type().chance_mode) != "DETERMINISTIC"
+
+    @cached_property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the players."""
+        players: int = _load_game(self.name).num_players()
+        return ("agent",) if players == 1 else tuple(f"player-{n}" for n in range(players))
+
+    @property
+    def actions(self) -> tuple[Labels, ...]:
+        """The action labels of each player, with one to wait if there are several players."""
+        return _collect_action_labels(self.name)
+
+    @cached_property
+    def observations(self) -> tuple[TextLine, ...]:
+        """A text observation for each player; () if all players know the state."""
+        return () if _has_perfect_information(self.name) else (TextLine(),) * len(self.agents)
+
+    @cached_property
+    def shared_reward(self) -> bool:
+        """True if there are several players and all get the same reward."""
+        return (
+            _enum_name(_load_game(self.name).get_type().utility) == "IDENTICAL"
+            and len(self.agents) > 1
+        )
+
+    def make_environment(self) -> ExternalEnvironment:
+        """Return a new game that has not been started."""
+        return OpenSpielEnvironment(self.name)
+
+    def description(self) -> str:
+        """Return the long name of the game."""
+        return str(_load_game(self.name).get_type().long_name)
+
+    def check_playable(self) -> None:
+        """Raise BadParameter if the game is of a kind that cannot be played."""
+        game_type = _load_game(self.name).get_type()
+        has_observations = (
+            game_type.provides_information_state_string or game_type.provides_observation_string
+        )
+        reasons = {
+            "a mean-field game: it has no players": _enum_name(game_type.dynamics) == "MEAN_FIELD",
+            "its chance is hidden, and cannot be drawn": _enum_name(game_type.chance_mode)
+            == "SAMPLED_STOCHASTIC",
+            "it counts no actions": not _load_game(self.name).num_distinct_actions(),
+            "it does not tell what a player sees": not (
+                _has_perfect_information(self.name) or has_observations
+            ),
+        }
+        reason = next((reason for reason, applies in reasons.items() if applies), "")
+        if reason:
+            raise BadParameter(f"{self.name}: {reason}")

@@ -1,0 +1,177 @@
+"""Read Gambit games in extensive form (`.efg`) and write out everything that they imply."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from dmplay.formats.declarations import make_reading_budget
+from dmplay.formats.gambit_nfg import GambitLexer
+from dmplay.formats.lexer import SourceText
+from dmplay.formats.preamble import SUM_TOLERANCE
+
+BYTES_PER_NODE = 2000  # memory of one node while it is read and written
+END_ACTION = "end"  # only action at a node that is added where chance alone ended the game
+
+PayoffVector = tuple[float, ...]  # payoff of each player
+
+
+class _PathToNode(NamedTuple):
+    """The sum of payoffs on the path to a node, and whether a player has acted on it."""
+
+    payoffs: PayoffVector
+    has_player_action: bool = False  # False if only chance has acted
+
+
+@dataclass
+class _TreeReader:
+    """A reader of the nodes of a game tree that remembers each information set's actions."""
+
+    lexer: GambitLexer
+    players: Sequence[str]
+    outcomes: dict[int, PayoffVector] = field(default_factory=dict)
+    # by player and information set
+    actions: dict[tuple[int, int], list[str]] = field(default_factory=dict)
+    # for each player, with chance first: numbers from 1 on by the numbers in the file
+    information_sets: list[dict[int, int]] = field(default_factory=list)
+    terminal_count: int = 0
+
+    def iter_node_lines(self) -> Iterator[str]:
+        """Yield the line of every node, each followed by the nodes below it, first to last."""
+        pending = [_PathToNode((0.0,) * len(self.players))]  # nodes that are not yet read
+        node_count = 0
+        while pending:
+            node_count += 1
+            make_reading_budget().check_memory(float(BYTES_PER_NODE) * (node_count + len(pending)))
+            yield self._read_node(pending)
+
+    def _read_node(self, pending: list["_PathToNode"]) -> str:
+        """Return the line of the next node, and add the nodes below it to `pending`.
+
+        A terminal node that chance alone leads to is preceded by a node of the first player.
+        """
+        lexer, path = self.lexer, pending.pop()
+        kind = lexer.token
+        lexer.expect("c", "p", "t")
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of a node")
+        if kind == "t":
+            self.terminal_count += 1
+            payoffs = ", ".join(map(repr, self._read_payoffs(path.payoffs)))
+            line = f't "" {self.terminal_count} "" {{ {payoffs} }}'
+            return line if path.has_player_action else f"{self._format_final_player_node()}\n{line}"
+        player = self._read_player() if kind == "p" else 0
+        number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
+        set_ = self.information_sets[player].setdefault(
+            number, len(self.information_sets[player]) + 1
+        )
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of an information set")
+        actions = self._read_actions(player, number)
+        pending += [
+            _PathToNode(self._read_payoffs(path.payoffs), path.has_player_action or player > 0)
+        ] * len(actions)
+        player_text = f"{player} " if player else ""
+        return f'{kind} "" {player_text}{set_} "" {{ {" ".join(actions)} }} 0'
+
+    def _format_final_player_node(self) -> str:
+        """Return the line of a node where player 1 sees how chance ended the game.
+
+        The node exists so that the payoffs are those of a turn.
+        """
+        set_ = self.information_sets[1].setdefault(
+            -self.terminal_count, len(self.information_sets[1]) + 1
+        )
+        return f'p "" 1 {set_} "" {{ "{END_ACTION}" }} 0'
+
+    def _read_player(self) -> int:
+        """Return the number of the player who acts at a node, from 1 on."""
+        player_count = len(self.players)
+        return self.lexer.read_integer(1, player_count, f"a player, 1 to {player_count}")
+
+    def _read_actions(self, player: int, set_number: int) -> list[str]:
+        """Return the actions of an information set, those of chance with probabilities.
+
+        A node that lists none has the actions that an earlier node of the set listed. Raises
+        BadFile if there is no such node, or if the numbers of actions differ.
+        """
+        lexer = self.lexer
+        if lexer.token != "{":
+            if (player, set_number) not in self.actions:
+                raise lexer.unexpected_token("the actions in braces: the set is new")
+            return self.actions[player, set_number]
+        position = lexer.position
+        actions = (
+            self._read_chance_actions()
+            if player == 0
+            else [*map(_quote, lexer.read_strings("action"))]
+        )
+        earlier_actions = self.actions.setdefault((player, set_number), actions)
+        if len(earlier_actions) != len(actions):
+            raise lexer.unexpected_token(
+                f"{len(earlier_actions)} actions, as the set had before", position
+            )
+        return actions
+
+    def _read_chance_actions(self) -> list[str]:
+        """Return the actions of chance, each with its probability, scaled to sum to 1."""
+        lexer = self.lexer
+        lexer.expect("{")
+        position = lexer.position
+        names: list[str] = []
+        probabilities: list[float] = []
+        while not names or lexer.token != "}":
+            names.append(
+                _quote(lexer.read_string("the name of an action in quotation marks, or }"))
+            )
+            probabilities.append(lexer.read_number())
+        lexer.expect("}")
+        if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
+            raise lexer.unexpected_token("probabilities that sum to 1", position)
+        return [
+            f"{name} {p / sum(probabilities)!r}"
+            for name, p in zip(names, probabilities, strict=True)
+        ]
+
+    def _read_payoffs(self, payoffs_so_far: PayoffVector) -> PayoffVector:
+        """Return the sum of payoffs up to this node, whose outcome may be 0 (none)."""
+        lexer = self.lexer
+        position = lexer.position
+        number = lexer.read_integer(0, 1e9, "the number of an outcome, 0 for none")
+        if lexer.token[:1] == '"':
+            lexer.read_string("the name of an outcome")
+        if lexer.token == "{":
+            lexer.expect("{")
+            self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
+            lexer.expect("}")
+        if number and number not in self.outcomes:
+            raise lexer.unexpected_token("an outcome whose payoffs are told", position)
+        payoffs = self.outcomes[number] if number else (0.0,) * len(self.players)
+        return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
+
+
+def normalize_efg(path: str, raw: bytes) -> str:
+    """Return the game in an `.efg` file as text, with everything that the file implies.
+
+    Information sets are numbered from 1 on, every node lists its actions, and only terminal nodes
+    have payoffs: the sums on their paths. If chance alone ends the game, the first player sees how.
+    """
+    lexer = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
+    for expected in (("EFG",), ("2",), ("R", "D")):
+        lexer.expect(*expected)
+    title = lexer.read_string("the title of the game, in quotation marks")
+    players = lexer.read_strings("player")
+    if lexer.token[:1] == '"':
+        lexer.read_string("a comment")
+    if lexer.token == "t":
+        raise lexer.unexpected_token("a node in which somebody acts")
+    tree = _TreeReader(lexer, players, information_sets=[{} for _ in range(len(players) + 1)])
+    nodes = [*tree.iter_node_lines()]
+    if lexer.token:
+        raise lexer.unexpected_token("the end: every node has been told")
+    header = f"EFG 2 R {_quote(title)} {{ {' '.join(map(_quote, players))} }}"
+    return "\n".join([header, '""', "", *nodes, ""])
+
+
+def _quote(text: str) -> str:
+    """Return a text in quotation marks, with no quotation marks or line breaks inside."""
+    return '"' + " ".join(text.replace('"', "'").replace("\\", "/").split()) + '"'

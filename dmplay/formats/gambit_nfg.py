@@ -1,0 +1,160 @@
+"""Read normal-form games in Gambit's format (`.nfg`), by payoffs or by outcomes."""
+
+import re
+from fractions import Fraction
+from math import prod
+
+import numpy as np
+
+from dmplay.chance import Reals
+from dmplay.core import Labels
+from dmplay.errors import BadFile
+from dmplay.formats.declarations import make_reading_budget, make_unique_labels
+from dmplay.formats.file_problems import NormalFormGame, PayoffTable
+from dmplay.formats.lexer import EXPECTED_NUMBER, MAX_NUMBER, SourceText, is_number, parse_integer
+from dmplay.validation.playable import RESERVED_WORDS
+
+TOKEN_PATTERN = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
+BYTES_PER_PAYOFF = 100  # bytes of a payoff while it is read
+EXPECTED_STRATEGIES = "strategies in braces, or how many"
+
+
+def read_nfg(path: str, raw: bytes) -> NormalFormGame:
+    """Return the game in a file of this content."""
+    lexer = GambitLexer(SourceText(path, raw.decode("utf-8-sig", "replace")))
+    for expected in (("NFG",), ("1",), ("R", "D")):
+        lexer.expect(*expected)
+    description = lexer.read_string("the title of the game, in quotation marks")
+    players = lexer.read_strings("player")
+    actions = _read_strategies(lexer, len(players))
+    if lexer.token[:1] == '"':
+        description = "\n\n".join(filter(None, (description, lexer.read_string("a comment"))))
+    counts = [len(labels) for labels in actions]
+    make_reading_budget().check_memory(
+        BYTES_PER_PAYOFF * float(len(players)) * prod(map(float, counts))
+    )
+    read_table = _read_outcomes if lexer.token == "{" else _read_payoffs
+    payoff_rows = read_table(lexer, len(players), prod(counts))
+    if lexer.token:
+        raise lexer.unexpected_token("the end: the table is full")
+    # the first player's strategy varies fastest
+    table = payoff_rows.reshape(*reversed(counts), len(players))
+    payoffs = np.ascontiguousarray(np.moveaxis(table.T, 0, -1))
+    return NormalFormGame(
+        payoff_table=PayoffTable(
+            tuple(make_unique_labels(players, "player")), actions, payoffs, description
+        )
+    )
+
+
+class GambitLexer:
+    """A reader of the tokens of a file, one after the other."""
+
+    def __init__(self, text: SourceText) -> None:
+        self._text = text
+        self._tokens = [*TOKEN_PATTERN.finditer(text.content)]
+        self._position = 0
+
+    @property
+    def position(self) -> int:
+        """The number of tokens that have been read."""
+        return self._position
+
+    @property
+    def token(self) -> str:
+        """The next token; '' at the end."""
+        return self._tokens[self._position][0] if self._position < len(self._tokens) else ""
+
+    def unexpected_token(self, expected: str, position: int | None = None) -> BadFile:
+        """Return the error for an unexpected token: the next one, or the one at `position`."""
+        self._position = self._position if position is None else position
+        is_at_end = self._position >= len(self._tokens)
+        offset = (
+            len(self._text.content.rstrip()) if is_at_end else self._tokens[self._position].start()
+        )
+        got = "the end of the file" if is_at_end else repr(self.token)
+        return self._text.error_at(offset, f"got {got}, expected {expected}")
+
+    def expect(self, *words: str) -> None:
+        """Read the next token, which must be one of these words."""
+        if self.token not in words:
+            raise self.unexpected_token(" or ".join(words))
+        self._position += 1
+
+    def read_string(self, expected: str) -> str:
+        """Read and return a text in quotation marks."""
+        word = self.token
+        if len(word) < 2 or word[0] != '"' or word[-1] != '"':
+            raise self.unexpected_token(expected)
+        self._position += 1
+        return re.sub(r"\\(.)", r"\1", word[1:-1])
+
+    def read_strings(self, kind: str) -> list[str]:
+        """Read and return names in braces."""
+        self.expect("{")
+        names = [self.read_string(f"the name of a {kind} in quotation marks")]
+        while self.token != "}":
+            names.append(self.read_string(f"the name of a {kind} in quotation marks, or }}"))
+        self.expect("}")
+        return names
+
+    def read_number(self) -> float:
+        """Read and return a number, which may be a fraction."""
+        try:
+            value = float(self.token if is_number(self.token) else Fraction(self.token))
+        except (ValueError, ZeroDivisionError, OverflowError):
+            raise self.unexpected_token(EXPECTED_NUMBER) from None
+        if not abs(value) <= MAX_NUMBER:
+            raise self.unexpected_token(EXPECTED_NUMBER)
+        self._position += 1
+        return value
+
+    def read_integer(self, least: int, most: float, expected: str) -> int:
+        """Read and return a whole number from `least` to `most`."""
+        value = parse_integer(self.token)
+        if value is None or not least <= value <= most:
+            raise self.unexpected_token(expected)
+        self._position += 1
+        return value
+
+
+def _read_strategies(lexer: GambitLexer, players: int) -> tuple[Labels, ...]:
+    """Return the strategies of each player, read as names or as a count."""
+    lexer.expect("{")
+    strategies: list[Labels] = []
+    for _ in range(players):
+        if lexer.token == "{":
+            strategies.append(
+                Labels(
+                    make_unique_labels(lexer.read_strings("strategy"), "strategy", RESERVED_WORDS)
+                )
+            )
+        else:
+            count = lexer.read_integer(
+                1, np.inf, f"{EXPECTED_STRATEGIES}, for each of {players} players"
+            )
+            make_reading_budget().check_memory(float(BYTES_PER_PAYOFF) * count)
+            strategies.append(Labels(str(n + 1) for n in range(count)))
+    lexer.expect("}")
+    return tuple(strategies)
+
+
+def _read_payoffs(lexer: GambitLexer, players: int, cells: int) -> Reals:
+    """Return the payoffs `[cells, n]`, read one after the other."""
+    return np.array([[lexer.read_number() for _ in range(players)] for _ in range(cells)])
+
+
+def _read_outcomes(lexer: GambitLexer, players: int, cells: int) -> Reals:
+    """Return the payoffs `[cells, n]`, read as numbered outcomes; outcome 0 pays nothing."""
+    lexer.expect("{")
+    payoffs = [[0.0] * players]
+    while lexer.token == "{":
+        lexer.expect("{")
+        lexer.read_string("the name of an outcome in quotation marks")
+        payoffs.append([lexer.read_number() for _ in range(players)])
+        lexer.expect("}")
+    lexer.expect("}")
+    last = len(payoffs) - 1
+    return np.array(payoffs)[
+        [lexer.read_integer(0, last, f"an outcome, 0 to {last}") for _ in range(cells)]
+    ]

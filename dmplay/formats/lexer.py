@@ -1,0 +1,160 @@
+"""The tokens of a file, and errors that state a token's line and column."""
+
+import re
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from itertools import islice, pairwise, takewhile
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Bools, Reals
+from dmplay.errors import BadFile, UnknownName
+from dmplay.formatting import format_count
+
+COMMENT_PATTERN = re.compile("#[^\n]*")
+MAX_NUMBER = 1e100  # keeps sums and squares of numbers finite
+EXPECTED_NUMBER = f"a number, at most {MAX_NUMBER:g}"
+PROBABILITY_TOLERANCE = 1e-9  # largest excess of a probability over 1
+# a sign with a blank between it and its number
+DETACHED_SIGN_PATTERN = re.compile(r"(?<!\S)[+-]\s+(?=[\d.])")
+TOKEN_PATTERN = re.compile(r"[^\s:]+|:")
+
+
+@dataclass(frozen=True)
+class SourceText:
+    """The content of a file with its comments blanked, and the comment at its start."""
+
+    path: str
+    content: str
+    leading_comment: str = ""
+
+    @classmethod
+    def from_bytes(cls, path: str, raw: bytes) -> "SourceText":
+        """Return a file's text, with comments blanked and signs moved to their numbers."""
+        content = raw.decode("utf-8-sig", "replace")
+        comment_lines = takewhile(lambda line: line.startswith("#"), content.splitlines())
+        leading_comment = "\n".join(line.lstrip("#").strip() for line in comment_lines).strip()
+        content = COMMENT_PATTERN.sub(lambda match: " " * len(match[0]), content)
+        return cls(
+            path,
+            DETACHED_SIGN_PATTERN.sub(lambda match: match[0][1:] + match[0][0], content),
+            leading_comment,
+        )
+
+    def error_at(self, offset: int, explanation: object) -> BadFile:
+        """Return an error with the line and column of an offset in the content."""
+        line = self.content.count("\n", 0, offset) + 1
+        column = offset - (self.content.rfind("\n", 0, offset) + 1) + 1
+        return BadFile(self.path, line, column, str(explanation))
+
+
+class TokenSpan(NamedTuple):
+    """Consecutive tokens of a file, after an offset and a number of skipped tokens."""
+
+    source: SourceText
+    offset: int
+    tokens: Sequence[str]
+    skipped_tokens: int = 0
+
+    @classmethod
+    def from_range(cls, source: SourceText, start: int, end: int) -> "TokenSpan":
+        """Return the tokens between two offsets; a colon is a token of its own."""
+        return cls(source, start, TOKEN_PATTERN.findall(source.content, start, end))
+
+    def token_offset(self, index: int) -> int:
+        """Return the offset of a token; for a missing one, the end of the last token."""
+        matches = self._match_tokens()
+        if index < len(self.tokens):
+            return matches[self.skipped_tokens + index].start()
+        return matches[-1].end() if matches else self.offset
+
+    def _match_tokens(self) -> list[re.Match[str]]:
+        """Return the matches of all tokens after the span's offset, up to its last token."""
+        matches = TOKEN_PATTERN.finditer(self.source.content, self.offset)
+        return [*islice(matches, self.skipped_tokens + len(self.tokens))]
+
+    def error_at(self, index: int, explanation: object) -> BadFile:
+        """Return an error with the line and column of a token."""
+        return self.source.error_at(self.token_offset(index), explanation)
+
+    def slice(self, first: int, last: int | None = None) -> "TokenSpan":
+        """Return a span of some of the tokens."""
+        return TokenSpan(
+            self.source, self.offset, self.tokens[first:last], self.skipped_tokens + first
+        )
+
+    @property
+    def is_line_start(self) -> bool:
+        """True if the first token is the first on its line."""
+        content, offset = self.source.content, self.token_offset(0)
+        return not content[content.rfind("\n", 0, offset) + 1 : offset].strip()
+
+    def split_lines(self) -> list["TokenSpan"]:
+        """Return a span for each line that has tokens."""
+        offsets = [match.start() for match in self._match_tokens()][self.skipped_tokens :]
+        lines = [self.source.content.count("\n", 0, offset) for offset in offsets]
+        line_starts = [n for n, line in enumerate(lines) if line not in lines[:n]]
+        return [self.slice(*pair) for pair in pairwise([*line_starts, len(lines)])]
+
+    def parse_numbers(self, expected_count: int) -> Reals:
+        """Return all tokens as `expected_count` numbers up to MAX_NUMBER; else raise BadFile."""
+        values = self._parse_floats()
+        valid = np.abs(values) <= MAX_NUMBER
+        if len(values) != expected_count or not valid.all():
+            raise self._value_error(valid, expected_count, EXPECTED_NUMBER)
+        return values
+
+    def parse_probabilities(self, expected_count: int) -> Reals:
+        """Return all tokens as `expected_count` probabilities; else raise BadFile."""
+        values = self._parse_floats()
+        valid = (values >= 0) & (values <= 1 + PROBABILITY_TOLERANCE)
+        if len(values) != expected_count or not valid.all():
+            raise self._value_error(valid, expected_count, "a probability, 0 to 1")
+        return values
+
+    def parse_probability(self) -> float:
+        """Return the only token as a probability; raise BadFile if it is not one."""
+        if len(self.tokens) == 1 and is_number(self.tokens[0]):
+            value = float(self.tokens[0])
+            if 0 <= value <= 1 + PROBABILITY_TOLERANCE:
+                return value
+        return float(self.parse_probabilities(1)[0])
+
+    def _parse_floats(self) -> Reals:
+        """Return the tokens as numbers; NaN for a token that is not a number."""
+        try:
+            return np.array(self.tokens, float)
+        except ValueError:
+            return np.array([float(token) if is_number(token) else np.nan for token in self.tokens])
+
+    def _value_error(self, valid_mask: Bools, expected_count: int, expected_text: str) -> BadFile:
+        """Return the error for the first invalid token, or for a wrong number of tokens."""
+        if not valid_mask.all():
+            index = int(np.argmin(valid_mask))
+            return self.error_at(index, f"got {self.tokens[index]!r}, expected {expected_text}")
+        count_text = format_count(len(valid_mask), "number")
+        return self.error_at(
+            min(len(valid_mask), expected_count), f"got {count_text}, expected {expected_count}"
+        )
+
+    def parse_choice(self, category: str, choices: Collection[str]) -> str:
+        """Return the only token, which must be one of the choices; else raise BadFile."""
+        if len(self.tokens) != 1 or self.tokens[0] not in choices:
+            got = " ".join(self.tokens)
+            raise self.error_at(0, UnknownName(category, got, choices))
+        return self.tokens[0]
+
+
+def is_number(token: str) -> bool:
+    """Return whether a token is a number."""
+    try:
+        float(token)
+    except ValueError:
+        return False
+    return True
+
+
+def parse_integer(token: str) -> int | None:
+    """Return a token as a whole number of at most 18 digits; None if it is not one."""
+    return int(token) if token.isascii() and token.isdecimal() and len(token) < 19 else None

@@ -1,0 +1,198 @@
+"""The probability arrays that the lines of a file define, the later lines over the earlier."""
+
+from array import array
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from dmplay.chance import Ints, Reals
+from dmplay.errors import BadFile
+from dmplay.formats.declarations import make_reading_budget, to_index_array
+from dmplay.formats.lexer import SourceText
+from dmplay.formats.preamble import EXACT_SUM_TOLERANCE, SUM_TOLERANCE
+from dmplay.formats.statements import FIELD_COUNT, Statement, StatementGrammar
+from dmplay.sparse_matrix import SparseMatrix
+
+BYTES_PER_ENTRY = 80  # memory of one stored entry while all entries are sorted
+
+
+IndexOrArray = TypeVar("IndexOrArray", int, Ints)
+
+
+class _SparseEntries(NamedTuple):
+    """Entries of an array as row indices, column indices and values, some of which may be 0."""
+
+    rows: Ints
+    columns: Ints
+    values: Reals
+
+
+class ProbabilityArray:
+    """The array T (rows by state, action) or O (rows by action, state) while lines define it."""
+
+    def __init__(self, grammar: StatementGrammar, initial_belief: Reals) -> None:
+        self._kind = grammar.kind
+        self._fields = fields = grammar.fields
+        self._initial_belief = initial_belief
+        self._actions, self._states, self._columns = (len(field) for field in fields)
+        self._all_columns = np.arange(self._columns)
+        self._size = self._actions * self._states
+        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._size)
+        self._entries: list[_SparseEntries] = []
+        self._n_entries = 0  # number of entries in `_entries`
+        # entries set one at a time, later than those in `_entries`
+        self._single_entries = (array("q"), array("q"), array("d"))
+        self._row_resets = np.zeros(
+            self._size, np.int64
+        )  # number of entries at the time each row was last replaced; the earlier ones do not count
+        # file offset of the last statement about each row
+        self._row_offsets = np.full(self._size, -1)
+
+    def add_statement(self, statement: Statement) -> None:
+        """Store the probabilities of one statement."""
+        match statement.selections:
+            case [int(action), int(state), int(column)]:
+                self._add_entry(action, state, column, statement)
+            case [int(action), int(state)] if not statement.keyword:
+                self._add_row(self._row_index(action, state), statement)
+            case _:
+                self._add_submatrix(statement)
+
+    def _add_entry(self, action: int, state: int, column: int, statement: Statement) -> None:
+        """Store a single entry of the array."""
+        rows, columns, values = self._single_entries
+        rows.append(self._row_index(action, state))
+        columns.append(column)
+        values.append(statement.value_tokens.parse_probability())
+        self._row_offsets[rows[-1]] = statement.offset
+
+    def _add_row(self, row: int, statement: Statement) -> None:
+        """Store all entries of one row, in place of its earlier entries."""
+        values = statement.value_tokens.parse_probabilities(self._columns)
+        self._flush_single_entries()
+        self._row_offsets[row], self._row_resets[row] = statement.offset, self._n_entries
+        self._append_entries(_SparseEntries(np.full(self._columns, row), self._all_columns, values))
+
+    def _add_submatrix(self, statement: Statement) -> None:
+        """Store the entries of several columns or of several rows.
+
+        A statement for all columns replaces the rows' earlier entries.
+        """
+        action, state, column = (*statement.selections, None, None)[:3]
+        actions, states = to_index_array(action, self._actions), to_index_array(state, self._states)
+        columns = (
+            states if statement.keyword == "identity" else to_index_array(column, self._columns)
+        )
+        is_zero = (
+            len(statement.selections) == FIELD_COUNT
+            and column is None
+            and not statement.value_tokens.parse_probability()
+        )
+        entries_per_row = 1 if statement.keyword == "identity" else len(columns) * (not is_zero)
+        make_reading_budget().check_memory(
+            BYTES_PER_ENTRY
+            * (self._n_entries + float(len(actions)) * len(states) * entries_per_row)
+        )
+        self._flush_single_entries()
+        rows = self._row_index(actions[:, None], states).reshape(-1)
+        self._row_offsets[rows] = statement.offset
+        if column is None:
+            if len(rows) == self._size:
+                self._entries, self._n_entries = [], 0
+            self._row_resets[rows] = self._n_entries
+        if is_zero:
+            return
+        s, column, values = self._expand_statement(statement, states, columns)
+        row = self._row_index(actions[:, None], s).reshape(-1)
+        self._append_entries(
+            _SparseEntries(row, np.tile(column, len(actions)), np.tile(values, len(actions)))
+        )
+
+    def _row_index(self, action: IndexOrArray, state: IndexOrArray) -> IndexOrArray:
+        """Return the row index of an action and a state."""
+        if self._kind == "T":
+            return state * self._actions + action
+        return action * self._states + state
+
+    def _flush_single_entries(self) -> None:
+        """Append the entries that were set one at a time to the list of all entries."""
+        if self._single_entries[0]:
+            rows, columns = (np.array(buffer, np.int64) for buffer in self._single_entries[:2])
+            self._append_entries(_SparseEntries(rows, columns, np.array(self._single_entries[2])))
+            self._single_entries = (array("q"), array("q"), array("d"))
+
+    def _append_entries(self, entries: _SparseEntries) -> None:
+        """Append entries; raise BudgetExceeded if they take too much memory."""
+        self._entries.append(entries)
+        self._n_entries += len(entries.rows)
+        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._n_entries)
+
+    def _expand_statement(
+        self, statement: Statement, states: Ints, columns: Ints
+    ) -> _SparseEntries:
+        """Return the states (as rows), columns and values that a statement sets for each action."""
+        named_count, values = len(statement.selections), statement.value_tokens
+        if statement.keyword == "identity":
+            return _SparseEntries(states, columns, np.ones(len(states)))
+        if named_count == 1 and not statement.keyword:
+            matrix = values.parse_probabilities(self._states * self._columns)
+            matrix = matrix.reshape(self._states, self._columns)
+            s, column = np.nonzero(matrix)
+            return _SparseEntries(s, column, matrix[s, column])
+        if named_count == 3:
+            row = np.full(len(columns), values.parse_probability())
+        elif statement.keyword:
+            row = (
+                self._initial_belief
+                if statement.keyword == "reset"
+                else np.full(len(columns), 1 / len(columns))
+            )
+        else:
+            row = values.parse_probabilities(self._columns)
+        return _SparseEntries(
+            np.repeat(states, len(columns)),
+            np.tile(columns, len(states)),
+            np.tile(row, len(states)),
+        )
+
+    def rows(self, text: SourceText) -> SparseMatrix:
+        """Return the array; raise BadFile if a row does not sum to 1.
+
+        Rows whose sum is within SUM_TOLERANCE of 1 are scaled.
+        """
+        self._flush_single_entries()
+        row, column, value = self._merge_entries()
+        sums = np.bincount(row, value, self._size).astype(float)
+        deviation = abs(sums - 1)
+        if deviation.max() > SUM_TOLERANCE:
+            raise self._row_sum_error(text, int(np.argmax(deviation > SUM_TOLERANCE)), sums)
+        value = np.where(deviation[row] > EXACT_SUM_TOLERANCE, value / sums[row], value)
+        return SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
+
+    def _merge_entries(self) -> _SparseEntries:
+        """Return the last value of each entry, sorted by row and column, without zeros."""
+        pieces = [
+            _SparseEntries(*(np.zeros(0, dtype) for dtype in (int, int, float))),
+            *self._entries,
+        ]
+        self._entries = []
+        row, column, value = (np.concatenate(items) for items in zip(*pieces, strict=True))
+        is_valid = np.arange(len(row)) >= self._row_resets[row]
+        cell = (row * self._columns + column)[is_valid]
+        order = np.argsort(cell, kind="stable")
+        is_last = np.append(np.diff(cell[order]) != 0, True)[: len(order)]
+        order = order[is_last & (value[is_valid][order] > 0)]
+        return _SparseEntries(*(items[is_valid][order] for items in (row, column, value)))
+
+    def _row_sum_error(self, source: SourceText, row: int, sums: Reals) -> BadFile:
+        """Return the error for a row that does not sum to 1, or that no statement defines."""
+        actions, states = self._fields[:2]
+        first, second = divmod(row, self._actions if self._kind == "T" else self._states)
+        a, s = (second, first) if self._kind == "T" else (first, second)
+        location = f"{self._kind}: {actions.kind} {actions.name_at(a)}, state {states.name_at(s)}"
+        offset = int(self._row_offsets[row])
+        if offset < 0:
+            offset, explanation = len(source.content.rstrip()), "expected probabilities, got none"
+        else:
+            explanation = f"got probabilities that sum to {sums[row]:.6g}, not 1"
+        return source.error_at(offset, f"{location}: {explanation}")

@@ -1,0 +1,268 @@
+"""Write problems as `.pomdp` and `.mdp` (Cassandra), `.dpomdp` (MADP) and `.nfg` (Gambit)."""
+
+import re
+from collections.abc import Iterator, Sequence
+from itertools import product
+from math import prod
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay import belief
+from dmplay.budget import Budget
+from dmplay.core import Labels, Problem
+from dmplay.errors import BadParameter
+from dmplay.formats.declarations import make_unique_labels
+from dmplay.formats.preamble import DECLARATION_KEYS, START_LIST_KEYS
+from dmplay.formats.statements import VALUE_KEYWORDS
+from dmplay.sparse_matrix import SparseMatrix
+from dmplay.tabular import SparseTables, Tabular, tabulate
+
+RESERVED_WORDS = {
+    *DECLARATION_KEYS,
+    *START_LIST_KEYS,
+    *VALUE_KEYWORDS,
+    *(word for words in VALUE_KEYWORDS.values() for word in words),
+}
+BYTES_PER_LINE = 200  # memory of one line while it is written
+FILE_SUFFIXES = (".pomdp", ".mdp", ".dpomdp", ".nfg")
+
+
+def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Iterator[str]:
+    """Return the lines of a file with this suffix that contains a problem and its description.
+
+    Raises BadParameter if the format cannot represent the problem.
+    """
+    if not isinstance(problem.state_count, int) or not all(problem.action_counts):
+        raise BadParameter("a file lists states and actions, and this problem's are not finite")
+    if suffix == ".nfg":
+        return _iter_nfg_lines(problem, description)
+    team = suffix == ".dpomdp"
+    agents, one_state = (
+        len(problem.agents),
+        problem.state_count == 1 and not problem.partially_observable,
+    )
+    if agents > 1 and not team:
+        suggestion = ".nfg" if one_state else ".dpomdp, if all are paid alike"
+        raise BadParameter(
+            f"{suffix} is for one agent, and here are {agents}: write a {suggestion}"
+        )
+    if suffix == ".mdp" and problem.partially_observable:
+        raise BadParameter(".mdp is for states that are seen, and here they are not: a .pomdp")
+    return _iter_markov_lines(problem, description, team=team)
+
+
+class _StatementStyle(NamedTuple):
+    """The names and punctuation in the statements of a format."""
+
+    value_separator: str  # between the last name and the number
+    any_observation: str  # selects all observations
+    actions: Sequence[str]
+    states: Sequence[str]
+    observations: Sequence[str]
+
+    def format_statement(self, kind: str, *fields: object) -> str:
+        """Return one `T:`, `O:` or `R:` line from the selected names and, last, the number."""
+        *names, number = fields
+        value = repr(float(number) + 0.0)  # type: ignore[arg-type]
+        return f"{kind}: {' : '.join(map(str, names))}{self.value_separator} {value}\n"
+
+
+def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Iterator[str]:
+    """Yield the lines of a file in Cassandra's format, or in MADP's for a team.
+
+    Raises BadParameter if the agents' rewards differ.
+    """
+    tables = _build_sparse_tables(problem)
+    rewards, names = tables.rewards, [problem.format_state(s) for s in problem.enumerate_states()]
+    if (rewards != rewards[:, :1]).any():
+        suggestion = (
+            "write a .nfg" if len(names) == 1 else "a file of several states holds no such game"
+        )
+        raise BadParameter(
+            f"its agents are paid differently, and a .dpomdp pays all alike: {suggestion}"
+        )
+    states = make_valid_names(names, "state")
+    actions = [
+        make_valid_names(make_unique_labels(space.labels, "action"), "action")
+        for space in problem.actions
+    ]
+    observations = [
+        make_valid_names(space, "observation") for space in _list_observation_labels(problem)
+    ]
+    if team and not problem.partially_observable:
+        observations = [states] * len(problem.agents)
+        tables = tables._replace(observation=_identity_observations(problem, tables))
+    line_count = len(tables.transition.columns) * (2 + len(observations)) + len(rewards)
+    Budget("writing it", "try a smaller problem").check_memory(float(BYTES_PER_LINE) * line_count)
+    yield from _iter_comment_lines(description)
+    if team:
+        yield f"agents: {len(problem.agents)}\n"
+    yield f"discount: {float(problem.discount)!r}\nvalues: reward\n"
+    yield f"states: {_format_names(states)}\n"
+    if team:
+        yield _format_start_line(problem, states, "\n")
+        yield "actions:\n" + "".join(f"{' '.join(labels)}\n" for labels in actions)
+        yield "observations:\n" + "".join(f"{_format_names(labels)}\n" for labels in observations)
+    else:
+        yield f"actions: {' '.join(actions[0])}\n"
+        yield f"observations: {_format_names(observations[0])}\n" if observations else ""
+        yield _format_start_line(problem, states, " ")
+    any_observation = " ".join("*" * len(observations)) if team else "*"
+    style = _StatementStyle(
+        " :" if team else "",
+        any_observation,
+        _join_names(actions),
+        states,
+        _join_names(observations),
+    )
+    yield from _iter_probability_lines("T", style, tables.transition, len(states))
+    if tables.observation:
+        yield from _iter_probability_lines("O", style, tables.observation, len(states))
+    yield from _iter_reward_lines(style, tables)
+
+
+def _list_observation_labels(problem: Problem) -> list[Labels]:
+    """Return the observation labels of each agent; tables have no other observations."""
+    return [space for space in problem.observations if isinstance(space, Labels)]
+
+
+def _build_sparse_tables(problem: Problem) -> SparseTables:
+    """Return the transitions, observations and rewards of a finite problem as sparse tables."""
+    if (
+        isinstance(problem, Tabular)
+        and type(problem).legal_actions_mask is Problem.legal_actions_mask
+    ):
+        return problem.sparse_tables
+    return tabulate(problem).sparse_tables
+
+
+def _identity_observations(problem: Problem, tables: SparseTables) -> SparseMatrix:
+    """Return the observation table of a problem in which every agent observes the state."""
+    assert isinstance(problem.state_count, int)
+    state_count, agent_count = problem.state_count, len(problem.agents)
+    state_indices = [np.arange(state_count)] * agent_count
+    joint_observations = np.ravel_multi_index(state_indices, (state_count,) * agent_count)
+    row_count = prod(problem.action_counts) * state_count
+    return SparseMatrix(
+        np.arange(row_count + 1),
+        np.tile(joint_observations, row_count // state_count),
+        np.ones(row_count),
+    )
+
+
+def _iter_probability_lines(
+    kind: str, style: _StatementStyle, matrix: SparseMatrix, state_count: int
+) -> Iterator[str]:
+    """Yield the line of each entry of T or O that is not 0."""
+    columns = style.states if kind == "T" else style.observations
+    for row, column, value in zip(matrix.row_indices, matrix.columns, matrix.values, strict=True):
+        if kind == "T":
+            s, a = divmod(int(row), len(style.actions))
+        else:
+            a, s = divmod(int(row), state_count)
+        yield style.format_statement(
+            kind, style.actions[a], style.states[s], columns[column], value
+        )
+
+
+def _iter_reward_lines(style: _StatementStyle, tables: SparseTables) -> Iterator[str]:
+    """Yield the line of each reward that is not 0, with the fields that it depends on."""
+    transitions, rewards = tables.transition, tables.rewards[:, 0]
+    action_count = len(style.actions)
+    by_state_and_action = len(rewards) == len(transitions.row_starts) - 1
+    observation_count = 1 if by_state_and_action else len(rewards) // len(transitions.columns)
+    rows = np.arange(len(rewards)) if by_state_and_action else transitions.row_indices
+    for index in np.flatnonzero(rewards):
+        s, a = divmod(int(rows[index // observation_count]), action_count)
+        next_state = (
+            "*"
+            if by_state_and_action
+            else style.states[int(transitions.columns[index // observation_count])]
+        )
+        observation = (
+            style.any_observation
+            if observation_count == 1
+            else style.observations[int(index % observation_count)]
+        )
+        yield style.format_statement(
+            "R", style.actions[a], style.states[s], next_state, observation, rewards[index]
+        )
+
+
+def _format_start_line(problem: Problem, states: Sequence[str], separator: str) -> str:
+    """Return the `start:` line: one state, `uniform`, or the probability of each state."""
+    p = belief.initial_belief(problem)
+    if (p == p[0]).all() and len(p) > 1:
+        return f"start:{separator}uniform\n"
+    if p.max() == 1 and not states[int(p.argmax())].isdecimal():
+        return f"start: {states[int(p.argmax())]}\n"
+    return f"start:{separator}{' '.join(repr(float(probability)) for probability in p)}\n"
+
+
+def _iter_comment_lines(description: str) -> Iterator[str]:
+    """Yield the description as comment lines."""
+    for line in description.strip().splitlines():
+        yield f"# {line.strip()}".rstrip() + "\n"
+
+
+def _format_names(names: Sequence[str]) -> str:
+    """Return the names in one string, or their count if they are the numbers from 0 on."""
+    numbers = [*map(str, range(len(names)))]
+    return str(len(names)) if list(names) == numbers else " ".join(names)
+
+
+def _join_names(names_by_agent: Sequence[Sequence[str]]) -> list[str]:
+    """Return the names of joint actions or observations, in row-major order."""
+    return [" ".join(names) for names in product(*names_by_agent)]
+
+
+def make_valid_names(names: Sequence[str], kind: str) -> list[str]:
+    """Return distinct names that the formats allow, made from any names.
+
+    A valid name is a letter, then letters, digits, `-` and `_`, and is not reserved. Names that are
+    the numbers from 0 on stay as they are.
+    """
+    if list(names) == [*map(str, range(len(names)))]:
+        return list(names)
+    valid_names: list[str] = []
+    used_names: set[str] = set()
+    for name in names:
+        base_name = re.sub(r"[^A-Za-z0-9_-]+", "-", name.strip("()[]{} ")) or kind
+        if not base_name[0].isalpha() or base_name in RESERVED_WORDS:
+            base_name = (
+                f"{kind[0]}{base_name}"
+                if base_name not in RESERVED_WORDS
+                else f"{kind}-{base_name}"
+            )
+        label, number = base_name, 2
+        while label in used_names:
+            label, number = f"{base_name}-{number}", number + 1
+        valid_names.append(label)
+        used_names.add(label)
+    return valid_names
+
+
+def _iter_nfg_lines(problem: Problem, description: str) -> Iterator[str]:
+    """Yield the lines of an `.nfg` file; raise BadParameter if the problem has several states."""
+    if problem.state_count != 1 or problem.partially_observable:
+        raise BadParameter("a .nfg is a game of one state that all see, and this is none")
+    title, _, comment = description.strip().partition("\n\n")
+    player_names = " ".join(map(_quote, make_unique_labels(problem.agents, "player")))
+    yield f"NFG 1 R {_quote(title)} {{ {player_names} }}\n\n{{\n"
+    for space in problem.actions:
+        names = " ".join(map(_quote, make_unique_labels(space.labels, "strategy")))
+        yield f"{{ {names} }}\n"
+    yield "}\n"
+    yield f"{_quote(comment)}\n\n"
+    counts, player_count = problem.action_counts, len(problem.agents)
+    table = tabulate(problem).rewards[0].reshape(*counts, player_count)
+    # The first player's strategy varies fastest.
+    for row in np.moveaxis(table, -1, 0).T.reshape(-1, player_count):
+        yield f"{' '.join(repr(float(payoff) + 0.0) for payoff in row)}\n"
+
+
+def _quote(text: str) -> str:
+    """Return a text in quotation marks, with backslashes and quotation marks escaped."""
+    escaped = text.replace("\\", "\\\\").replace('"', '\\"')
+    return f'"{escaped}"'

@@ -1,0 +1,98 @@
+"""Results of parsing a command line: a game to play, a server to run, or a report to print."""
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.errors import BadParameter
+from dmplay.game.requests import AnyGameRequest, GameRequest, ReplayRequest
+from dmplay.terminal import TerminalOptions
+
+DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
+
+
+class PlayCommand(NamedTuple):
+    """A request to play a game in the terminal, with the display options."""
+
+    request: AnyGameRequest
+    terminal_options: TerminalOptions
+    quiet: bool = False
+    speed: float = 2.0  # turns per second when only agents play
+    realtime_rate: float | None = None  # turns per second in real time
+
+    @property
+    def has_rate_option(self) -> bool:
+        """True if `--rate` was given on the command line, not only in a settings file."""
+        return isinstance(self.request, GameRequest) and self.request.has_rate_option
+
+    @property
+    def interactive_request(self) -> AnyGameRequest:
+        """The request with saving and asking enabled, for play in a shell.
+
+        Raises BadParameter if `--rate` was given: real time needs the full screen.
+        """
+        match self.request:
+            case GameRequest(has_rate_option=True):
+                raise BadParameter("--rate: real time is for the screen that dmplay play opens")
+            case GameRequest():
+                return replace(self.request, keep_save=True, can_ask=True)
+            case ReplayRequest():
+                return self.request
+        return replace(self.request, can_ask=True)
+
+
+class Printout(NamedTuple):
+    """A report with an exit code, an error text and options for printing."""
+
+    text: Text | str
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    stderr_text: str = ""  # printed to stderr
+    exit_code: int = 0  # exit code of the process
+    paged: bool = False  # whether to display the text in a pager
+    text_chunks: Iterable[str] = ()  # more text, printed as it is generated
+
+
+class ShellCommand(NamedTuple):
+    """A request to run the interactive shell, in which several games can be played."""
+
+    commands: Sequence[str]  # run instead of typed lines
+    terminal_options: TerminalOptions
+    speed: float
+    opens_gallery: bool = (
+        False  # whether to open the list of problems first, if the terminal can draw it
+    )
+
+
+class BotServerConfig(NamedTuple):
+    """A request to run an agent that plays over a pipe in a game of another program."""
+
+    agent: str
+    problem: str
+
+
+class McpServerConfig(NamedTuple):
+    """The options of the MCP server that a language model plays through."""
+
+    problems: Sequence[str] = ()  # empty: all built-in problems
+    allow_hints: bool = False
+    allow_undo: bool = False
+    show_belief: bool = False  # whether to send the model the belief of its seat
+    seed: int | None = None  # seed of all games, which are its episodes; None: a new seed
+    turn_limit: int | None = None  # turn limit of each game
+    transcript_folder: Path | None = None  # folder of transcripts; None: the folder of saved games
+
+    @property
+    def strict(self) -> bool | str:
+        """The strictness recorded in transcripts: False with undo, else True or "hints" (no
+        hints).
+        """
+        return not self.allow_undo and (self.allow_hints or "hints")
+
+
+CliResult = PlayCommand | ShellCommand | BotServerConfig | McpServerConfig | Printout | str
+CliInterpreter = Callable[
+    [Sequence[str]], PlayCommand | str
+]  # parses and runs the words of a command line

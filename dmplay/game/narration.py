@@ -1,0 +1,153 @@
+"""Descriptions of a game: a turn, the situation, the result, and hidden facts after the end."""
+
+from collections.abc import Mapping, Sequence
+
+from dmplay.formatting import describe_end_reason, format_count, score_label
+from dmplay.game import turn_facts
+from dmplay.hints.ghost import Ghost
+from dmplay.session import Session
+from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
+from dmplay.views.protocol import DrawOptions, expand_for_picture, fit_board, load_view_module
+from dmplay.views.view_cache import SeatSnapshot, ViewCache
+
+NO_FACTS: Mapping[str, object] = {}
+TRANSCRIPT_DRAW_OPTIONS = DrawOptions(width=80, height=24)
+
+
+def render_transcript_frame(session: Session) -> str:
+    """Return the first seat's view of the game as plain text, for the frames of a transcript."""
+    view_module, view = load_view_module(session.problem), session.view(0)
+    width, height = expand_for_picture(
+        view_module, view, TRANSCRIPT_DRAW_OPTIONS.width, TRANSCRIPT_DRAW_OPTIONS.height
+    )
+    board = fit_board(
+        view_module, view, TRANSCRIPT_DRAW_OPTIONS._replace(width=width, height=height)
+    )
+    return "\n".join(row.rstrip() for row in board.plain.split("\n"))
+
+
+class Narrator:
+    """A narrator of a session to people who see only their views, or all of it if revealed."""
+
+    def __init__(self, session: Session, human_seats: Sequence[int], *, reveal: bool) -> None:
+        self.session = session
+        self.human_seats = human_seats
+        self.reveal = reveal
+        self.shows_uniforms = True  # False if uniforms must not be shown
+        self.ghost: Ghost | None = None
+        self.last_forfeit = ""  # seat and reason of the last forfeit
+        self.view_cache = ViewCache(session.problem)
+        self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
+
+    def describe_turn(self, snapshot: SeatSnapshot) -> str:
+        """Return the last turn in one line: number, events, and reward and score if visible."""
+        reroll_text = ", under other dice" if snapshot.turn in self.session.reroll_counts else ""
+        parts = [f"turn {snapshot.turn}{reroll_text}.", self.view_cache.describe_turn(snapshot)]
+        if snapshot.rewards_visible and snapshot.last_turn:
+            reward = snapshot.last_turn.rewards.item(snapshot.seat)
+            parts.append(f"reward {reward:.6g}. score {self.seat_return(snapshot):.6g}.")
+        if self.ghost and self.ghost.is_shown_during_play:
+            parts.append(f"ghost {self.ghost.score:.6g}, lead {self.ghost.player_lead:+.6g}.")
+        return " ".join(parts)
+
+    def describe_change(self, snapshot: SeatSnapshot, previous_turn_count: int) -> str:
+        """Return the last turn in one line, or the current turn number if turns were undone."""
+        return (
+            f"undone. turn {snapshot.turn}."
+            if snapshot.turn < previous_turn_count
+            else self.describe_turn(snapshot)
+        )
+
+    def seat_return(self, snapshot: SeatSnapshot) -> float:
+        """Return the seat's discounted sum of rewards so far."""
+        return self.session.seat_return(snapshot.seat)
+
+    def describe_situation(self, snapshot: SeatSnapshot) -> str:
+        """Return the current situation in sentences, with the hidden state if it is revealed."""
+        words = self.view_cache.describe_situation(snapshot)
+        if self.reveal and self.session.problem.partially_observable:
+            words += f" truly {self.session.problem.format_state(self.session.state)}."
+        return words
+
+    def visible_turn_facts(self, snapshot: SeatSnapshot) -> dict[str, object]:
+        """Return the facts of the last turn that the viewing seat may know.
+
+        These are all facts if no person plays or all is revealed.
+        """
+        if not self.human_seats or self.reveal:
+            return self.all_turn_facts()
+        return turn_facts.visible_turn_facts(self.session, snapshot)
+
+    def all_turn_facts(self) -> dict[str, object]:
+        """Return all facts of the last turn, except for uniforms that must not be shown."""
+        all_facts = collect_turn_facts(self.session)
+        return {
+            key: value for key, value in all_facts.items() if self.shows_uniforms or key != "draws"
+        }
+
+    def describe_result(self) -> str:
+        """Return the result as text: end reason, turns, and the score and total of each seat."""
+        session = self.session
+        agents = session.problem.agents
+        seat_sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
+        score_name = score_label(session.problem)
+        scores = "; ".join(
+            f"{agent} {score_name} {round_number(r):g}, total {round_number(t):g}"
+            for agent, r, t in seat_sums
+        )
+        summary = (
+            f"{describe_end_reason(session.end_reason)} after "
+            f"{format_count(len(session.turns), 'turn')}."
+        )
+        summary += f" {self.forfeit_reason.rstrip('?.')}." if self.forfeit_reason else ""
+        is_visible = (
+            not self.human_seats or self.reveal or session.end_reason not in RESUMABLE_END_REASONS
+        )
+        return (
+            f"{summary} {scores}."
+            if is_visible or not session.problem.partially_observable
+            else summary
+        )
+
+    def result_facts(self, extra_facts: Mapping[str, object] = NO_FACTS) -> dict[str, object]:
+        """Return the result as data, with extra facts and the hidden facts of every turn."""
+        result = {**collect_end_facts(self.session), **extra_facts}
+        if self.forfeit_reason:
+            result["why"] = self.forfeit_reason
+        rows = self.debrief_rows()
+        return result | ({"debrief": rows} if rows else {})
+
+    @property
+    def forfeit_reason(self) -> str:
+        """The seat that forfeited the game, and the reason; '' if none did."""
+        return self.last_forfeit if self.session.end_reason == "forfeit" else ""
+
+    def closing_lines(self) -> list[str]:
+        """Return lines with the result, the ghost's result, and the hidden facts of every turn."""
+        return [
+            f"over: {self.describe_result()}",
+            *self._ghost_comparison_lines(),
+            *map(turn_facts.format_facts, self.debrief_rows()),
+        ]
+
+    def _ghost_comparison_lines(self) -> list[str]:
+        """Return the ghost's result on the same uniforms; [] while it would reveal hidden facts."""
+        if not self.ghost or (self.session.end_reason or "") in RESUMABLE_END_REASONS:
+            return []
+        self.ghost.play_to_end()
+        return [self.ghost.describe_comparison()]
+
+    def debrief_rows(self) -> list[dict[str, object]]:
+        """Return the facts of every turn, hidden ones included, once the game is over; else [].
+
+        They include state, observation, belief and reward. The list is empty if no states are
+        hidden.
+        """
+        session = self.session
+        if not (session.problem.partially_observable and session.over):
+            return []
+        key = (len(session.turns), session.end_reason)
+        if self._debrief_cache[0] != key:
+            self._debrief_cache = key, turn_facts.build_debrief(session)
+        return self._debrief_cache[1]

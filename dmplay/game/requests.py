@@ -1,0 +1,165 @@
+"""Requests for games: a new game, or a transcript to resume, branch or replay."""
+
+import json
+import shlex
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from dmplay.errors import BadParameter
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
+from dmplay.transcript.format import HUMAN_PLAYER
+from dmplay.transcript.header import Header
+
+
+@dataclass(frozen=True)
+class GameRequest:
+    """The options of a new game."""
+
+    problem: str
+    variant: str = ""
+    settings: Sequence[str] = ()  # NAME=VALUE
+    seed: int | None = None
+    episode: int = 0
+    agent: str = HUMAN_PLAYER
+    other_agent: str = ""
+    seats: Sequence[str] = ()  # NAME=AGENT
+    turns: int | None = None
+    record_path: Path | None = None
+    record_frames: bool = False
+    has_rate_option: bool = field(
+        default=False, kw_only=True
+    )  # --rate is on the command line, not only in a settings file
+    force: bool = False
+    strict: bool | str = False
+    reveal: bool = False
+    branched: int | None = None
+    peeked: bool = False
+    origin: str = ""
+    player: str = ""  # the name that the person states
+    parameters: Mapping[str, object] = field(default_factory=dict)
+    keep_save: bool = False  # save in the state folder even if only agents play
+    key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
+    ghost_agent: str = ""  # agent that plays a copy of the game beside the person
+    person_label: str = HUMAN_PLAYER  # player of human seats as recorded
+    can_ask: bool = True  # whether a person may be asked for actions
+    is_seed_visible: bool = True  # whether the seed may be shown before the end
+    has_fresh_seed: bool = False  # whether the seed was drawn for this game
+
+    @property
+    def problem_name(self) -> str:
+        """The problem's name with its variant, as `NAME` or `NAME:VARIANT`."""
+        return f"{self.problem}:{self.variant}" if self.variant else self.problem
+
+    def changed_parameters(self) -> dict[str, object]:
+        """Return the parameters that differ from their defaults, with those of `--set`."""
+        return {**self.parameters, **parse_settings(self.settings, "--set")}
+
+    @property
+    def all_settings(self) -> list[str]:
+        """The parameters that differ from their defaults, as `NAME=VALUE` texts."""
+        return [*format_settings(self.parameters), *self.settings]
+
+    def format_command(self, problem_name: str, seed: int) -> str:
+        """Return the `dmplay` command that plays the same game with this seed."""
+        options = {
+            "--set": self.all_settings,
+            "--seat": self.seats,
+            "--agent": [self.agent] if self.agent != HUMAN_PLAYER else [],
+            "--vs": [self.other_agent] if self.other_agent else [],
+            "--ghost": [self.ghost_agent] if self.ghost_agent else [],
+            "--turns": [] if self.turns is None else [str(self.turns)],
+            "--episode": [str(self.episode)] if self.episode else [],
+        }
+        words = [
+            word
+            for option, values in options.items()
+            for value in values
+            for word in (option, value)
+        ]
+        flags = {"--strict": self.strict, "--reveal": self.reveal}
+        words += [option for option, is_set in flags.items() if is_set is True]
+        words += ["--strict=hints"] if self.strict == "hints" else []
+        return shlex.join(["dmplay", problem_name, *words, "--seed", str(seed)])
+
+
+@dataclass(frozen=True)
+class ResumeRequest:
+    """A request to resume the game of a transcript."""
+
+    path: Path
+    trusted: bool = False
+    key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
+    can_ask: bool = True
+    turn_limit: int | None = field(default=None, kw_only=True)  # turn limit if only agents play
+    # agent beside the person; '': the recorded one
+    ghost_agent: str = field(default="", kw_only=True)
+
+
+@dataclass(frozen=True)
+class BranchRequest(ResumeRequest):
+    """A request for a new game that repeats a transcript's first turns."""
+
+    turn: int = 0
+    record_path: Path = field(kw_only=True)
+    force: bool = False
+    peek: bool = False
+
+
+@dataclass(frozen=True)
+class ReplayRequest:
+    """A request to replay a recorded game."""
+
+    path: Path
+    trusted: bool = False
+    peek: bool = False  # even if the game can still be resumed
+
+
+AnyGameRequest = GameRequest | ResumeRequest | BranchRequest | ReplayRequest
+
+
+def split_words(line: str) -> list[str]:
+    """Split a line into words with the quoting rules of a shell.
+
+    Raise BadParameter if a quotation is not closed.
+    """
+    try:
+        return shlex.split(line)
+    except ValueError as error:  # an unclosed quotation
+        raise BadParameter(f"got {line!r}: {str(error).lower()}") from None
+
+
+def format_settings(parameters: Mapping[str, object]) -> list[str]:
+    """Return parameters as `NAME=VALUE` texts, with values in JSON."""
+    return [f"{key}={json.dumps(value)}" for key, value in parameters.items()]
+
+
+def parse_settings(settings: Sequence[str], option: str) -> dict[str, object]:
+    """Return the values by name of an option's `NAME=VALUE` settings.
+
+    Raise BadParameter if a setting has no equals sign.
+    """
+    values: dict[str, object] = {}
+    for setting in settings:
+        key, equals, value = setting.partition("=")
+        if not equals:
+            raise BadParameter(f"{option}: got {setting!r}, expected NAME=VALUE")
+        values[key.strip()] = value.strip()
+    return values
+
+
+def request_from_header(
+    header: Header, player_names: Sequence[str], record_path: Path, key_preferences: KeyPreferences
+) -> GameRequest:
+    """Return a request for the game of a transcript's header, with these players."""
+    seat_settings = [
+        f"{name}={player}" for name, player in zip(header.seats, player_names, strict=True)
+    ]
+    options = vars(header) | {"seats": seat_settings}
+    return GameRequest(
+        **options,
+        agent=player_names[0],
+        record_path=record_path,
+        key_preferences=key_preferences,
+        is_seed_visible=False,
+    )

@@ -1,0 +1,382 @@
+"""Functions that set up games: new, resumed, and branched from a transcript."""
+
+from collections.abc import Collection, Sequence
+from dataclasses import replace
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
+from dmplay.formatting import describe_end_reason, format_count
+from dmplay.game import saves
+from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
+from dmplay.game.narration import render_transcript_frame
+from dmplay.game.playback import Playback
+from dmplay.game.requests import (
+    AnyGameRequest,
+    BranchRequest,
+    GameRequest,
+    ReplayRequest,
+    ResumeRequest,
+    parse_settings,
+    request_from_header,
+)
+from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash
+from dmplay.game.seats import (
+    HUMAN,
+    list_human_seats,
+    load_resumed_players,
+    make_header,
+    make_seat_policy,
+    name_in_transcript,
+)
+from dmplay.game.verification import describe_problem_change, load_transcript_problem
+from dmplay.hints.ghost import Ghost, create_ghost, find_ghost_name
+from dmplay.key_maps.key_bindings import resolve_key_maps
+from dmplay.key_maps.keyboard import Keyboard
+from dmplay.registry import agents, problem_sources, problems
+from dmplay.safe_files import check_not_source, write_file
+from dmplay.session import Session
+from dmplay.transcript.disclosure import (
+    GameKey,
+    disclose_transcript,
+    is_concealed,
+    make_game_key,
+    mark_header_peeked,
+    mark_peeked,
+)
+from dmplay.transcript.format import MODEL_PLAYER, FrameRenderer, resolve_turn_limit
+from dmplay.transcript.header import Header
+from dmplay.transcript.reader import Transcript, read_incomplete_transcript
+from dmplay.transcript.recorder import Recorder
+from dmplay.transcript.replay import check_seats, check_unattended_turns, replay
+from dmplay.uniforms import SeededUniforms, new_seed
+
+MAX_SEED = 2**63 - 1
+UNRESUMABLE_PLAYERS = {
+    "script": "a script",
+    "replay": "a replay",
+    MODEL_PLAYER: "a language model",
+}  # players that cannot be resumed, and their descriptions
+
+
+def start_game(request: AnyGameRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
+    """Return the game that a request describes: new, resumed, branched or replayed.
+
+    `disclosed_games` are the keys of games whose hidden information the players have already seen.
+    """
+    match request:
+        case GameRequest():
+            return start_new_game(request, disclosed_games)
+        case BranchRequest():
+            return branch_game(request, disclosed_games)
+        case ResumeRequest():
+            return resume_game(request, disclosed_games)
+        case ReplayRequest():
+            return Playback(request.path, trusted=request.trusted, peek=request.peek)
+
+
+def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
+    """Return a new game: its problem, players, uniforms and transcript.
+
+    If the players have already seen this game's hidden information, it is marked as peeked.
+    """
+    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    problem = loaded_problem.problem
+    resolve_key_maps(
+        problem, request.key_preferences
+    )  # Raises for invalid keys before a file is written.
+    seats = assign_players(request, loaded_problem)
+    _check_people_can_play(problem, seats, can_ask=request.can_ask)
+    if HUMAN not in seats:
+        _check_agents_only_options(request)
+    policies = [
+        make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
+    ]
+    request, uniforms = _with_seed(replace(request, peeked=False, branched=None))
+    session = Session(
+        problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
+    )
+    ghost = _make_ghost(session, seats, request.ghost_agent)
+    if make_game_key(loaded_problem.name, uniforms) in disclosed_games:
+        game_header = mark_header_peeked(make_header(loaded_problem, seats, request, None), problem)
+        request = replace(request, peeked=game_header.peeked)
+    path, removed_count = _choose_transcript_path(request, seats, loaded_problem.name)
+    recorder = None
+    if path:
+        game_header = make_header(loaded_problem, seats, request, path)
+        renderer = render_transcript_frame if request.record_frames else None
+        recorder = Recorder.create(path, game_header, session, frame=renderer, force=request.force)
+        recorder.is_private = saves.is_save(path)
+        if ghost:
+            recorder.write_note(ghost.transcript_note)
+    keyboard = Keyboard(problem, list_human_seats(seats), request.key_preferences)
+    game = Game(loaded_problem.name, session, seats, keyboard, recorder, request)
+    game.removed_save_count = removed_count
+    game.set_ghost(ghost)
+    return game
+
+
+def _check_agents_only_options(request: GameRequest) -> None:
+    """Raise BadParameter for options that a game of agents alone does not support."""
+    if request.player:
+        raise BadParameter("--player: no person plays this game")
+    if request.has_rate_option:
+        raise BadParameter("--rate: real time is for people; agents alone play at --speed")
+    if request.record_frames and not (request.record_path or request.keep_save):
+        raise BadParameter("--frames: no transcript is written; add -o FILE")
+
+
+def _choose_transcript_path(
+    request: GameRequest, player_names: Sequence[str], problem_name: str
+) -> tuple[Path | None, int]:
+    """Return the path of a new game's transcript, or None, and the number of deleted saves."""
+    if request.record_path:
+        return resolve_dash(request.record_path, STDOUT_PATH), 0
+    if not request.keep_save and HUMAN not in player_names:
+        return None, 0
+    removed_count = saves.remove_old_saves()
+    return saves.create_save(problem_name), removed_count
+
+
+def _make_ghost(session: Session, player_names: Sequence[str], agent_name: str) -> Ghost | None:
+    """Return the ghost with this agent; None if the name is empty."""
+    return create_ghost(session, list_human_seats(player_names), agent_name) if agent_name else None
+
+
+def _with_seed(request: GameRequest) -> tuple[GameRequest, SeededUniforms]:
+    """Return the request with a seed, newly drawn if it has none, and the seed's uniforms.
+
+    Raise BadParameter if the seed is out of range.
+    """
+    if request.seed is None:
+        request = replace(request, seed=new_seed(), is_seed_visible=False, has_fresh_seed=True)
+    assert request.seed is not None
+    if not 0 <= request.seed <= MAX_SEED:
+        raise BadParameter(f"--seed: got {request.seed}, expected 0 to {MAX_SEED}")
+    return request, SeededUniforms(request.seed, request.episode)
+
+
+def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem) -> list[str]:
+    """Return the player of each seat, from `--agent`, `--vs` and `--seat`.
+
+    Seats without a player get the default partner. With a turn limit, agents that plan for a
+    horizon plan for that number of turns.
+    """
+    problem = loaded_problem.problem
+    if request.other_agent and len(problem.agents) == 1:
+        raise BadParameter(f"--vs: {loaded_problem.name} has one seat only; use --agent")
+    other_seats = range(1, len(problem.agents))
+    players = [request.agent]
+    players += [
+        request.other_agent or agents.load_roster(problem, seat).default_partner
+        for seat in other_seats
+    ]
+    for name, player in parse_settings(request.seats, "--seat").items():
+        players[problem.seat_index(name)] = str(player)
+    turns = request.turns
+    check_turn_limit(turns)
+    if turns is None:
+        return players
+    return [
+        agents.plan_for_turn_limit(problem, seat, player, turns)
+        for seat, player in enumerate(players)
+    ]
+
+
+def check_turn_limit(turn_limit: int | None) -> None:
+    """Raise BadParameter if the turn limit is less than 1."""
+    if turn_limit is not None and turn_limit < 1:
+        raise BadParameter(f"--turns: got {turn_limit}, expected at least 1")
+
+
+def _check_people_can_play(problem: Problem, player_names: Sequence[str], *, can_ask: bool) -> None:
+    """Raise BadParameter if a person plays but cannot be asked for actions."""
+    human_agents = [
+        agent for agent, player in zip(problem.agents, player_names, strict=True) if player == HUMAN
+    ]
+    if human_agents and not can_ask:
+        names = " and ".join(human_agents)
+        raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
+
+
+def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
+    """Return the game of a transcript, replayed up to its last complete turn, to be resumed.
+
+    Raise BadParameter if the game is over, or if a script, a replay or a language model played in
+    it. If the players have seen its hidden information, the transcript is marked as peeked.
+    """
+    path, transcript = request.path, load_transcript(request.path, read_incomplete_transcript)
+    loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
+    resolve_key_maps(loaded_problem.problem, request.key_preferences)
+    check_seats(transcript, loaded_problem.problem)
+    for player in transcript.header.seats.values():
+        kind = UNRESUMABLE_PLAYERS.get(player.partition(":")[0])
+        if kind:
+            raise BadParameter(f"{path}: a seat was played by {kind}, which the file does not hold")
+    players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
+    _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
+    check_unattended_turns(transcript, players, request.turn_limit)
+    session = replay(transcript, loaded_problem.problem, policies)
+    if session.over and transcript.end_block:
+        raise BadParameter(
+            f"{path}: the game is over "
+            f"({describe_end_reason(session.end_reason)}); nothing to resume"
+        )
+    is_disclosed = make_game_key(
+        loaded_problem.name, session.uniform_source
+    ) in disclosed_games or not is_concealed(transcript, loaded_problem.problem)
+    is_continued = is_disclosed and not session.over
+    if (
+        is_continued
+        and mark_header_peeked(transcript.header, loaded_problem.problem, str(path)).peeked
+    ):
+        transcript = mark_peeked(transcript)
+    recorded_ghost = find_ghost_name(transcript.notes, loaded_problem.problem)
+    ghost = _make_ghost(session, players, request.ghost_agent or recorded_ghost)
+    recorder = Recorder.resume(path, transcript.content, session, _frame_renderer(transcript))
+    if not transcript.blocks:
+        recorder.write_turn()
+    game = _make_continued_game(loaded_problem, transcript.header, players, request, recorder)
+    game.warning = describe_problem_change(transcript, loaded_problem)
+    game.repeats_uniforms = REPEATED_UNIFORMS_NOTE in transcript.notes
+    if ghost and ghost.name != recorded_ghost:
+        recorder.write_note(ghost.transcript_note)
+    game.set_ghost(ghost)
+    return game
+
+
+def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
+    """Return a new game that repeats a transcript's first turns and continues from there.
+
+    Raise BadParameter if the transcript has fewer turns. Its hidden information must be disclosed:
+    the game is over, was seen by the players, or `peek` is set.
+    """
+    transcript = load_transcript(request.path)
+    check_not_source(request.record_path, transcript.path)
+    loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
+    resolve_key_maps(loaded_problem.problem, request.key_preferences)
+    past_session = replay(transcript, loaded_problem.problem)
+    if request.turn > len(past_session.turns):
+        turns = format_count(len(past_session.turns), "turn")
+        raise BadParameter(f"--at: got {request.turn}, {request.path} has {turns}")
+    players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
+    _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
+    recorded_players = [name_in_transcript(player, request.record_path) for player in players]
+    players_by_agent = dict(zip(loaded_problem.problem.agents, recorded_players, strict=True))
+    problem_name = name_in_transcript(loaded_problem.name, request.record_path)
+    new_header = replace(
+        transcript.header,
+        problem=problem_name,
+        origin=loaded_problem.origin,
+        seats=players_by_agent,
+        branched=request.turn,
+    )
+    new_header = mark_header_peeked(new_header, loaded_problem.problem, transcript.path)
+    if make_game_key(loaded_problem.name, new_header.uniform_source) not in disclosed_games:
+        disclose_transcript(transcript, loaded_problem.problem, peek=request.peek)
+    check_unattended_turns(transcript, players, request.turn_limit)
+    limit = resolve_turn_limit(loaded_problem.problem, players, new_header.turns)
+    session = Session(
+        loaded_problem.problem,
+        new_header.uniform_source,
+        policies,
+        turn_limit=limit,
+        initial_uniforms=past_session.initial_uniforms,
+    )
+    recorder = Recorder.create(
+        request.record_path,
+        new_header,
+        session,
+        frame=_frame_renderer(transcript),
+        force=request.force,
+    )
+    warning = describe_problem_change(transcript, loaded_problem)
+    del transcript  # Free its memory: both sessions hold the turns.
+    _copy_turns(past_session, request.turn, session, recorder)
+    game = _make_continued_game(loaded_problem, new_header, players, request, recorder)
+    game.warning = warning
+    return game
+
+
+def _load_players(
+    transcript: Transcript, problem: Problem, *, trusted: bool
+) -> tuple[list[str], list[Policy | None]]:
+    """Return the players and policies that continue a transcript."""
+    folder = problem_sources.transcript_folder(Path(transcript.path))
+    return load_resumed_players(problem, transcript.header, trusted=trusted, folder=folder)
+
+
+def _make_continued_game(
+    loaded_problem: problems.LoadedProblem,
+    header: Header,
+    player_names: Sequence[str],
+    request: ResumeRequest,
+    recorder: Recorder,
+) -> Game:
+    """Return a game that continues a transcript in the recorder's session."""
+    recorder.is_private = saves.is_save(recorder.path)
+    new_request = request_from_header(
+        replace(header, problem=loaded_problem.name),
+        player_names,
+        recorder.path,
+        request.key_preferences,
+    )
+    keyboard = Keyboard(
+        loaded_problem.problem, list_human_seats(player_names), request.key_preferences
+    )
+    return Game(
+        loaded_problem.name, recorder.session, player_names, keyboard, recorder, new_request
+    )
+
+
+def _copy_turns(
+    past_session: Session, turn_count: int, session: Session, recorder: Recorder
+) -> None:
+    """Replay the first turns of a session in another one and write them, including rerolls.
+
+    All hints of the past session are counted, also those after these turns.
+    """
+    if past_session.hint_counts:
+        session.hint_counts.update(past_session.hint_counts)
+        recorder.write_event("help", dict(past_session.hint_counts))
+    for number, turn in enumerate(past_session.turns[:turn_count], 1):
+        if number in past_session.reroll_counts:
+            session.advance(list(turn.actions))
+            recorder.write_turn()
+            session.undo()
+            session.reroll_counts[number] = past_session.reroll_counts[number]
+            recorder.write_event("reroll", past_session.reroll_counts[number])
+        session.append_turns([turn])
+        recorder.write_turn()
+
+
+def write_game_copy(game: Game, path: Path) -> None:
+    """Write the transcript of a game that has no complete file, up to the current turn."""
+    request, original = game.request, game.session
+    assert request
+    loaded_problem = problems.resolve_problem(request.problem_name, request.changed_parameters())
+    session = original.copy_at_start()
+    with TemporaryDirectory() as folder:
+        draft = Path(folder, path.name)
+        renderer = render_transcript_frame if request.record_frames else None
+        recorder = Recorder.create(
+            draft,
+            make_header(loaded_problem, game.player_names, request, path),
+            session,
+            frame=renderer,
+        )
+        _copy_turns(original, len(original.turns), session, recorder)
+        if original.over:
+            session.end(original.end_reason or "")
+            recorder.write_end()
+        recorder.close()
+        if recorder.write_error:
+            raise BadParameter(f"cannot write {draft}: {recorder.write_error.strerror}")
+        is_private = game.problem.partially_observable and not original.over
+        write_file(path, [draft.read_text(encoding="utf-8")], private=is_private)
+
+
+def _frame_renderer(transcript: Transcript) -> FrameRenderer | None:
+    """Return the frame renderer if the first block of a transcript has a frame; else None."""
+    return render_transcript_frame if any(block.frame for block in transcript.blocks[:1]) else None

@@ -1,0 +1,84 @@
+"""Functions that collect the facts of a turn, visible or complete, and format them as text."""
+
+from collections.abc import Mapping
+
+from dmplay.session import Session
+from dmplay.transcript.format import collect_turn_facts
+from dmplay.views.view_cache import SeatSnapshot
+
+PUBLIC_FACT_KEYS = (
+    "turn",
+    "actions",
+    "state",
+    "observations",
+    "rewards",
+    "belief",
+)  # keys that a player may see
+
+
+def visible_turn_facts(session: Session, snapshot: SeatSnapshot) -> dict[str, object]:
+    """Return the facts of the last turn that the snapshot's seat may see.
+
+    In a partially observable problem these are the seat's own facts only, without the state.
+    Rewards are omitted if the snapshot does not show them.
+    """
+    problem = session.problem
+    hidden_keys = ("state",) * problem.partially_observable + ("rewards",) * (
+        not snapshot.rewards_visible
+    )
+    facts = collect_turn_facts(session).items()
+    visible = {
+        key: value for key, value in facts if key in PUBLIC_FACT_KEYS and key not in hidden_keys
+    }
+    agent = problem.agents[snapshot.seat]
+    return (
+        {key: _select_agent_facts(value, agent) for key, value in visible.items()}
+        if problem.partially_observable
+        else visible
+    )
+
+
+def _select_agent_facts(value: object, agent: str) -> object:
+    """Return a fact reduced to one agent's entry if it is a dictionary by agent."""
+    if not isinstance(value, dict):
+        return value
+    return {name: entry for name, entry in value.items() if name == agent}
+
+
+def build_debrief(session: Session) -> list[dict[str, object]]:
+    """Return the facts of the start and of every turn, including hidden ones, without uniforms.
+
+    The turns are replayed in a copy of the session.
+    """
+    replayed = session.copy_at_start()
+    rows = [collect_turn_facts(replayed)]
+    for turn in session.turns:
+        replayed.append_turns([turn])
+        rows.append(collect_turn_facts(replayed))
+    return [{key: value for key, value in row.items() if key != "draws"} for row in rows]
+
+
+def format_facts(facts: Mapping[str, object]) -> str:
+    """Return the facts of a turn as one line of text."""
+    return " ".join(_format_fact(key, value) for key, value in facts.items())
+
+
+def _format_fact(key: str, value: object) -> str:
+    """Return one fact as text.
+
+    A dictionary is listed by agent; the agent's name is omitted if there is only one entry.
+    """
+    if isinstance(value, dict):
+        is_single = len(value) == 1
+        entries = ", ".join(
+            _format_value(v) if is_single else f"{k} {_format_value(v)}" for k, v in value.items()
+        )
+        return f"{key.removesuffix('s')} {entries}."
+    return f"{key} {_format_value(value)}."
+
+
+def _format_value(value: object) -> str:
+    """Return a value as text: floats with four significant digits, lists in brackets."""
+    if isinstance(value, list):
+        return f"[{', '.join(map(_format_value, value))}]"
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

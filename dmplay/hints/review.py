@@ -1,0 +1,145 @@
+"""The review of a person's choices: each action's value, the best action and the regret."""
+
+from collections.abc import Iterator, Sequence
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.background_tasks import TaskInfo, run_cancellable
+from dmplay.budget import Budget, scale_progress_part
+from dmplay.chance import Reals
+from dmplay.formatting import align_columns, format_count
+from dmplay.hints.hint_provider import count_decimals, format_fixed
+from dmplay.registry import agents
+from dmplay.session import SeatedPolicy, Session
+from dmplay.solvers.value_iteration import mark_best_actions
+
+REVIEW_NOTE_PREFIX = "# review "
+MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
+REVIEW_TASK = TaskInfo("looking back at your moves")
+
+
+class ReviewedAction(NamedTuple):
+    """One choice of a person, with the action values and its regret."""
+
+    turn: int
+    seat: str
+    chosen: str
+    best: tuple[str, ...]
+    regret: float
+    values: dict[str, float]
+
+    def __str__(self) -> str:
+        """Return the review of this choice on one line."""
+        beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
+        decimal_count = count_decimals([*self.values.values()])
+        value_list = ", ".join(
+            f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
+        )
+        if self.chosen in self.best:
+            return f"{beginning}, the best. values: {value_list}"
+        names = " or ".join(self.best)
+        return (
+            f"{beginning}, best {names}, regret "
+            f"{format_fixed(self.regret, decimal_count)}. values: {value_list}"
+        )
+
+
+def review_actions(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str] = ()
+) -> Iterator[ReviewedAction]:
+    """Yield a review of every choice of these people that the hint provider can value, in order.
+
+    The turns are replayed in a copy of the session. `player_names` helps to choose the hint
+    provider.
+    """
+    problem = session.problem
+    replayed = session.copy_at_start()
+    hint_policies = {}
+    for seat in human_seats:
+        named_policy = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
+        if named_policy and problem.actions[seat].labels:
+            hint_policies[seat] = SeatedPolicy(replayed, seat, named_policy[1])
+    budget = Budget("the review", "a shorter game")
+    for number, turn in enumerate(session.turns, 1):
+        budget.spend_work(1.0, (number - 1) / len(session.turns))
+        for seat, hint_policy in hint_policies.items():
+            with scale_progress_part(number - 1, len(session.turns)):
+                values = hint_policy.action_values()
+            if values is not None and not replayed.is_inactive(seat):
+                yield _review_action(replayed, seat, number, int(turn.actions[seat]), values)
+        replayed.append_turns([turn])
+
+
+def _review_action(
+    session: Session, seat: int, turn: int, action: int, values: Reals
+) -> ReviewedAction:
+    """Return the review of an action against the best legal action."""
+    labels = session.action_labels(seat)
+    legal = session.legal_actions_mask(seat)
+    legal_mask = np.ones(len(labels), bool) if legal is None else legal
+    legal_values = np.where(legal_mask, values, -np.inf)
+    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values)))
+    values_by_label = {labels[a]: float(legal_values[a]) for a in np.flatnonzero(legal_mask)}
+    regret = (
+        0.0 if labels[action] in best_labels else float(legal_values.max() - legal_values[action])
+    )
+    return ReviewedAction(
+        turn, session.problem.agents[seat], labels[action], best_labels, regret, values_by_label
+    )
+
+
+def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
+    """Return one line: the number of best choices, the total regret and the worst turn."""
+    if not reviewed_actions:
+        return "review: no agent here knows the values of these moves"
+    best_count = sum(move.chosen in move.best for move in reviewed_actions)
+    total_regret = sum(move.regret for move in reviewed_actions)
+    worst = max(reviewed_actions, key=lambda move: move.regret)
+    regret_text = format_fixed(total_regret, count_decimals([total_regret]))
+    text = (
+        f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} "
+        f"the best, regret {regret_text} in all"
+    )
+    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
+
+
+def run_review(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str]
+) -> list[ReviewedAction]:
+    """Return all reviewed choices of these people, computed in a cancellable task."""
+    return run_cancellable(
+        REVIEW_TASK, lambda: [*review_actions(session, human_seats, player_names)]
+    )
+
+
+def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as an aligned table, largest regret first, with a summary line.
+
+    The columns are turn, seat (if several), choice, best actions, and regret with a bar.
+    """
+    max_regret = max((move.regret for move in reviewed_actions), default=0.0)
+    decimal_count = count_decimals([move.regret for move in reviewed_actions])
+    has_several_seats = len({move.seat for move in reviewed_actions}) > 1
+    rows = [["turn", *["seat"] * has_several_seats, "yours", "best", "regret"]]
+    for move in sorted(reviewed_actions, key=lambda move: -move.regret):
+        bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""
+        regret = f"{format_fixed(move.regret, decimal_count)} {bar}".strip()
+        seat = [move.seat] * has_several_seats
+        best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
+        rows.append([str(move.turn), *seat, move.chosen, best, regret])
+    return [*(align_columns(rows) if reviewed_actions else []), format_summary(reviewed_actions)]
+
+
+def format_lines(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as one line per choice, and a summary line."""
+    return [*map(str, reviewed_actions), format_summary(reviewed_actions)]
+
+
+def format_notes(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as note lines for the end of a transcript."""
+    return [
+        f"{REVIEW_NOTE_PREFIX}{line.removeprefix('review: ')}\n"
+        for line in format_lines(reviewed_actions)
+    ]

@@ -1,0 +1,32 @@
+"""The report of `dmplay check`."""
+
+from collections.abc import Mapping
+from json import dumps
+
+from dmplay.conformance import check
+from dmplay.formatting import format_count
+from dmplay.game.cli_results import Printout
+from dmplay.registry import problems
+
+VIOLATION_EXIT_CODE = 2
+
+
+def report_violations(name: str, parameters: Mapping[str, object], *, json: bool) -> Printout:
+    """Check a problem against all invariants; return a report with one line per violation.
+
+    If there are none, the report is one line that says so. The exit code is VIOLATION_EXIT_CODE if
+    there is a violation, else 0.
+    """
+    loaded = problems.find_problem(name, parameters)
+    violations = check(loaded.problem)
+    exit_code = VIOLATION_EXIT_CODE if violations else 0
+    if json:
+        data = {"problem": loaded.name, "faults": [violation._asdict() for violation in violations]}
+        return Printout(dumps(data), exit_code=exit_code)
+    if not violations:
+        return Printout(f"ok {loaded.name}: every law is kept")
+    lines = [
+        *(violation.format_with_name(name) for violation in violations),
+        f"{loaded.name}: {format_count(len(violations), 'fault')}",
+    ]
+    return Printout("\n".join(lines), exit_code=exit_code)

@@ -1,0 +1,350 @@
+"""The reports of `run` and `compare`, as text, JSON or CSV."""
+
+import time
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from dmplay.agents.point_based import PointBasedPolicy
+from dmplay.chance import Reals
+from dmplay.errors import BadParameter
+from dmplay.evaluation.comparison import Comparison, Difference, compare
+from dmplay.evaluation.executors import open_execution_backend
+from dmplay.evaluation.run import RunResult, run
+from dmplay.formatting import append_noun, format_count, format_score
+from dmplay.game.cli_results import Printout
+from dmplay.game.requests import parse_settings
+from dmplay.output.episode_transcripts import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
+from dmplay.output.evaluation_request import (
+    EvaluationRequest,
+    Lineup,
+    SettingResult,
+    estimate_row,
+    expand_sweep,
+    limit_turns,
+    make_lineup,
+    make_report,
+)
+from dmplay.output.progress import ProgressBar
+from dmplay.output.tables import (
+    MISSING_CELL,
+    format_cell,
+    format_csv,
+    format_json,
+    format_mean,
+    format_table,
+)
+from dmplay.rollouts import RolloutBlocksLost, RolloutInterrupted
+from dmplay.solutions.solution import Row
+from dmplay.views.canvas import ASCII_TRANSLATION
+
+BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
+PLOT_COLUMNS = 48  # columns of a plot
+QUANTILE_NAMES = ("least", "quartile", "median", "third quartile", "most")
+
+
+def report_run(
+    request: EvaluationRequest,
+    *,
+    episodes: int | None,
+    max_standard_error: float | None,
+    selection: TranscriptSelection = NO_TRANSCRIPTS,
+    ascii_: bool = False,
+) -> Printout:
+    """Play many games for each setting of the parameters, and report the returns of each seat.
+
+    If a run is cut short after the first setting, the settings played so far are reported.
+    """
+    selection.check_options()
+    results: list[SettingResult] = []
+    transcript_rows: list[Row] = []
+    settings, shortfall_reason = [*expand_sweep(request)], ""
+    with (
+        ProgressBar(
+            f"running {request.problem}", quiet=bool(request.output_format), motion=request.motion
+        ) as bar,
+        open_execution_backend(request.engine, request.workers) as (workers, executor),
+    ):
+        for index, setting_request in enumerate(settings):
+            limited_request = limit_turns(setting_request)
+            players = make_lineup(limited_request)
+            try:
+                result = run(
+                    players.problem,
+                    players.policies,
+                    episodes=episodes,
+                    max_standard_error=max_standard_error,
+                    turns=limited_request.turn_limit,
+                    seed=limited_request.seed,
+                    workers=workers,
+                    executor=executor,
+                    progress=bar.subtask(index, len(settings)),
+                )
+            except (RolloutInterrupted, RolloutBlocksLost) as error:
+                if not results:
+                    raise
+                shortfall_reason = str(error)
+                break
+            results.append(
+                SettingResult(
+                    limited_request,
+                    players,
+                    result,
+                    limited_request.parameters if len(settings) > 1 else {},
+                )
+            )
+            transcript_rows += record_episodes(results[-1], selection)
+            shortfall_reason = result.shortfall_reason
+            if shortfall_reason:
+                break
+    return make_report(
+        _format_run(request, results, transcript_rows, ascii_=ascii_), shortfall_reason
+    )
+
+
+def _format_run(
+    request: EvaluationRequest,
+    results: Sequence[SettingResult],
+    transcript_rows: Sequence[Row],
+    *,
+    ascii_: bool,
+) -> str:
+    """Return the report of a run as JSON, CSV or text; as text, with plots and histograms."""
+    if request.output_format:
+        rows = [row for result in results for row in _iter_data_rows(result)]
+        transcripts = {"kept": transcript_rows} if transcript_rows else {}
+        common = {
+            "parameters": {} if results[0].swept_parameters else request.parameter_values,
+            "seed": request.seed,
+        }
+        facts = {"problem": request.problem} | common | {"runs": rows} | transcripts
+        return format_json(facts) if request.output_format == "json" else format_csv(rows)
+    headline = (
+        _run_headline(results[0].request, results[0].run)
+        if len(results) == 1
+        else _sweep_headline(request, results)
+    )
+    rows = [row for result in results for row in _iter_table_rows(result)]
+    bound_lines = [line for result in results for line in _value_bound_lines(result.lineup)]
+    parts = [headline, "\n".join([format_table(rows), *bound_lines])]
+    parts += [_plot_sweep(results)] if len(results) > 1 else []
+    parts += [_format_histograms(results)]
+    parts += [format_table(transcript_rows)] if transcript_rows else []
+    text = "\n\n".join(parts)
+    return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
+
+
+def _value_bound_lines(lineup: Lineup) -> list[str]:
+    """Return one line with the value bounds of each policy that computes them."""
+    named_policies = zip(lineup.agent_names, lineup.policies, strict=True)
+    return [
+        policy.describe_bounds(name)
+        for name, policy in named_policies
+        if isinstance(policy, PointBasedPolicy)
+    ]
+
+
+def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
+    """Yield a row of data for each seat of a setting."""
+    for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
+        yield {
+            **(result.request.parameter_values if result.swept_parameters else {}),
+            "seat": earned.seat,
+            "agent": name,
+            "games": result.run.episodes,
+            **estimate_row(earned.returns),
+            **dict(zip(QUANTILE_NAMES, earned.quantiles, strict=True)),
+            "mean total": earned.totals.mean,
+            "total error": earned.totals.standard_error,
+            "turns": result.run.mean_turns,
+            "ended": result.run.terminated_share,
+        }
+
+
+def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
+    """Yield a table row for each seat of a setting, with combined numbers."""
+    for earned, name in zip(result.run.seat_summaries, result.lineup.agent_names, strict=True):
+        returns, totals = earned.returns, earned.totals
+        has_error = np.isfinite(returns.standard_error)
+        yield {
+            **result.swept_parameters,
+            "seat": earned.seat,
+            "agent": name,
+            "return": format_mean(returns.mean, returns.standard_error),
+            "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}"
+            if has_error
+            else MISSING_CELL,
+            "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
+            "total": format_mean(totals.mean, totals.standard_error),
+        }
+
+
+def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
+    """Return the headline of a run: problem, games, seed, mean turns, ended games and speed."""
+    speed = result.episodes / max(result.seconds, 1e-9)
+    return (
+        f"{request.title}: {format_count(result.episodes, 'game', ',')} of seed {request.seed}, "
+        f"{append_noun(format_score(result.mean_turns), 'turn')} "
+        f"each, {100 * result.terminated_share:.3g} % of them to an "
+        f"end; {format_count(speed, 'game', ',.0f')} a second"
+    )
+
+
+def _sweep_headline(request: EvaluationRequest, results: Sequence[SettingResult]) -> str:
+    """Return the headline of several runs: problem, number of settings, games and seed."""
+    game_count = sum(result.run.episodes for result in results)
+    games = format_count(game_count, "game", ",")
+    return f"{request.problem}: {len(results)} settings, {games} of seed {request.seed}"
+
+
+def _plot_sweep(results: Sequence[SettingResult]) -> str:
+    """Return a plot of the first seat's mean return by setting, with confidence intervals."""
+    estimates = [item.run.seat_summaries[0].returns for item in results]
+    finite = [x for item in estimates for x in (item.low, item.mean, item.high) if np.isfinite(x)]
+    low, high = min(finite), max(finite)
+    scale = (PLOT_COLUMNS - 1) / (high - low) if high > low else 0.0
+    label_columns = max(len(str(item)) for item in results)
+    rows = [f"mean return of {results[0].run.seat_summaries[0].seat}, {low:.4g} to {high:.4g}:"]
+    for setting, item in zip(results, estimates, strict=True):
+        ends = np.clip([item.low, item.mean, item.high], low, high)
+        start, middle, end = (round(float(x - low) * scale) for x in ends)
+        line = " " * start + "─" * (end - start + 1)
+        marked_line = f"{line[:middle]}●{line[middle + 1 :]}"
+        rows.append(f"{setting!s:<{label_columns}}  {marked_line:<{PLOT_COLUMNS}}  {item.mean:.5g}")
+    return "\n".join(rows)
+
+
+def _format_histograms(results: Sequence[SettingResult]) -> str:
+    """Return a histogram of the returns for each setting and seat, one per row."""
+    rows = ["returns:"]
+    for result in results:
+        for seat, name in enumerate(result.lineup.agent_names):
+            bars, low, high = draw_histogram(result.run.rollout.returns[:, seat])
+            rows.append(f"{low:>9.4g} {bars} {high:<9.4g} {result} {name}".rstrip())
+    return "\n".join(rows)
+
+
+def draw_histogram(sample: Reals) -> tuple[str, float, float]:
+    """Return a histogram of a sample as a string of bars, with the sample's minimum and maximum."""
+    low, high = float(sample.min()), float(sample.max())
+    counts, _ = np.histogram(sample, HISTOGRAM_BINS, (low, high if high > low else low + 1.0))
+    levels = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
+    return "".join(" " if not level else BAR_CHARACTERS[level - 1] for level in levels), low, high
+
+
+def report_comparison(
+    request: EvaluationRequest, entrants: Sequence[str], *, episodes: int, decide: float | None
+) -> Printout:
+    """Compare agents in the first seat on common random numbers, and report their differences.
+
+    Raise BadParameter for fewer than two agents, or if `request` names an agent of the first seat.
+    """
+    if len(entrants) < 2:
+        got = format_count(len(entrants), "agent")
+        raise BadParameter(f"got {got}, expected two or more to compare")
+    problem = request.load_problem().problem
+    for name in parse_settings(request.seats, "--seat"):
+        if not problem.seat_index(name):
+            raise BadParameter(f"--seat: {name} is the seat of those who are compared")
+    lineups = [make_lineup(request._replace(agent=name)) for name in entrants]
+    start_time = time.monotonic()
+    task = f"comparing {' and '.join(entrants)}"
+    with (
+        ProgressBar(task, quiet=bool(request.output_format), motion=request.motion) as bar,
+        open_execution_backend(request.engine, request.workers) as (workers, executor),
+    ):
+        result = compare(
+            problem,
+            [entry.policies for entry in lineups],
+            episodes=episodes,
+            decide=decide,
+            turns=request.turn_limit,
+            seed=request.seed,
+            workers=workers,
+            executor=executor,
+            progress=bar,
+            names=entrants,
+        )
+    text = _format_comparison(request, entrants, result, decide, time.monotonic() - start_time)
+    return make_report(text, result.shortfall_reason)
+
+
+def _format_comparison(
+    request: EvaluationRequest,
+    entrants: Sequence[str],
+    result: Comparison,
+    decide: float | None,
+    seconds: float,
+) -> str:
+    """Return the comparison as JSON, CSV or text."""
+    named_estimates = zip(entrants, result.return_estimates, strict=True)
+    earned = [{"agent": name} | estimate_row(first) for name, first in named_estimates]
+    rows = [
+        _pair_row(entrants[first], entrants[second], difference)
+        for (first, second), difference in result.differences.items()
+    ]
+    if request.output_format == "json":
+        common = {
+            "problem": request.problem,
+            "parameters": request.parameter_values,
+            "seed": request.seed,
+        }
+        facts = common | {"games": len(result.returns)}
+        return format_json(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
+    if request.output_format == "csv":
+        return format_csv(rows)
+    game_count = format_count(len(result.returns), "game", ",")
+    headline = (
+        f"{request.title}: {game_count} of seed {request.seed}, on the same dice; {seconds:.3g} s"
+    )
+    tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
+    return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decide)])
+
+
+def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
+    """Return the difference between two agents as a row of data."""
+    advantage = difference.advantage
+    return {
+        "agent": agent,
+        "against": opponent,
+        "difference": advantage.mean,
+        "standard error": advantage.standard_error,
+        "low": advantage.low,
+        "high": advantage.high,
+        "ahead": difference.share_ahead,
+        "behind": difference.share_behind,
+        "games saved": difference.games_saved_factor
+        if np.isfinite(difference.games_saved_factor)
+        else None,
+        "luck": difference.control_variate_difference,
+    }
+
+
+def _pair_table_row(row: Row) -> Row:
+    """Return the difference between two agents as a table row, from its row of data."""
+    games_saved = row["games saved"]
+    is_same_play = row["difference"] == row["standard error"] == 0.0
+    independent_games = (
+        "the same play" if is_same_play else f"{games_saved:.3g} x" if games_saved else MISSING_CELL
+    )
+    has_error = format_cell(row["standard error"]) != MISSING_CELL
+    return {
+        "agent": row["agent"],
+        "against": row["against"],
+        "earns more": format_mean(row["difference"], row["standard error"], "+.4g"),
+        "by luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
+        "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if has_error else MISSING_CELL,
+        "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
+        "behind": f"{100 * float(str(row['behind'])):.3g} %",
+        "dice of its own would take": independent_games,
+    }
+
+
+def _verdict_lines(entrants: Sequence[str], result: Comparison, decide: float | None) -> list[str]:
+    """Return a line with the agent that earns more, or with `undecided`; none without `decide`."""
+    if decide is None:
+        return []
+    if not result.decided:
+        return [f"undecided after {format_count(len(result.returns), 'game', ',')}"]
+    better = entrants[0] if result.differences[0, 1].advantage.mean > 0 else entrants[1]
+    return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]

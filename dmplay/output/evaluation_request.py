@@ -1,0 +1,172 @@
+"""Requests to play a problem many times, and the result of each setting of its parameters."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import product
+from math import ceil, log
+from typing import NamedTuple
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
+from dmplay.evaluation.run import RunResult
+from dmplay.evaluation.statistics import Estimate
+from dmplay.game.cli_results import Printout
+from dmplay.game.requests import GameRequest, parse_settings
+from dmplay.game.seats import HUMAN, make_seat_policy
+from dmplay.game.setup import assign_players, check_turn_limit
+from dmplay.registry import agents, problems
+from dmplay.session import DEFAULT_TURN_LIMIT
+from dmplay.signals import INTERRUPTED_EXIT_CODE
+from dmplay.solutions.solution import Row
+from dmplay.worker_pool import WorkerCount
+
+NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
+INTERRUPTED_REASON = "interrupted"  # the reason that rollouts gives
+
+
+class EvaluationRequest(NamedTuple):
+    """A request to play a problem many times: its agents, turn limit, seed and output format."""
+
+    problem: str
+    settings: Sequence[str] = ()
+    agent: str = ""
+    other_agent: str = ""
+    seats: Sequence[str] = ()
+    turn_limit: int | None = None
+    seed: int = 0
+    workers: WorkerCount = 1
+    engine: str = ""
+    output_format: str = ""  # json or csv; '' for text
+    motion: bool = True
+
+    @property
+    def parameters(self) -> dict[str, object]:
+        """The parameters that are set."""
+        return parse_settings(self.settings, "--set")
+
+    @property
+    def parameter_values(self) -> dict[str, object]:
+        """The parameters that are set, with the values that the problem has for them."""
+        all_values = problems.parameter_values(self.load_problem().problem)
+        return {name: all_values[name] for name in self.parameters}
+
+    @property
+    def title(self) -> str:
+        """The problem and its settings as they are typed."""
+        return " ".join([self.problem, *self.settings])
+
+    def load_problem(self) -> problems.LoadedProblem:
+        """Load the problem with these parameters; raise BadParameter if the turn limit is
+        below 1.
+        """
+        check_turn_limit(self.turn_limit)
+        return problems.resolve_problem(self.problem, self.parameters)
+
+
+class Lineup(NamedTuple):
+    """A problem, the names of the agents that play it, and their policies."""
+
+    problem: Problem
+    agent_names: list[str]
+    policies: list[Policy]
+
+
+class SettingResult(NamedTuple):
+    """The result of one setting of the parameters."""
+
+    request: EvaluationRequest
+    lineup: Lineup
+    run: RunResult
+    swept_parameters: Mapping[str, object]  # the parameters, if there are several settings
+
+    def __str__(self) -> str:
+        return " ".join(f"{key}={value}" for key, value in self.swept_parameters.items())
+
+
+def make_lineup(request: EvaluationRequest) -> Lineup:
+    """Return the problem of a request with the agent and the policy of each seat.
+
+    Seats without a named agent get a default agent. Raise BadParameter if a person has a seat.
+    """
+    loaded = request.load_problem()
+    problem = loaded.problem
+    agent = request.agent or agents.default_agent(problem, 0, request.turn_limit)
+    game_request = GameRequest(
+        "",
+        agent=agent,
+        other_agent=request.other_agent,
+        seats=request.seats,
+        turns=request.turn_limit,
+    )
+    names = assign_players(game_request, loaded)
+    if HUMAN in names:
+        seat_name = problem.agents[names.index(HUMAN)]
+        raise BadParameter(f"{seat_name}: a person cannot play so many games; name an agent")
+    return Lineup(
+        problem, names, [make_policy(problem, n, name, request) for n, name in enumerate(names)]
+    )
+
+
+def make_policy(problem: Problem, seat: int, name: str, request: EvaluationRequest) -> Policy:
+    """Return the policy of an agent or program; raise BadParameter for a person."""
+    agent_policy = make_seat_policy(problem, seat, name, request.turn_limit)
+    if agent_policy is None:
+        raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
+    return agent_policy
+
+
+def limit_turns(request: EvaluationRequest) -> EvaluationRequest:
+    """Return the request, with a turn limit if a user-defined hidden problem would never end.
+
+    The limit is the turn whose discount falls below NEGLIGIBLE_WEIGHT, at most DEFAULT_TURN_LIMIT.
+    A problem with a horizon, or without discounting, gets no limit here.
+    """
+    problem = request.load_problem().problem
+    is_bounded = (
+        request.turn_limit
+        or problem.horizon
+        or problem.discount == 1.0
+        or problems.builtin_stem(problem)
+    )
+    if is_bounded or not problem.partially_observable:
+        return request
+    turns = log(NEGLIGIBLE_WEIGHT) / log(problem.discount) if problem.discount else 1
+    return request._replace(turn_limit=min(ceil(turns), DEFAULT_TURN_LIMIT))
+
+
+def expand_sweep(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
+    """Yield the request in each setting of its parameters.
+
+    A list such as `0.1,0.2` for a numeric parameter makes several settings; with several lists, all
+    combinations are made.
+    """
+    defaults = problems.parameter_values(problems.resolve_problem(request.problem, {}).problem)
+    choices = [
+        [f"{key}={value}" for value in _split_values(str(text), defaults.get(key))]
+        for key, text in request.parameters.items()
+    ]
+    return (request._replace(settings=settings) for settings in product(*choices))
+
+
+def _split_values(value: str, default: object) -> list[str]:
+    """Return the comma-separated values, or the whole text if the default is not a number."""
+    return value.split(",") if isinstance(default, int | float) else [value]
+
+
+def estimate_row(estimate: Estimate) -> Row:
+    """Return an estimate of a mean as a row of data: mean, standard error and interval."""
+    return {
+        "mean return": estimate.mean,
+        "standard error": estimate.standard_error,
+        "low": estimate.low,
+        "high": estimate.high,
+    }
+
+
+def make_report(text: str, shortfall_reason: str) -> Printout:
+    """Return a report, with an error message and an exit code if the run was cut short."""
+    if not shortfall_reason:
+        return Printout(text)
+    code = INTERRUPTED_EXIT_CODE if shortfall_reason == INTERRUPTED_REASON else 1
+    return Printout(
+        text, stderr_text=f"{shortfall_reason}: this is what was played by then", exit_code=code
+    )

@@ -1,0 +1,136 @@
+"""The report of graded transcripts, as a table, CSV or JSON."""
+
+from collections.abc import Sequence
+from json import dumps
+from pathlib import Path
+from textwrap import fill
+
+from dmplay.evaluation.assignment import read_assignment
+from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
+from dmplay.evaluation.grading import grade_files as grades
+from dmplay.formatting import escape_newlines, format_count
+from dmplay.game import verification
+from dmplay.game.cli_results import Printout
+from dmplay.output.progress import ProgressBar
+from dmplay.output.tables import format_csv, format_table
+from dmplay.signals import INTERRUPTED_EXIT_CODE
+from dmplay.solutions.solution import Row
+
+PARAGRAPH_COLUMNS = 80  # columns of a paragraph
+DATA_KEYS = {
+    "occupant": "who",
+    "end_reason": "ending",
+    "discounted_return": "return",
+    "best_count": "best",
+    "valued_count": "valued",
+    "undone_turn_count": "undo",
+    "reroll_count": "reroll",
+    "hint_count": "hints",
+    "remarks": "marks",
+    "identical_files": "same",
+    "other_attempts": "tries",
+    "assignment_differences": "unlike",
+}
+LIST_COLUMNS = ("marks", "same", "tries", "unlike")  # fields that are lists of words
+
+
+def report_grades(
+    paths: Sequence[Path],
+    assignment: Path | None = None,
+    *,
+    trusted: bool = False,
+    output_format: str = "",
+    motion: bool = True,
+) -> Printout:
+    """Grade transcripts in files and folders, and return a report.
+
+    The games are compared with an assignment if one is given. The exit code is
+    INTERRUPTED_EXIT_CODE if some files were not graded.
+    """
+    files = [*verification.iter_transcript_files(paths)]
+    required = read_assignment(assignment) if assignment else None
+    with ProgressBar(
+        f"grading {format_count(len(files), 'file')}", quiet=bool(output_format), motion=motion
+    ) as bar:
+        report = grades(files, required, trusted=trusted, progress=bar)
+    is_complete = report.file_count == len(files)
+    return Printout(
+        format_grades(report, len(files), output_format),
+        exit_code=0 if is_complete else INTERRUPTED_EXIT_CODE,
+    )
+
+
+def format_grades(grades: GradingReport, file_count: int, output_format: str = "") -> str:
+    """Return the grades as a table with notes, or as JSON or CSV."""
+    rows = [_data_row(grade) for grade in grades.grades]
+    if output_format == "json":
+        data = {
+            "games": rows,
+            "missing": grades.missing_seeds,
+            "files": grades.file_count,
+            "of": file_count,
+        }
+        return dumps(data | {"proves": GRADING_LIMITS})
+    if output_format == "csv":
+        return format_csv(
+            [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]
+        )
+    verified_count = sum(grade.verified for grade in grades.grades)
+    headline = f"{format_count(len(rows), 'game')}, {verified_count} verified"
+    if grades.file_count < file_count:
+        headline += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
+    missing_lines = [
+        f"{player} has no game of seed {_join_words(seeds)}"
+        for player, seeds in grades.missing_seeds.items()
+    ]
+    game_table = format_table([_table_row(grade) for grade in grades.grades])
+    return "\n\n".join(
+        filter(
+            None,
+            [
+                headline,
+                game_table,
+                "\n".join(missing_lines),
+                fill(GRADING_LIMITS, PARAGRAPH_COLUMNS),
+            ],
+        )
+    )
+
+
+def _data_row(grade: Grade) -> Row:
+    """Return a grade as a row of data for JSON and CSV."""
+    return {DATA_KEYS.get(key, key): value for key, value in grade._asdict().items()}
+
+
+def _join_words(value: object) -> object:
+    """Return the items of a sequence joined by commas, or any other value unchanged."""
+    return ", ".join(map(str, value)) if isinstance(value, Sequence) else value
+
+
+def _table_row(grade: Grade) -> Row:
+    """Return a grade as a table row, with combined numbers and all faults in the last column."""
+    notes = [grade.fault] if grade.fault else []
+    if grade.assignment_differences:
+        notes.append(f"not as assigned: {', '.join(grade.assignment_differences)}")
+    notes += (
+        [f"the same game as {', '.join(grade.identical_files)}"] if grade.identical_files else []
+    )
+    notes += [f"tried again in {', '.join(grade.other_attempts)}"] if grade.other_attempts else []
+    return {
+        "file": escape_newlines(grade.path),
+        "player": escape_newlines(grade.player or grade.occupant),
+        "game": escape_newlines(f"{grade.problem} {'' if grade.seed is None else grade.seed}"),
+        "verified": "yes" if grade.verified else "NO",
+        "return": "-" if grade.discounted_return is None else grade.discounted_return,
+        "regret": "-"
+        if grade.regret is None
+        else f"{grade.regret:.3g} ({grade.best_count}/{grade.valued_count} best)",
+        "undo": grade.undone_turn_count,
+        "reroll": grade.reroll_count,
+        "hints": grade.hint_count,
+        "strict": "hints" if grade.strict == "hints" else "yes" if grade.strict else "no",
+        "peeked": "yes" if grade.peeked else "no",
+        "notes": escape_newlines(
+            "; ".join(filter(None, [grade.end_reason, *grade.remarks, *notes]))
+        ),
+    }

@@ -1,0 +1,278 @@
+"""Reports on problems and agents: the table of problems, one problem, and its agents."""
+
+import shutil
+from json import dumps
+from textwrap import fill
+from typing import NamedTuple
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from dmplay.agents.base import SeatPolicy
+from dmplay.core import Interval, Labels, Problem, TextLine
+from dmplay.errors import UnknownName
+from dmplay.formatting import format_count, problem_summary
+from dmplay.game.cli_results import Printout
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
+from dmplay.registry import agents, problems
+from dmplay.registry.builtin_names import problem_names
+from dmplay.terminal import TerminalOptions
+
+PIPE_COLUMNS = 100  # columns of a table written to a pipe
+COLUMN_GAP = 1  # columns between two columns of a table
+MAX_LISTED_NAMES = 12  # maximum names in a line
+SCRIPTED_AGENTS = {
+    "script:a,b,c": "Written actions, or script:FILE.",
+    "replay:FILE": "The seat's actions from a transcript.",
+}
+SpaceDescription = str | list[str] | dict[str, float]  # words, names, or the bounds of an interval
+
+
+def problem_table_rows() -> list[dict[str, str]]:
+    """Return the rows of table F.1: the built-in problems, then the installed ones."""
+    named_problems = [(name, problems.load_problem(name)) for name in problem_names()]
+    named_problems += [
+        (name, problem)
+        for name, problem in problems.iter_installed_problems()
+        if isinstance(problem, Problem)
+    ]
+    return [
+        {"problem": name, "kind": problem.kind} | problem_summary(problem)
+        for name, problem in named_problems
+    ]
+
+
+def format_load_failures() -> str:
+    """Return the installed problems that cannot be loaded with their errors, one per line."""
+    lines = [
+        f"{name}: {error}"
+        for name, error in problems.iter_installed_problems()
+        if isinstance(error, str)
+    ]
+    return "\n".join(lines)
+
+
+def rows_of_kind(kind: str) -> list[dict[str, str]]:
+    """Return the rows of table F.1 whose kind begins with `kind`, such as MDP or simple.
+
+    Raise UnknownName if there are none.
+    """
+    rows = problem_table_rows()
+    matching = [row for row in rows if row["kind"].lower().startswith(kind.lower())]
+    if not matching:
+        raise UnknownName("kind", kind, [*dict.fromkeys(row["kind"] for row in rows), "games"])
+    return matching
+
+
+def _render_table(rows: list[dict[str, str]], headings: list[str], width: int) -> Text:
+    """Return the given columns of table F.1, rendered for a terminal."""
+    grid = Table(box=None, header_style="bold", pad_edge=False, padding=(0, COLUMN_GAP, 0, 0))
+    for heading in headings:
+        grid.add_column(heading, no_wrap=heading != "kind" and len(headings) > 1, overflow="fold")
+    for row in rows:
+        grid.add_row(*(_shorten_cell(row[heading]) for heading in headings))
+    pieces = Console(width=width, highlight=False).render(grid)
+    table_text = Text.assemble(*((piece.text, piece.style or "") for piece in pieces))
+    table_text.right_crop(1)  # the line break at the end
+    return table_text
+
+
+def fitting_headings(rows: list[dict[str, str]], width: int) -> list[str]:
+    """Return as many headings, from the left, as `width` columns can hold, at least one.
+
+    A kind may take two rows, so only its longest word must fit.
+    """
+    headings: list[str] = []
+    remaining = width + COLUMN_GAP
+    for heading in rows[0]:
+        cells = [_shorten_cell(row[heading]) for row in rows]
+        words = " ".join(cells).split() if heading == "kind" else cells
+        remaining -= max(map(len, [heading, *words])) + COLUMN_GAP
+        if remaining < 0 and headings:
+            break
+        headings.append(heading)
+    return headings
+
+
+def _shorten_cell(cell: str) -> str:
+    """Return a cell with `per agent` shortened to `each`."""
+    return cell.replace("per agent", "each")
+
+
+class ProblemInfo(NamedTuple):
+    """All facts about a problem: kind, description, spaces, parameters, agents and keys."""
+
+    problem: str
+    kind: str
+    about: str
+    agents: list[str]
+    states: str
+    actions: SpaceDescription
+    observations: SpaceDescription
+    turns: int | None
+    parameters: dict[str, dict[str, object]]  # name -> default and meaning
+    variants: list[str]
+    players: dict[str, str]  # agent -> its description
+    keys: dict[str, str]  # key -> action
+
+    def __str__(self) -> str:
+        """Return the facts as text."""
+        rows = [f"{self.problem}: {self.kind}", "", *([self.about, ""] if self.about else [])]
+        rows += [
+            f"seats         {', '.join(self.agents)}",
+            f"states        {self.states}",
+            f"actions       {_format_space(self.actions)}",
+            f"observations  {_format_space(self.observations)}",
+            f"turns         {self.turns or 'until it ends'}",
+            f"variants      {', '.join(self.variants)}",
+            "",
+            "parameters (--set NAME=VALUE)",
+        ]
+        widest = max(map(len, self.parameters))
+        for name, parameter in self.parameters.items():
+            default = str(parameter["default"])
+            default = default if len(default) <= 24 else f"{default[:21]}..."
+            rows.append(f"  {name:<{widest}} {default:<24} {parameter['meaning']}")
+        players = {"human": "You.", **self.players, **SCRIPTED_AGENTS}
+        rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
+        rows += [f"  {name:<22} {description}" for name, description in players.items()]
+        keys: dict[str, list[str]] = {}
+        for key, label in self.keys.items():
+            keys.setdefault(label, []).append(key)
+        rows += ["", "keys"]
+        rows += [f"  {label:<14} {', '.join(names)}" for label, names in keys.items()]
+        return "\n".join(rows)
+
+
+def load_problem_info(name: str, keys: KeyPreferences = DEFAULT_KEY_PREFERENCES) -> ProblemInfo:
+    """Return all facts about a problem, with the key bindings in force."""
+    problem = problems.load_problem(name)
+    return ProblemInfo(
+        problem=name,
+        kind=problem.kind,
+        about=problems.full_description(problem),
+        agents=list(problem.agents),
+        states=problem_summary(problem)["states"],
+        actions=_describe_actions(problem.actions[0]),
+        observations=_describe_observations(problem),
+        turns=problem.horizon,
+        parameters={
+            name: {"default": getattr(problem, name), "meaning": meaning}
+            for name, meaning in problems.parameter_meanings(problem).items()
+        },
+        variants=[variant or "standard" for variant in problems.load_variants(name) or [""]],
+        players={name: _first_doc_line(make) for name, make in _willing_agents(problem).items()},
+        keys=dict(resolve_key_maps(problem, keys).first_player_keys),
+    )
+
+
+def _willing_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
+    """Return the agents by name that do not refuse the first seat of the problem."""
+    return {
+        name: agent_class
+        for name, agent_class in agents.load_roster(problem).agents.items()
+        if not agents.refuses_problem(problem, agent_class)
+    }
+
+
+def _describe_observations(problem: Problem) -> SpaceDescription:
+    """Return a description of the first agent's observations: words or a list of labels."""
+    if not problem.partially_observable:
+        return "the state"
+    space = problem.observations[0]
+    if isinstance(space, Labels):
+        return list(space)
+    return "a line of text" if isinstance(space, TextLine) else format_count(space.size, "number")
+
+
+def _first_doc_line(agent_class: object) -> str:
+    """Return the first line of an agent's docstring."""
+    return (agent_class.__doc__ or "").partition("\n")[0]
+
+
+def _describe_actions(actions: Labels | Interval) -> SpaceDescription:
+    """Return a description of an action space: its labels or its bounds."""
+    if isinstance(actions, Interval):
+        return {"from": actions.low, "to": actions.high}
+    return list(actions)
+
+
+def _format_space(space: SpaceDescription) -> str:
+    """Return a space as text; of many names, only the first three and the last."""
+    if isinstance(space, str):
+        return space
+    if isinstance(space, dict):
+        return f"a number from {space['from']:g} to {space['to']:g}"
+    return ", ".join(space if len(space) <= MAX_LISTED_NAMES else [*space[:3], "...", space[-1]])
+
+
+class AgentInfo(NamedTuple):
+    """An agent that can play a problem: its description, parameters and their meanings."""
+
+    agent: str
+    does: str
+    parameters: dict[str, object]
+    meanings: dict[str, str]
+    advises: bool
+    partner: bool
+
+    def __str__(self) -> str:
+        """Return the agent as text."""
+        pairs = ",".join(f"{key}={value}" for key, value in self.parameters.items())
+        marks = [word for word in ("advises", "partner") if getattr(self, word)]
+        note = f" ({', '.join(marks)})" if marks else ""
+        rows = [f"{self.agent}{pairs and ':'}{pairs}{note}", f"    {self.does}"]
+        rows += [f"    {key}: {meaning}." for key, meaning in self.meanings.items() if meaning]
+        return "\n".join(rows)
+
+
+def load_agent_infos(name: str) -> list[AgentInfo]:
+    """Return the agents that can play a problem."""
+    problem = problems.load_problem(name)
+    rosters = [agents.load_roster(problem, seat) for seat in range(len(problem.agents))]
+    advises = {roster.hint_provider for roster in rosters}
+    partners = {roster.default_partner for roster in rosters[1:]}
+    return [
+        AgentInfo(
+            agent,
+            _first_doc_line(agent_class),
+            agents.default_parameters(agent_class),
+            agents.parameter_meanings(agent_class),
+            agent in advises,
+            agent in partners,
+        )
+        for agent, agent_class in _willing_agents(problem).items()
+    ]
+
+
+def report_agents(name: str, *, json: bool) -> Printout:
+    """Return a report of the agents that can play a problem, as text or JSON."""
+    agent_infos = load_agent_infos(name)
+    text = (
+        dumps([agent_info._asdict() for agent_info in agent_infos])
+        if json
+        else "\n".join(map(str, agent_infos))
+    )
+    return Printout(text, paged=not json)
+
+
+def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text | str:
+    """Return table F.1, or its problems of one kind, with a note of the columns left out."""
+    rows = rows_of_kind(kind)
+    if terminal_options.json:
+        return dumps(rows)
+    width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
+    headings = fitting_headings(rows, width)
+    table_text = _render_table(rows, headings, width)
+    omitted = [*rows[0]][len(headings) :]
+    if omitted:
+        note = f"no room for {', '.join(omitted)}; --width or --json has all"
+        table_text.append(f"\n{fill(note, width)}")
+    return table_text
+
+
+def report_problem(name: str, keys: KeyPreferences, *, json: bool) -> Printout:
+    """Return a report of all facts about a problem, as text or JSON."""
+    problem_info = load_problem_info(name, keys)
+    return Printout(dumps(problem_info._asdict()) if json else str(problem_info), paged=not json)

@@ -1,0 +1,37 @@
+"""The report of the player's best and last games, as a table or JSON."""
+
+from json import dumps
+
+from dmplay.formatting import align_columns
+from dmplay.player_records import ProblemRecord, load_records
+
+HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
+
+
+def report_records(*, json: bool) -> str:
+    """Return a row for each problem, variant and set of parameters, as a table or JSON."""
+    records = load_records()
+    if json:
+        return dumps([record.to_json() for record in records])
+    if not records:
+        return "no game was played to its end"
+    return "\n".join(align_columns([HEADINGS, *map(_record_row, records)]))
+
+
+def _record_row(record: ProblemRecord) -> tuple[str, ...]:
+    """Return the table row of a record, with dashes if it has no best game."""
+    best = record.best
+    best_cells = (f"{best.discounted_return:.6g}", *map(str, best[1:])) if best else ("-",) * 4
+    return (
+        _problem_label(record),
+        record.seat,
+        *best_cells,
+        f"{record.last.discounted_return:.6g}",
+    )
+
+
+def _problem_label(record: ProblemRecord) -> str:
+    """Return the problem with the parameters and the turn limit that are not the defaults."""
+    changed = [f"{name}={dumps(value)}" for name, value in record.parameters.items()]
+    limit = [] if record.turns is None else [f"--turns {record.turns}"]
+    return " ".join([record.problem, *changed, *limit])

@@ -1,0 +1,37 @@
+"""The review of a transcript, printed or saved as notes in the transcript."""
+
+from json import dumps
+
+from dmplay.errors import BadParameter
+from dmplay.game.playback import Playback
+from dmplay.game.requests import ReplayRequest
+from dmplay.game.seats import list_human_seats
+from dmplay.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table, review_actions
+from dmplay.safe_files import write_file
+from dmplay.transcript.verification_report import describe_peeks_and_hints
+
+
+def review_transcript(recording: ReplayRequest, *, write: bool = False, json: bool = False) -> str:
+    """Return the review of a transcript as text or JSON; if `write`, also save it in the file.
+
+    Raise BadParameter if a review of an unfinished game is to be saved.
+    """
+    path = recording.path
+    game = Playback(path, trusted=recording.trusted, peek=recording.peek)
+    list(game.iter_agent_turns())
+    human_seats = list_human_seats(game.player_names)
+    reviewed_actions = list(review_actions(game.session, human_seats, game.player_names))
+    if write and game.transcript.end_block is None:
+        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
+    if write:
+        rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
+        other_rows = [row for row in rows if not row.startswith(REVIEW_NOTE_PREFIX)]
+        write_file(path.resolve(), [*other_rows, *format_notes(reviewed_actions)], force=True)
+    hint_counts, peeked = dict(game.session.hint_counts), game.transcript.header.peeked
+    extra_rows = [{"peeked": peeked, "help": hint_counts}] if peeked or hint_counts else []
+    if json:
+        return dumps([*(move._asdict() for move in reviewed_actions), *extra_rows])
+    rows = (
+        format_table(reviewed_actions) if human_seats else ["review: no person plays in this game"]
+    )
+    return "\n".join([*rows, *describe_peeks_and_hints(hint_counts, peeked=peeked)])

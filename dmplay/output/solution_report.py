@@ -1,0 +1,79 @@
+"""Reports of solutions, which are computed once and cached."""
+
+import hashlib
+import os
+from collections.abc import Mapping
+from json import dumps, loads
+from pathlib import Path
+
+from dmplay import __version__
+from dmplay.budget import report_progress_to
+from dmplay.core import Problem
+from dmplay.output.progress import ProgressBar
+from dmplay.output.tables import format_table
+from dmplay.registry import problems
+from dmplay.safe_files import user_folder
+from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.simulated import SimulationOptions, use_simulation_options
+from dmplay.solutions.solution import Solution
+
+
+def load_or_solve(
+    name: str, parameters: Mapping[str, object], simulation_options: SimulationOptions
+) -> Solution:
+    """Return the solution of a problem, from the user's cache folder if it is there.
+
+    Its key is made of name, parameters, simulation options and the version and file times of the
+    code. Solutions of user-defined problems are not cached, because their code may change.
+    """
+    loaded = problems.resolve_problem(name, parameters)
+    if not problems.builtin_stem(loaded.problem):
+        return _solve(loaded.problem, simulation_options)
+    option_values = simulation_options.episodes, simulation_options.turns, simulation_options.work
+    key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]
+    key = dumps(key_parts, sort_keys=True, default=str)
+    root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
+    file = root / "solve" / f"{hashlib.sha256(key.encode()).hexdigest()[:16]}.json"
+    try:
+        return Solution(**loads(file.read_text(encoding="utf-8")))
+    except (OSError, ValueError, TypeError):
+        pass
+    result = _solve(loaded.problem, simulation_options)
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(dumps(result._asdict()), encoding="utf-8")
+    except OSError:
+        pass  # a solution that cannot be saved is computed again
+    return result
+
+
+def _solve(problem: Problem, simulation_options: SimulationOptions) -> Solution:
+    """Solve a problem with simulation options; raise BadParameter if an option has no effect."""
+    with use_simulation_options(simulation_options):
+        result = solve_problem(problem)
+    simulation_options.check_options_used(result.method)
+    return result
+
+
+def _source_times() -> list[int]:
+    """Return the modification times of this package's files, so that changed code solves again."""
+    return [file.stat().st_mtime_ns for file in sorted(Path(__file__).parent.parent.rglob("*.py"))]
+
+
+def report_solution(
+    name: str,
+    parameters: Mapping[str, object],
+    simulation_options: SimulationOptions,
+    *,
+    json: bool = False,
+    motion: bool = True,
+) -> str:
+    """Return the solution of a problem as text or JSON; show progress while it is computed."""
+    with ProgressBar(f"solving {name}", quiet=json, motion=motion) as bar, report_progress_to(bar):
+        result = load_or_solve(name, parameters, simulation_options)
+    if json:
+        loaded = problems.resolve_problem(name, parameters)
+        header = {"problem": loaded.name, "parameters": loaded.parameters}
+        return dumps(header | result._asdict())
+    title = " ".join([name, *(f"{key}={value}" for key, value in parameters.items())])
+    return "\n".join([f"{title}: {result.method}", result.result, "", format_table(result.rows, 6)])

@@ -1,0 +1,101 @@
+"""Export of figures and texts to the terminal and to SVG."""
+
+import io
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from rich._export_format import CONSOLE_SVG_FORMAT
+from rich.console import Console
+from rich.text import Text
+
+from dmplay.figures.registry import find_figure, load_figures
+from dmplay.game.cli_results import Printout
+from dmplay.game.export_formats import check_extension
+from dmplay.safe_files import write_file
+from dmplay.styled_text import to_ansi
+from dmplay.terminal import Terminal
+from dmplay.views.canvas import measure_text, to_ascii
+
+# Rich's own template, without the fonts that it loads from the network.
+SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
+    "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
+)
+VIEW_BOX_PATTERN = re.compile(r'viewBox="[^"]*"')
+FILM_STYLE = """
+.film > svg {{ visibility: hidden; animation: turn {length}s infinite }}
+@keyframes turn {{ 0% {{ visibility: visible }} {share:.4f}%, 100% {{ visibility: hidden }} }}
+@media (prefers-reduced-motion: reduce) {{
+  .film > svg {{ animation: none }}
+  .film > svg:last-child {{ visibility: visible }}
+}}
+"""
+
+
+def make_recording_console(width: int) -> Console:
+    """Return a console that records the texts printed on it, with their styles."""
+    return Console(
+        width=width, record=True, file=io.StringIO(), force_terminal=True,
+        color_system="standard", legacy_windows=False, highlight=False,
+    )  # fmt: skip
+
+
+def text_to_svg(text: Text, title: str, *, width: int = 0, name: str = "dmplay") -> str:
+    """Return a text as SVG, as wide as the text if `width` is 0.
+
+    `name` is the prefix of all ids in the SVG.
+    """
+    recorder = make_recording_console(width or measure_text(text)[0] + 1)
+    recorder.print(text, soft_wrap=True)
+    return recorder.export_svg(title=title, unique_id=name, code_format=SVG_TEMPLATE)
+
+
+def texts_to_animated_svg(
+    texts: Iterable[Text], count: int, title: str, width: int
+) -> Iterator[str]:
+    """Yield an animated SVG that shows each of `count` texts for one second.
+
+    Readers who prefer reduced motion see the last text only.
+    """
+    style = FILM_STYLE.format(length=count, share=100 / count)
+    for second, text in enumerate(texts):
+        document = text_to_svg(text, title, width=width, name=f"t{second}")
+        if not second:
+            view_box = VIEW_BOX_PATTERN.search(document)
+            assert view_box
+            yield f'<svg class="film" {view_box[0]} xmlns="http://www.w3.org/2000/svg">\n'
+            yield f"<style>{style}</style>\n"
+        delayed_tag = f'<svg style="animation-delay: {second}s"'
+        yield document.replace("<svg", delayed_tag, 1) + "\n"
+    yield "</svg>\n"
+
+
+def render_for_terminal(text: Text, terminal: Terminal) -> str:
+    """Return a text as a string for a terminal, in colour and in Unicode if the terminal can."""
+    encodable = to_ascii(text) if terminal.ascii else text
+    return to_ansi(encodable, terminal.theme) if terminal.color else encodable.plain
+
+
+def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) -> Printout:
+    """Write text to a file part by part, or return it to be printed if `path` is None or `-`.
+
+    After writing a file, the result is an empty Printout.
+    """
+    if path is None or str(path) == "-":
+        return Printout("", text_chunks=content)
+    write_file(path, content, force=force)
+    return Printout("")
+
+
+def format_figure_list() -> str:
+    """Return the name and title of every figure, one per line."""
+    return "\n".join(f"{key:<5} {title}" for key, (title, _) in load_figures().items())
+
+
+def draw_figure(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
+    """Return a figure to be printed, as SVG if asked for, or write it to a file as SVG."""
+    title, draw = find_figure(name)
+    check_extension(output, "svg")
+    if svg or output:
+        return write_or_print(output, [text_to_svg(draw(), title)], force=force)
+    return Printout(draw(), paged=True)

@@ -1,0 +1,192 @@
+"""The report of `tournament`, a round robin of agents, as text, JSON or CSV."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
+from dmplay.evaluation.executors import open_execution_backend
+from dmplay.evaluation.tournament import (
+    SEATING_ORDERS,
+    TournamentResult,
+    list_seatings,
+    run_tournament,
+)
+from dmplay.formatting import format_count, format_upper_bound
+from dmplay.game.cli_results import Printout
+from dmplay.output.evaluation_request import (
+    EvaluationRequest,
+    estimate_row,
+    make_policy,
+    make_report,
+)
+from dmplay.output.progress import ProgressBar
+from dmplay.output.tables import format_csv, format_json, format_mean, format_table
+from dmplay.output.tournament_checkpoint import TournamentCheckpoint
+from dmplay.registry import agents
+from dmplay.solutions.solution import Row
+
+# agents that play an equilibrium, if a problem has them
+EQUILIBRIUM_AGENTS = ("equilibrium", "nash")
+
+
+def report_tournament(
+    request: EvaluationRequest,
+    entrants: Sequence[str],
+    *,
+    episodes: int,
+    orders: str = SEATING_ORDERS[0],
+    results_file: Path | None = None,
+) -> Printout:
+    """Run a round-robin tournament; report the cross table, the standings and the equilibrium.
+
+    Results are saved in `results_file`, if it is given, so that a tournament can resume. Raise
+    BadParameter if an entrant is named twice.
+    """
+    if len({*entrants}) < len(entrants):
+        raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
+    problem = request.load_problem().problem
+    seat_count = len(problem.agents)
+    policies = {name: _entrant_policies(problem, name, request) for name in entrants}
+    facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
+             "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
+    facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
+    returns_by_seating = TournamentCheckpoint(results_file, facts) if results_file else {}
+    exact_agent = _equilibrium_agent(problem) if orders == SEATING_ORDERS[0] else ""
+    with (
+        ProgressBar(
+            f"a tournament of {len(entrants)}",
+            quiet=bool(request.output_format),
+            motion=request.motion,
+        ) as bar,
+        open_execution_backend(request.engine, request.workers) as (workers, executor),
+    ):
+        result = run_tournament(
+            problem,
+            policies,
+            equilibrium_policies=_entrant_policies(problem, exact_agent, request)
+            if exact_agent
+            else None,
+            episodes=episodes,
+            turns=request.turn_limit,
+            seed=request.seed,
+            workers=workers,
+            executor=executor,
+            progress=bar,
+            returns_by_seating=returns_by_seating,
+            seating_order=orders,
+        )
+    seating_count, game_count = (
+        len(list_seatings(len(entrants), seat_count, orders)),
+        format_count(episodes, "game", ","),
+    )
+    headline = f"{request.title}: {seating_count} seatings of {game_count} of seed {request.seed}"
+    return make_report(
+        _format_tournament(result, request.output_format, headline, facts, exact_agent),
+        result.shortfall_reason,
+    )
+
+
+def _format_tournament(
+    tournament: TournamentResult,
+    output_format: str,
+    headline: str,
+    facts: dict[str, object],
+    exact_agent: str,
+) -> str:
+    """Return the tournament as JSON, CSV or text; as text, under a headline."""
+    standings = _standing_rows(tournament)
+    if output_format == "json":
+        extra = {
+            "table": tournament.mean_returns.tolist(),
+            "equilibrium": exact_agent,
+            "exploitability": tournament.exploitability,
+            "standings": standings,
+        }
+        return format_json(facts | extra)
+    if output_format == "csv":
+        return format_csv(standings)
+    cross = (
+        [format_table(_cross_table(tournament))] if len(tournament.mean_returns.shape) == 3 else []
+    )
+    parts = [headline, *cross, format_table([_standing_table_row(row) for row in standings])]
+    if tournament.exploitability is not None and len(tournament.mean_returns.shape) > 3:
+        gain_text = (
+            f"more than {format_upper_bound(tournament.exploitability, 2)}"
+            if tournament.exploitability
+            else "anything"
+        )
+        parts.append(
+            f"equilibrium: of this table; by another entrant no seat gains {gain_text} in it"
+        )
+    if tournament.exact_regrets:
+        parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")
+    return "\n\n".join(parts)
+
+
+def _entrant_policies(problem: Problem, name: str, request: EvaluationRequest) -> list[Policy]:
+    """Return an entrant's policies for all seats."""
+    return [make_policy(problem, seat, name, request) for seat in range(len(problem.agents))]
+
+
+def _equilibrium_agent(problem: Problem) -> str:
+    """Return the agent that plays an equilibrium of the problem itself, or '' if there is none.
+
+    Only two-agent problems without hidden states are considered.
+    """
+    if len(problem.agents) != 2 or problem.partially_observable:
+        return ""
+    agents_by_seat = [agents.load_roster(problem, seat).agents for seat in (0, 1)]
+    return next(
+        (
+            name
+            for name in EQUILIBRIUM_AGENTS
+            if all(name in seat_agents for seat_agents in agents_by_seat)
+        ),
+        "",
+    )
+
+
+def _cross_table(tournament: TournamentResult) -> list[Row]:
+    """Return a table of the mean returns of both seats, with the first seat's entrants as rows."""
+    rows: list[Row] = []
+    for name, row_returns in zip(tournament.entrants, tournament.mean_returns, strict=True):
+        row: Row = {"first seat": name}
+        for opponent, returns in zip(tournament.entrants, row_returns, strict=True):
+            row[opponent] = "-" if np.isnan(returns).any() else "{:.4g}, {:.4g}".format(*returns)
+        rows.append(row)
+    return rows
+
+
+def _standing_rows(tournament: TournamentResult) -> list[Row]:
+    """Return the entrants as rows of data, the best first, those that did not play last."""
+    rows: list[Row] = []
+    for index in np.argsort(
+        [-estimate.mean for estimate in tournament.return_estimates], kind="stable"
+    ).tolist():
+        estimate = tournament.return_estimates[index]
+        row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
+        if tournament.best_replies is not None:
+            row["best reply to it"] = tournament.entrants[tournament.best_replies[index]]
+        if tournament.equilibrium is not None and tournament.regrets is not None:
+            equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
+            row |= {
+                "share in equilibrium": equilibrium_share,
+                "regret": float(tournament.regrets[index]),
+            }
+        if tournament.exact_regrets is not None:
+            regret = tournament.exact_regrets[index]
+            row |= {"exact regret": regret.mean, "exact error": regret.standard_error}
+        rows.append(row)
+    return rows
+
+
+def _standing_table_row(row: Row) -> Row:
+    """Return a table row of the standings, with means and standard errors combined."""
+    cells = {key: value for key, value in row.items() if key not in ("low", "high")}
+    cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))
+    if "exact regret" in cells:
+        cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), ".4g")
+    return cells

@@ -1,0 +1,318 @@
+"""Export of a recorded game as SVG, HTML, screen recording, text, CSV or JSON."""
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import lru_cache
+from json.encoder import encode_basestring_ascii
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rich.text import Text
+
+from dmplay.errors import BadParameter
+from dmplay.formatting import format_count
+from dmplay.game.cli_results import Printout
+from dmplay.game.export_formats import EXPORT_FORMATS, check_extension
+from dmplay.game.game import Game
+from dmplay.game.playback import Playback
+from dmplay.game.requests import GameRequest, ReplayRequest
+from dmplay.game.seats import list_human_seats
+from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.key_maps.keyboard import Keyboard
+from dmplay.output.html_export import render_page
+from dmplay.output.svg_export import text_to_svg, write_or_print
+from dmplay.output.svg_export import texts_to_animated_svg as pictures
+from dmplay.safe_files import check_not_source
+from dmplay.screen.frame import Frame, ScreenRows, compose_frame
+from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
+from dmplay.styled_text import ScreenLine, to_ansi, to_plain_text
+from dmplay.transcript.format import collect_end_facts
+from dmplay.transcript.header import collect_header_facts
+from dmplay.views.protocol import DrawOptions, TooSmallNotice, expand_for_picture
+from dmplay.views.view_cache import IdentityCache, SeatSnapshot
+
+DEFAULT_COLUMNS = 80  # columns of a screen
+ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys
+MAX_CACHED_PARTS, MAX_CACHED_ROWS = 2**10, 2**8  # parts and rows of screens to cache
+SEED_KEYS = ("seed", "episode")
+# escape sequences that clear the screen, quoted as in JSON
+CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"
+
+
+class ExportOptions(NamedTuple):
+    """Options of an export: the viewport, the turn of a picture, and whether to draw a hint."""
+
+    viewport: Viewport = Viewport(0, 0)  # 0 for the default number of columns or rows
+    turn: int | None = None  # None for the last turn
+    hint: bool = False
+    typed_options: Sequence[str] = ()  # typed options that apply to screens only
+
+
+class ScreenRenderer:
+    """A renderer of screens as strings, with caches for the parts and rows that repeat."""
+
+    def __init__(self, viewport: Viewport, draw: Callable[[ScreenLine], str], row_end: str) -> None:
+        self._viewport, self._row_end = viewport, row_end
+        render_row: Callable[[Any], str] = lru_cache(MAX_CACHED_ROWS)(
+            lambda row: draw(fit_line(row, viewport))
+        )
+        render_rich_text = IdentityCache[Any](
+            lambda row: draw(fit_line(row, viewport)), MAX_CACHED_ROWS
+        ).get
+        self._draw_by_type = {
+            str: render_row,
+            tuple: render_row,
+            Text: render_rich_text,
+            TooSmallNotice: render_rich_text,
+        }
+        self._part_cache = IdentityCache[ScreenRows](
+            lambda part: row_end.join(self._draw_rows(part)), MAX_CACHED_PARTS
+        )
+
+    def render_screen(self, game: Game, snapshot: SeatSnapshot, log: list[str]) -> str:
+        """Return a screen as a string, with `row_end` between its rows."""
+        chunks: list[str] = []
+        for part in Frame(game, self._viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts():
+            chunks += (
+                [self._part_cache.get(part)] if isinstance(part, tuple) else self._draw_rows(part)
+            )
+        return self._row_end.join(chunks)
+
+    def _draw_rows(self, part: ScreenRows) -> list[str]:
+        """Return the rendered rows of a part."""
+        draw_by_type = self._draw_by_type
+        return [draw_by_type[type(row)](row) for row in part]
+
+
+def iter_screens(game: Playback, viewport: Viewport) -> Iterator[Text]:
+    """Yield the screen before the first turn and after every turn or event."""
+    return (
+        compose_frame(game, viewport, EMPTY_FRAME_STATE, log) for _, log in _iter_snapshots(game)
+    )
+
+
+def _iter_snapshots(game: Playback) -> Iterator[tuple[SeatSnapshot, list[str]]]:
+    """Yield the snapshot and the log before the first turn and after every turn or event."""
+    snapshot, log = game.snapshot(), list[str]()
+    yield snapshot, log
+    for turns_before in game.iter_agent_turns():
+        snapshot = game.snapshot()
+        log.append(game.narrator.describe_change(snapshot, turns_before))
+        yield snapshot, log
+
+
+def _fit_viewport(game: Playback, viewport: Viewport) -> Viewport:
+    """Return the viewport, enlarged if the problem's own picture would not fit."""
+    board_size = viewport.width, viewport.height - ROWS_AROUND_BOARD
+    width, height = expand_for_picture(game.view_module, game.view(), *board_size)
+    return viewport._replace(width=width, height=height + ROWS_AROUND_BOARD)
+
+
+def _screen_at_turn(game: Playback, options: ExportOptions) -> Text:
+    """Return the screen after the chosen turn, or after the last turn.
+
+    Raise BadParameter if there is no such turn.
+    """
+    # with a hint, show only the player's information
+    game.agents_only = game.rewards_visible = not options.hint
+    for _, log in _iter_snapshots(game):
+        if len(game.session.turns) == options.turn or (options.turn is None and game.is_at_end):
+            if options.hint:
+                return _screen_with_hint(game, options.viewport, log)
+            return compose_frame(game, options.viewport, FrameState(), log)
+    turns = format_count(len(game.session.turns), "turn")
+    raise BadParameter(f"--at: got {options.turn}, the game has {turns}")
+
+
+def _screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Text:
+    """Return the screen of the player who chooses now, with a hint.
+
+    Raise BadParameter if the game is over.
+    """
+    if game.session.over:
+        raise BadParameter("--hint: nobody chooses after the end; --at shows an earlier turn")
+    keyboard = Keyboard(
+        game.problem, list_human_seats(game.player_names) or [0], DEFAULT_KEY_PREFERENCES
+    )
+    request = GameRequest(game.problem_name, is_seed_visible=game.is_seed_visible)
+    playable = Game(game.problem_name, game.session, game.player_names, keyboard, request=request)
+    message = playable.hint_provider.create_hint()
+    hint = playable.hint_provider.current_hint
+    frame_state = FrameState(message=hint.summary if hint else message, hint=hint)
+    return compose_frame(playable, viewport, frame_state, log)
+
+
+def render_svg(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield an SVG picture of the screen after a turn."""
+    yield text_to_svg(
+        _screen_at_turn(game, options), f"dmplay {game.problem_name}", width=options.viewport.width
+    )
+
+
+def render_film(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield the screen turn by turn as an animated SVG."""
+    texts, title = iter_screens(game, options.viewport), f"dmplay {game.problem_name}"
+    yield from pictures(texts, 1 + game.step_count, title, options.viewport.width)
+
+
+def render_html(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Return the parts of a standalone HTML page with every turn, open at one of them."""
+    return render_page(game, options.turn, DrawOptions(*options.viewport, allow_large=True))
+
+
+def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield a screen recording in asciicast version 2, one second per turn."""
+    size = {"width": options.viewport.width, "height": options.viewport.height}
+    yield _json_line({"version": 2, **size, "title": f"dmplay {game.problem_name}"})
+    for second, screen in enumerate(_iter_json_screens(game, options.viewport)):
+        yield f'[{second}.0, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
+
+
+def render_cast3(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield a screen recording in asciicast version 3, one second per turn.
+
+    In this version, the time of a screen is relative to the previous one.
+    """
+    term = {"cols": options.viewport.width, "rows": options.viewport.height}
+    yield _json_line({"version": 3, "term": term, "title": f"dmplay {game.problem_name}"})
+    for number, screen in enumerate(_iter_json_screens(game, options.viewport)):
+        yield f'[{float(number > 0)}, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
+
+
+def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
+    """Yield the screens as a terminal in raw mode receives them, quoted as in JSON."""
+    renderer = ScreenRenderer(
+        viewport, lambda row: _quote_json(to_ansi(row, "default")), _quote_json("\r\n")
+    )
+    return (renderer.render_screen(game, snapshot, log) for snapshot, log in _iter_snapshots(game))
+
+
+def _quote_json(text: str) -> str:
+    """Return a text quoted as in JSON, without the quotation marks."""
+    return encode_basestring_ascii(text)[1:-1]
+
+
+def _json_line(value: object) -> str:
+    """Return a value as a line of JSON."""
+    return f"{json.dumps(value)}\n"
+
+
+def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield every screen as plain text."""
+    renderer = ScreenRenderer(options.viewport, lambda row: to_plain_text(row).rstrip(), "\n")
+    for snapshot, log in _iter_snapshots(game):
+        yield renderer.render_screen(game, snapshot, log).rstrip() + "\n\n"
+
+
+def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield the turns as CSV, one row per turn and one column per fact and seat."""
+    columns: dict[str, None] = {}
+    rows: list[tuple[object, ...]] = []  # each with the columns known at that turn
+    for facts in _iter_turn_facts(game):
+        row = dict(_turn_columns(facts))
+        columns |= dict.fromkeys(row)
+        rows.append(tuple(map(row.get, columns)))
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    for values in [tuple(columns), *rows]:
+        writer.writerow([*values, *[None] * (len(columns) - len(values))])
+        yield out.getvalue()
+        out.seek(0)
+        out.truncate()
+
+
+def _turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:
+    """Yield the column names and values of a turn's facts."""
+    for key, value in facts.items():
+        for name, item in value.items() if isinstance(value, dict) else [("", value)]:
+            yield f"{key} {name}".strip(), json.dumps(item) if isinstance(item, list) else item
+
+
+def render_json(game: Playback, options: ExportOptions) -> Iterator[str]:
+    """Yield the whole game as one JSON object."""
+    header_items = collect_header_facts(game.transcript.header).items()
+    facts = {
+        key: value for key, value in header_items if game.is_seed_visible or key not in SEED_KEYS
+    }
+    # the list of turns replaces the turn limit
+    outline = json.dumps(facts | {"turns": []}, indent=1)
+    before, after = outline.removesuffix("\n}").split('\n "turns": []')
+    yield f'{before}\n "turns": ['
+    for number, turn_facts in enumerate(_iter_turn_facts(game)):
+        yield ("," if number else "") + _indent_json(f"\n{json.dumps(turn_facts, indent=1)}", 2)
+    end = _indent_json(json.dumps(collect_end_facts(game.session), indent=1), 1)
+    yield f'\n ]{after},\n "end": {end}\n}}\n'
+
+
+def _indent_json(text: str, columns: int) -> str:
+    """Return JSON text with all lines but the first indented."""
+    return text.replace("\n", "\n" + " " * columns)
+
+
+def _iter_turn_facts(game: Playback) -> Iterator[dict[str, object]]:
+    """Yield the facts of the initial position and of every turn, undo or reroll."""
+    yield game.narrator.all_turn_facts()
+    for turns_before in game.iter_agent_turns():
+        added_turns = len(game.session.turns) - turns_before
+        event = {1: {}, 0: {"event": "reroll"}}.get(added_turns, {"event": "undo"})
+        yield game.narrator.all_turn_facts() | event
+
+
+RENDERERS: dict[str, Callable[[Playback, ExportOptions], Iterator[str]]] = {
+    "svg": render_svg,
+    "film": render_film,
+    "html": render_html,
+    "cast": render_cast,
+    "cast3": render_cast3,
+    "text": render_text,
+    "csv": render_csv,
+    "json": render_json,
+}
+
+
+def export_transcript(
+    recording: ReplayRequest,
+    formats: Sequence[str],
+    options: ExportOptions,
+    output: Path | None = None,
+    *,
+    force: bool = False,
+) -> Printout:
+    """Export a transcript in the chosen format, to a file or as a Printout.
+
+    The Printout is empty if a file is written. Raise BadParameter unless exactly one format is
+    chosen and the options suit it.
+    """
+    if len(formats) != 1:
+        raise BadParameter(
+            f"export: choose one of {', '.join(f'--{name}' for name in EXPORT_FORMATS)}"
+        )
+    (format_name,) = formats
+    if options.turn is not None and not EXPORT_FORMATS[format_name].shows_one_turn:
+        stills = " or ".join(
+            f"--{name}"
+            for name, export_format in EXPORT_FORMATS.items()
+            if export_format.shows_one_turn
+        )
+        raise BadParameter(f"--at: a turn of {stills}, not of --{format_name}")
+    if options.hint and format_name != "svg":
+        raise BadParameter(f"--hint: on a picture, --svg, not on --{format_name}")
+    if options.typed_options and not EXPORT_FORMATS[format_name].screen_rows:
+        raise BadParameter(
+            f"--{options.typed_options[0]}: of a screen, which --{format_name} does not have"
+        )
+    check_extension(output, format_name)
+    game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
+    if output:
+        check_not_source(output, game.transcript.path)
+    width, height, ascii_ = options.viewport
+    room = Viewport(
+        width or DEFAULT_COLUMNS, height or EXPORT_FORMATS[format_name].screen_rows, ascii_
+    )
+    if room.height:
+        room = _fit_viewport(game, room)
+    return write_or_print(
+        output, RENDERERS[format_name](game, options._replace(viewport=room)), force=force
+    )

@@ -1,0 +1,311 @@
+"""Agents by name: those that can play a seat, the one that gives hints, and full names.
+
+An agent is `NAME`, `NAME:PARAMETER=VALUE,...`, `MODULE:ATTRIBUTE`, `./FILE.py:ATTRIBUTE` or a
+program, `bot:COMMAND` or `bot:PARAMETER=VALUE,...,COMMAND`.
+"""
+
+from collections.abc import Sequence
+from dataclasses import Field, fields, replace
+from functools import cache, partial
+from importlib import import_module
+from importlib.util import find_spec
+from typing import Any
+
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
+from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
+from dmplay.errors import BadParameter, BadPolicy, UnknownName
+from dmplay.registry import module_exports
+from dmplay.registry.builtin_names import problem_names, stem_to_name
+from dmplay.registry.parameter_parsing import parse_parameter
+from dmplay.registry.problem_sources import names_bot
+from dmplay.registry.problems import builtin_stem, load_problem
+from dmplay.registry.user_code import load_named_attribute, may_name_code
+from dmplay.source_locations import describe_error_location
+
+NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
+MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
+
+
+def load_roster(problem: Problem, seat: int = 0) -> Roster:
+    """Return the agents that can play a seat: the problem's own, then those for any problem.
+
+    If the problem is user-defined, the agents of its module come first.
+    """
+    module_name = builtin_stem(problem)
+    if not module_name or find_spec(f"dmplay.agents.{module_name}") is None:
+        module_name = "user_defined"
+    specific, general = (
+        _load_module_roster(module_name, problem, seat),
+        _load_module_roster("general", problem, seat),
+    )
+    merged = replace(specific, agents={**specific.agents, **general.agents})
+    return (
+        merged
+        if builtin_stem(problem)
+        else module_exports.merge_module_agents(problem, seat, merged)
+    )
+
+
+def load_agent(problem: Problem, seat: int, name: str) -> Policy:
+    """Return the agent of this name for a seat.
+
+    Raises UnknownName with the nearest names, BadPolicy if the agent does not play this problem,
+    and BadParameter if one of its parameters, or the seat, is invalid.
+    """
+    check_problem(problem, None)
+    if seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
+    if names_bot(name):
+        return make_bot(problem, seat, name)
+    if not names_user_code(problem, seat, name):
+        return _make_roster_agent(problem, seat, name)
+    source, _, remainder = name.partition(":")
+    attribute_name, _, parameter_text = remainder.partition(":")
+    try:
+        factory = load_named_attribute(f"{source}:{attribute_name}")
+    except BadParameter:  # no such module
+        _check_fits(problem, seat, source)
+        raise
+    parameters = _parse_parameters(factory, parameter_text, name) if parameter_text else {}
+    try:
+        policy: Policy = factory(problem, seat, **parameters)
+    except TypeError as error:
+        if describe_error_location(error):  # raised on a line of user code
+            raise
+        _check_fits(problem, seat, source)
+        raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
+    missing = [
+        member
+        for member in ("uniform_count", "initial_memory", "update_memory", "choose")
+        if not hasattr(policy, member)
+    ]
+    if missing:
+        raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+    if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
+        raise BadPolicy(
+            f"{name}: uniform_count: got {policy.uniform_count!r}, expected how many, 0 or more"
+        )
+    return policy
+
+
+def names_user_code(problem: Problem, seat: int, name: str) -> bool:
+    """Return whether an agent's name refers to a file or module, not to an agent of the seat.
+
+    The code that it names is run only if it is trusted.
+    """
+    agent_names = (*module_exports.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
+    return may_name_code(name) and name.partition(":")[0] not in agent_names
+
+
+def find_hint_provider(
+    problem: Problem, seat: int, turn_limit: int | None = None, seats: Sequence[str] = ()
+) -> tuple[str, SeatPolicy] | None:
+    """Return the name and the policy of the agent that gives hints in this game.
+
+    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. None
+    if there is no such agent, or if it refuses the problem.
+    """
+    name = load_roster(problem, seat).hint_provider_for(turn_limit)
+    if name is None:
+        return None
+    opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
+    try:
+        policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
+    except BadPolicy:
+        return None
+    return _format_agent_name(name, policy), policy
+
+
+def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
+    """Return the name of the agent that plays a seat of many games if none is named.
+
+    It is the roster's batch agent, else the hint provider, else the default partner.
+    """
+    seat_roster = load_roster(problem, seat)
+    hint_provider = (
+        seat_roster.hint_provider_for(turn_limit)
+        if find_hint_provider(problem, seat, turn_limit)
+        else None
+    )
+    return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
+
+
+def refuses_problem(problem: Problem, agent_class: type[SeatPolicy]) -> bool:
+    """Return whether an agent of a roster refuses to play the first seat of a problem.
+
+    An agent that needs an optional package is assumed to play, as the package is not loaded.
+    """
+    if agent_class.required_package:
+        return False
+    try:
+        agent_class(problem, 0)
+    except BadPolicy:
+        return True
+    return False
+
+
+def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int) -> str:
+    """Return an agent's name with its horizon set to `turn_limit`, if it plans whole games.
+
+    A name that sets a horizon already, and that of any other agent, is returned unchanged.
+    """
+    base, _, parameter_text = name.partition(":")
+    agent_class = load_roster(problem, seat).agents.get(base)
+    if (
+        agent_class is None
+        or not agent_class.plans_whole_game
+        or "horizon" in _parse_parameters(agent_class, parameter_text, base)
+    ):
+        return name
+    return _format_agent_name(
+        base, _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, ())
+    )
+
+
+def default_parameters(agent_class: type[SeatPolicy]) -> dict[str, object]:
+    """Return the parameters of an agent with their defaults."""
+    return {parameter.name: parameter.default for parameter in _parameter_fields(agent_class)}
+
+
+def parameter_meanings(agent_class: type[SeatPolicy]) -> dict[str, str]:
+    """Return the parameters of an agent with their descriptions, '' if there is none."""
+    return {
+        parameter.name: parameter.metadata.get("meaning", "")
+        for parameter in _parameter_fields(agent_class)
+    }
+
+
+def _load_module_roster(module: str, problem: Problem, seat: int) -> Roster:
+    """Return the roster that a module of policies builds for a seat."""
+    module_roster: Roster = import_module(f"dmplay.agents.{module}").build_roster(problem, seat)
+    return module_roster
+
+
+def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
+    """Return the agent of a roster by name, with its parameters.
+
+    Raises UnknownName, or BadPolicy if it is an agent of other problems.
+    """
+    base, _, parameter_text = name.partition(":")
+    agents = load_roster(problem, seat).agents
+    if base in module_exports.RESERVED_AGENT_NAMES:  # it is not a policy
+        raise UnknownName("agent", name, [*agents, "bot:COMMAND"])
+    if base not in agents:
+        _check_fits(problem, seat, base)
+        raise UnknownName("agent", base, _valid_agent_names(problem, seat))
+    agent_class = agents[base]
+    return agent_class(
+        problem, seat, **_parse_parameters(agent_class, parameter_text, base)
+    ).with_policy_lookup(partial(_make_opponent, problem))
+
+
+def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
+    """Return the names that an agent of a seat can have."""
+    return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot"]
+
+
+def _check_fits(problem: Problem, seat: int, name: str) -> None:
+    """Raise BadPolicy if an agent is for other problems only, and list some of them."""
+    kind_by_problem = {
+        problem_name: kind for problem_name, kind, agents in _builtin_agents() if name in agents
+    }
+    if not kind_by_problem:
+        return
+    kinds = {*kind_by_problem.values()}
+    problem_list = ", ".join([*kind_by_problem][:MAX_LISTED_PROBLEMS]) + " and others" * (
+        len(kind_by_problem) > MAX_LISTED_PROBLEMS
+    )
+    valid_names = ", ".join(_valid_agent_names(problem, seat))
+    reason = "" if problem.kind in kinds else f" ({' or '.join(sorted(kinds))}, not {problem.kind})"
+    raise BadPolicy(f"agent {name} is for {problem_list}{reason}; expected one of {valid_names}")
+
+
+@cache
+def _builtin_agents() -> list[tuple[str, str, set[str]]]:
+    """Return each built-in problem with its kind and the agents of its first and last seat."""
+    problems = [(name, load_problem(name)) for name in problem_names()]
+    return [
+        (
+            name,
+            problem.kind,
+            {*load_roster(problem).agents, *load_roster(problem, len(problem.agents) - 1).agents},
+        )
+        for name, problem in problems
+    ]
+
+
+def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
+    """Return the agent of a name or role as a search simulates it; None for random play."""
+    seat_roster = load_roster(problem, seat)
+    if name in {HINT_PROVIDER_ROLE, PARTNER_ROLE} and seat_roster.simulation_agent:
+        name = seat_roster.simulation_agent
+    elif name == HINT_PROVIDER_ROLE:
+        provider = None if seat_roster.batch_agent else find_hint_provider(problem, seat)
+        name = provider[0] if provider else "random"
+    elif name == PARTNER_ROLE:
+        name = seat_roster.default_partner
+    if name.partition(":")[0] in {"random", "search"}:
+        return None
+    policy = _make_roster_agent(problem, seat, name)
+    if policy.depends_on_clock:
+        raise BadPolicy(f"{name}: its choices depend on the clock; have a search take random")
+    return policy
+
+
+def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = None) -> Policy:
+    """Return the agent that runs the program of `bot:COMMAND` in a game of `turn_limit` turns.
+
+    Pairs `KEY=VALUE,` before the command are its parameters.
+    """
+    from dmplay.bots.bot import Bot  # imported only if a program plays
+
+    command, options = name.partition(":")[2], {}
+    while command.startswith(("clock=", "belief=")):
+        pair, _, command = command.partition(",")
+        key, _, value = pair.partition("=")
+        options[key] = parse_parameter(key, value, getattr(Bot, key))
+    label = stem_to_name(builtin_stem(problem)) or type(problem).__name__
+    return Bot(problem, seat, command, label, turn_limit, **options)  # type: ignore[arg-type]
+
+
+def _parse_parameters(agent_class: type[SeatPolicy], text: str, name: str) -> dict[str, object]:
+    """Return the parameters in `a=1,b=2`, each parsed to the type of its default.
+
+    The name of the positional parameter may be left out.
+    """
+    defaults = default_parameters(agent_class)
+    parsed = {}
+    for pair in filter(None, text.split(",")):
+        key, equals, value = pair.partition("=")
+        if not equals and agent_class.positional_parameter:
+            key, equals, value = agent_class.positional_parameter, "=", pair
+        parameter_name = key.strip().replace("-", "_")
+        if parameter_name not in defaults:
+            raise UnknownName("parameter", key, defaults, error_prefix=f"agent {name}")
+        if not equals:
+            raise BadParameter(f"agent {name}: got {pair!r}, expected {parameter_name}=VALUE")
+        parsed[parameter_name] = parse_parameter(
+            parameter_name, value.strip(), defaults[parameter_name]
+        )
+    return parsed
+
+
+def _format_agent_name(name: str, policy: SeatPolicy) -> str:
+    """Return an agent's name, followed by its parameters that differ from their defaults."""
+    defaults = default_parameters(type(policy))
+    changed = {
+        key: getattr(policy, key) for key in defaults if getattr(policy, key) != defaults[key]
+    }
+    parameter_text = ",".join(f"{key}={_format_parameter(value)}" for key, value in changed.items())
+    return f"{name}:{parameter_text}" if parameter_text else name
+
+
+def _format_parameter(value: object) -> str:
+    """Return a parameter's value as it is written in an agent's name."""
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _parameter_fields(agent_class: type[SeatPolicy]) -> list[Field[Any]]:
+    """Return the fields of an agent class that are parameters."""
+    return [field for field in fields(agent_class) if field.name not in NON_PARAMETER_FIELDS]

@@ -1,0 +1,101 @@
+"""Python files as modules under this one, with names that contain the path of each file.
+
+A process that unpickles what a file defines, such as a worker, can therefore find the file.
+"""
+
+import importlib
+import sys
+from importlib.abc import MetaPathFinder
+from importlib.machinery import ModuleSpec
+from importlib.util import find_spec, spec_from_file_location
+from pathlib import Path
+from types import ModuleType
+
+from dmplay.errors import BadParameter
+from dmplay.source_locations import describe_error_location, format_location
+
+FILE_MODULE_PREFIX = f"{__name__}."
+__path__: list[str] = []  # allows modules under this one
+
+
+class _FileModuleFinder(MetaPathFinder):
+    """An import finder that finds the file whose path a module's name contains."""
+
+    def find_spec(self, fullname: str, path: object, target: object = None) -> ModuleSpec | None:
+        """Return the spec of a module under this one; None for any other module."""
+        if not fullname.startswith(FILE_MODULE_PREFIX):
+            return None
+        return spec_from_file_location(
+            fullname, bytes.fromhex(fullname.rpartition("_")[2]).decode()
+        )
+
+
+sys.meta_path.append(_FileModuleFinder())
+
+
+def load_module_from_file(path: str) -> ModuleType:
+    """Return the module of a Python file, imported again if the file has changed.
+
+    It can import from the folder of the file. Raises BadParameter if there is no such file.
+    """
+    file = Path(path).resolve()
+    if not file.is_file():
+        raise BadParameter(f"no such file: {path}")
+    name = f"{FILE_MODULE_PREFIX}file_{str(file).encode().hex()}"
+    version = file.stat().st_mtime_ns, file.stat().st_size
+    if getattr(sys.modules.get(name), "__changed__", version) != version:
+        del sys.modules[name]
+    module = _import_module(name, file)
+    vars(module)["__changed__"] = version
+    return module
+
+
+def load_module_by_name(module_name: str, name: str) -> ModuleType:
+    """Return the module of a dotted name, which may be in the current folder.
+
+    Raises BadParameter if there is no such module, for the full `name` that contains it.
+    """
+    if not all(map(str.isidentifier, module_name.split("."))):
+        raise BadParameter(f"no module {module_name!r} for {name!r}")
+    try:
+        return _import_module(module_name, Path.cwd() / module_name)
+    except ModuleNotFoundError as error:
+        if error.name and f"{module_name}.".startswith(f"{error.name}."):
+            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
+        raise
+
+
+def is_importable(name: str) -> bool:
+    """Return whether there is a module of this name, in the current folder too."""
+    _add_folder_to_path(Path.cwd() / name)
+    try:
+        return name.isidentifier() and find_spec(name) is not None
+    except (ImportError, ValueError):
+        return False
+
+
+def _add_folder_to_path(file: Path) -> None:
+    """Append a file's folder to the import path, at the end so that it hides no other module."""
+    if str(file.parent) not in sys.path:
+        sys.path.append(str(file.parent))
+    importlib.invalidate_caches()
+
+
+def _import_module(name: str, file: Path) -> ModuleType:
+    """Return an imported module, which can import from its file's folder.
+
+    Raises BadParameter if it exits the program, has a syntax error or is not text.
+    """
+    _add_folder_to_path(file)
+    try:
+        return importlib.import_module(name)
+    except SystemExit as error:
+        advice = 'put what runs under `if __name__ == "__main__":`'
+        raise BadParameter(f"{describe_error_location(error)}; {advice}") from None
+    except SyntaxError as error:
+        location = format_location(error.filename or str(file), error.lineno)
+        raise BadParameter(f"{location}: {error.msg}") from None
+    except ValueError as error:  # the file is not text
+        if describe_error_location(error):
+            raise
+        raise BadParameter(f"{format_location(str(file), 1)}: {error}") from None

@@ -1,0 +1,291 @@
+"""Problems by name, loaded from the first of these sources that accepts the name:
+
+- `NAME` or `NAME:VARIANT`, built in or that of an installed entry point (group `dmplay.problems`)
+- `FILE.pomdp`, `.mdp`, `.dpomdp`, `.nfg`, `.efg`: data, which is parsed
+- `gymnasium:ID`, `pettingzoo:ID`, `openspiel:GAME(ARGUMENTS)`: of another library
+- `./FILE.py:ATTRIBUTE`, `MODULE:ATTRIBUTE`: user code
+
+A problem's module may define VARIANTS, a mapping of name to instance.
+"""
+
+import inspect
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, replace
+from functools import lru_cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import NamedTuple
+
+from dmplay.core import Problem
+from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.registry import data_files, external, module_exports, user_code
+from dmplay.registry.builtin_names import name_to_stem, problem_names
+from dmplay.registry.entry_points import entry_point_targets
+from dmplay.registry.parameter_parsing import parse_parameter
+from dmplay.registry.problem_sources import (
+    CURRENT_FOLDER,
+    DATA_SUFFIXES,
+    PYTHON_SUFFIX,
+    LookupResult,
+    ProblemSource,
+    names_data_file,
+    names_python_file,
+    rebase_name,
+)
+from dmplay.source_locations import describe_error_location
+from dmplay.validation.playable import check_playable
+
+FORMATS_PACKAGE, EXTERNAL_PACKAGE = "dmplay.formats.", "dmplay.external."
+
+
+class LoadedProblem(NamedTuple):
+    """A problem, the name that loads it again, and the parameters that differ from the default."""
+
+    name: str
+    problem: Problem
+    parameters: dict[str, object]
+    origin: str = ""  # identifies the source: a file's hash, or a library's version
+
+
+def load_problem(name: str | os.PathLike[str], **parameters: object) -> Problem:
+    """Return the problem of this name, or in the file at a path, with these parameters.
+
+    Raises UnknownName with the nearest names, or BadParameter.
+    """
+    full_name = name if isinstance(name, str) else os.path.join(os.curdir, name)
+    return resolve_problem(full_name, parameters).problem
+
+
+def resolve_problem(
+    name: str,
+    parameters: Mapping[str, object],
+    *,
+    trusted: bool = True,
+    folder: Path = CURRENT_FOLDER,
+) -> LoadedProblem:
+    """Return the problem of this name, checked to be playable unless it is built in.
+
+    A path in the name is relative to `folder`. Only dmplay's own code runs unless `trusted`.
+    """
+    loaded = find_problem(name, parameters, trusted=trusted, folder=folder)
+    if not builtin_stem(loaded.problem):
+        check_playable(loaded.name, loaded.problem)
+    return loaded
+
+
+def find_problem(
+    name: str,
+    parameters: Mapping[str, object],
+    *,
+    trusted: bool = True,
+    folder: Path = CURRENT_FOLDER,
+) -> LoadedProblem:
+    """Return the problem of this name, without checking that it is playable."""
+    name = name if folder == CURRENT_FOLDER else rebase_name(name, folder, CURRENT_FOLDER)
+    source = _source_of(name)
+    if not (source.safe or trusted):
+        raise UnknownName("built-in problem", name, problem_names())
+    result = source.load(name)
+    if not parameters:
+        return LoadedProblem(result.name, result.problem, {}, result.origin)
+    problem, defaults = (
+        with_parameters(result.problem, parameters),
+        parameter_values(result.problem),
+    )
+    changed = {
+        key: value for key, value in parameter_values(problem).items() if value != defaults[key]
+    }
+    return LoadedProblem(result.name, problem, changed, result.origin)
+
+
+def _source_of(name: str) -> ProblemSource:
+    """Return the first source of problems that accepts a name."""
+    return next(source for source in PROBLEM_SOURCES if source.accepts(name))
+
+
+def load_variants(name: str) -> dict[str, Problem]:
+    """Return the variants of a problem by name, the standard one first as ''.
+
+    The standard one is left out if its module defines several problems.
+    """
+    source = _source_of(name)
+    if source.load_module is None:
+        return {}
+    module = source.load_module(name)
+    classes = module_exports.problem_classes(module)
+    standard = {"": module_exports.to_problem(name, *classes.values())} if len(classes) == 1 else {}
+    return standard | module_exports.module_variants(module)
+
+
+def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
+    """Return the problem with these parameters, text or values, each of the type of its default."""
+    defaults = parameter_values(problem)
+    values = {}
+    for key, value in parameters.items():
+        parameter_name = key.replace("-", "_")
+        if parameter_name not in defaults:
+            raise UnknownName("parameter", key, defaults)
+        values[parameter_name] = parse_parameter(parameter_name, value, defaults[parameter_name])
+    return replace(problem, **values)  # type: ignore[arg-type]
+
+
+def parameter_values(problem: Problem) -> dict[str, object]:
+    """Return the parameters of a problem with their values."""
+    return {name: getattr(problem, name) for name in parameter_meanings(problem)}
+
+
+def parameter_meanings(problem: Problem) -> dict[str, str]:
+    """Return the parameters of a problem with their descriptions.
+
+    Fields that its repr leaves out are not parameters.
+    """
+    visible_fields = (field for field in fields(problem) if field.repr)
+    return {field.name: field.metadata.get("meaning", "") for field in visible_fields}
+
+
+def builtin_stem(problem: Problem) -> str:
+    """Return the name of a built-in problem's module, its view and policies; '' for any other."""
+    package, _, last = type(problem).__module__.rpartition(".")
+    return last if package == "dmplay.problems" else ""
+
+
+def full_description(problem: Problem) -> str:
+    """Return a problem's full description: the docstring of its module, or its `description`.
+
+    A class that serves many problems, of files or another library, has only the latter.
+    """
+    docstring = inspect.getdoc(inspect.getmodule(type(problem)))
+    return docstring if docstring and not _is_shared_class(problem) else problem.description()
+
+
+def requires_trust(name: str) -> bool:
+    """Return whether a name may load code other than dmplay's, so that transcripts need trust."""
+    return not _source_of(name).safe
+
+
+def _is_shared_class(problem: Problem) -> bool:
+    """Return whether a problem's class serves many problems: of files, or of another library."""
+    return type(problem).__module__.startswith((FORMATS_PACKAGE, EXTERNAL_PACKAGE))
+
+
+def _base_name(name: str) -> str:
+    """Return a name's part before the colon, in lower case with hyphens unless it is a path."""
+    base = name.partition(":")[0]
+    return base if "/" in base or "." in base else base.lower().replace("_", "-")
+
+
+def _is_built_in(name: str) -> bool:
+    """Return whether a name is that of a built-in problem."""
+    return _base_name(name) in problem_names()
+
+
+def _builtin_module(name: str) -> ModuleType:
+    """Return the module of a built-in problem."""
+    return import_module(f"dmplay.problems.{name_to_stem(_base_name(name))}")
+
+
+@lru_cache(64)
+def _load_builtin(name: str) -> LookupResult:
+    """Return a built-in problem, cached: it never changes, so that all games can share it."""
+    base, variant = _base_name(name), name.partition(":")[2].lower()
+    problem = _problem_of_module(_builtin_module(name), base, variant)
+    return LookupResult(f"{base}:{variant}" if variant else base, problem)
+
+
+def iter_installed_problems() -> Iterator[tuple[str, Problem | str]]:
+    """Yield the name of each installed problem, with the problem or the error of loading it."""
+    for name in sorted(entry_point_targets()):
+        try:
+            yield name, load_problem(name)
+        except DmplayError as error:
+            yield name, str(error)
+        except Exception as error:  # raised by user code
+            yield name, describe_error_location(error) or f"{type(error).__name__}: {error}"
+
+
+def _is_installed(name: str) -> bool:
+    """Return whether a name is that of an installed entry point."""
+    return _base_name(name) in entry_point_targets()
+
+
+def _installed_module(name: str) -> ModuleType:
+    """Return the module of an entry point."""
+    return import_module(entry_point_targets()[_base_name(name)].partition(":")[0])
+
+
+def _load_installed(name: str) -> LookupResult:
+    """Return the problem of an entry point, `MODULE` or `MODULE:PROBLEM`."""
+    base, _, variant = name.partition(":")
+    attribute_name, module = (
+        entry_point_targets()[_base_name(name)].partition(":")[2],
+        _installed_module(name),
+    )
+    if attribute_name and not variant:
+        return LookupResult(name, module_exports.to_problem(name, getattr(module, attribute_name)))
+    return LookupResult(name, _problem_of_module(module, base, variant))
+
+
+def _load_user_problem(name: str) -> LookupResult:
+    """Return the problem of user code: the one that is named, else the only one."""
+    source, _, selection = name.partition(":")
+    module = user_code.load_named_module(name)
+    attribute_name, _, variant = selection.partition(":")
+    if not hasattr(module, attribute_name) and selection in (
+        "",
+        *module_exports.module_variants(module),
+    ):
+        return LookupResult(name, _problem_of_module(module, source, selection))
+    if variant:
+        return LookupResult(name, _problem_of_module(module, source, variant))
+    return LookupResult(name, module_exports.to_problem(name, user_code.load_named_attribute(name)))
+
+
+def is_problem_name(word: str) -> bool:
+    """Return whether a word is the name of a problem, or of something that may contain one."""
+    return _source_of(word).load is not _raise_unknown_problem
+
+
+def depends_on_location(name: str) -> bool:
+    """Return whether a name has a path or a module, which may contain another problem later."""
+    return _source_of(name).load not in (_load_builtin, _load_installed)
+
+
+def _raise_unknown_problem(name: str) -> LookupResult:
+    """Raise UnknownName, or BadParameter for a file of another kind."""
+    if Path(name).suffix and os.path.isfile(name):
+        kinds = ", ".join((PYTHON_SUFFIX, *DATA_SUFFIXES))
+        raise BadParameter(f"{name}: got a file of another kind, expected a name in {kinds}")
+    raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
+
+
+def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
+    """Return the only problem of a module, or one of its variants."""
+    variants_by_name = module_exports.module_variants(module)
+    if variant and variant != "standard":
+        if variant not in variants_by_name:
+            raise UnknownName(
+                "variant", variant, ["standard", *variants_by_name], error_prefix=name
+            )
+        return variants_by_name[variant]
+    classes = module_exports.problem_classes(module)
+    if len(classes) > 1:
+        choices = " or ".join(f"{name}:{kind}" for kind in classes)
+        raise BadParameter(f"{name}: got several problems, expected one, as {choices}")
+    if not classes:
+        raise BadParameter(f"{name} offers no Problem")
+    return module_exports.to_problem(name, *classes.values())
+
+
+PROBLEM_SOURCES = (
+    ProblemSource(_is_built_in, _load_builtin, _builtin_module, safe=True),
+    ProblemSource(names_python_file, _load_user_problem, user_code.load_named_module),
+    ProblemSource(names_data_file, data_files.load_data_problem, safe=True),
+    ProblemSource(external.names_external_problem, external.load_external_problem),
+    ProblemSource(
+        _is_installed, _load_installed, _installed_module
+    ),  # scanning entry points is slow
+    ProblemSource(user_code.names_module, _load_user_problem, user_code.load_named_module),
+    ProblemSource(lambda name: True, _raise_unknown_problem),
+)

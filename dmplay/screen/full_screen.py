@@ -1,0 +1,32 @@
+"""Run a full screen from its first frame to its last."""
+
+import contextlib
+import sys
+
+from dmplay.rendering.painter import Painter
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.protocols import KeyDrivenScreen
+from dmplay.terminal import has_background_erase, mute_typed_keys
+
+
+def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:
+    """Show the screen until the player quits, and return the exit code.
+
+    The terminal is restored in any case.
+    """
+    terminal, out = screen.terminal, sys.stdout
+    painter = Painter(
+        out, terminal.theme, terminal.width, erases_with_color=has_background_erase(out)
+    )
+    try:
+        with mute_typed_keys(sys.stdin):
+            # Paint the first frame before prompt_toolkit is imported, which takes a tenth of a
+            # second.
+            painter.enter_screen()
+            screen.paint(painter)
+            from dmplay.screen import event_loop
+
+            return event_loop.run_event_loop(screen, painter)
+    finally:
+        with contextlib.suppress(OSError):  # The terminal may be gone.
+            painter.leave_screen()

@@ -1,0 +1,147 @@
+"""A seat of a problem for reinforcement-learning libraries.
+
+Contains its spaces, the policies of the other seats, and the rendering of its board.
+"""
+
+from typing import Any
+
+import numpy as np
+from gymnasium import spaces
+
+from dmplay.chance import Array, Bools
+from dmplay.core import Interval, Labels, Policy, Problem, RealVector, TextLine
+from dmplay.errors import BadParameter, IllegalAction
+from dmplay.registry import agents, problems
+from dmplay.session import Session
+
+Space = spaces.Space[Any]
+Info = dict[str, Any]
+RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
+
+
+class SeatSpaces:
+    """The action and observation spaces of a seat, with conversions to and from their values."""
+
+    def __init__(self, problem: Problem, seat: int) -> None:
+        self.problem, self.seat = problem, seat
+        self._action_set = problem.actions[seat]
+        self._full_action_mask = np.ones(problem.action_counts[seat], np.int8)
+        self.action_space, self.observation_space = (
+            self._make_action_space(),
+            self._make_observation_space(),
+        )
+
+    def _make_action_space(self) -> Space:
+        """Return the action space: a Box for an interval, else Discrete."""
+        action_set = self._action_set
+        if isinstance(action_set, Interval):
+            return spaces.Box(action_set.low, action_set.high, (1,), np.float64)
+        return spaces.Discrete(len(action_set))
+
+    def _make_observation_space(self) -> Space:
+        """Return the observation space.
+
+        It is that of the hidden observations, of the last joint action in a game of one state, or
+        else of the state.
+        """
+        problem = self.problem
+        if problem.partially_observable:
+            return self._make_hidden_space(problem.observations[self.seat])
+        if problem.state_count == 1:
+            return _make_discrete_space(
+                [action_count + 1 for action_count in problem.action_counts]
+            )
+        state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
+        if state.dtype.kind == "f":
+            return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
+        if isinstance(problem.state_count, int):
+            return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
+        low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
+        return spaces.Box(low, high, state.shape, state.dtype.type)
+
+    def _make_hidden_space(self, observations: Labels | RealVector | TextLine) -> Space:
+        """Return the space of observations of a hidden state.
+
+        Labels have one more value, for no observation yet. Raises BadParameter for text.
+        """
+        if isinstance(observations, Labels):
+            return spaces.Discrete(len(observations) + 1)
+        if isinstance(observations, RealVector):
+            return spaces.Box(-np.inf, np.inf, observations.shape, np.float64)
+        raise BadParameter("what is observed is text, of which there is no space")
+
+    def decode_actions(self, values: Array) -> Array:
+        """Return the actions `[B]` for values of the action space; numbers are clipped.
+
+        Raises IllegalAction with the first value that is not an action.
+        """
+        if isinstance(self._action_set, Interval):
+            numbers = values.reshape(len(values), -1).astype(float)
+            if numbers.shape[1] != 1:
+                raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected one")
+            return self._action_set.clip_actions(numbers[:, 0])
+        if values.dtype.kind not in "iu" or values.ndim != 1:
+            for value in values.tolist():
+                self._action_set.validate_action(value, "step")
+        elif values.min() < 0 or values.max() >= len(self._action_set):
+            self._action_set.validate_action(
+                values[(values < 0) | (values >= len(self._action_set))][0], "step"
+            )
+        return values.astype(np.int64)
+
+    def encode_observations(self, observation: Array, joint: Array | None) -> Array:
+        """Return observations encoded as values `[B, ...]` of the observation space.
+
+        `joint` holds the last joint actions, or None before the first turn.
+        """
+        if self.problem.partially_observable:
+            observation_set = self.problem.observations[self.seat]
+            if isinstance(observation_set, Labels):
+                return np.where(observation < 0, len(observation_set), observation)
+            return np.nan_to_num(observation)
+        if self.problem.state_count == 1:
+            shape = len(observation), len(self.problem.agents)
+            return np.zeros(shape, np.int64) if joint is None else joint.astype(np.int64) + 1
+        return observation.copy()
+
+    def make_info(self, legal: Bools | None) -> Info:
+        """Return the info with the mask `[A]` of legal actions, empty for a real action."""
+        if not len(self._full_action_mask):
+            return {}
+        return {
+            "action_mask": self._full_action_mask.copy() if legal is None else legal.astype(np.int8)
+        }
+
+
+def _make_discrete_space(sizes: Any) -> Space:
+    """Return the space of one index of the given size, or of several indices."""
+    return spaces.MultiDiscrete(sizes) if np.ndim(sizes) else spaces.Discrete(int(sizes))
+
+
+def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
+    """Return the problem of this name, or the given problem, with these parameters."""
+    if isinstance(problem, str):
+        return problems.load_problem(problem, **parameters)
+    return problems.with_parameters(problem, parameters)
+
+
+def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:
+    """Load the named policy for all other seats; "" loads the default partner of each seat.
+
+    The learner's seat has None.
+    """
+    policy_names = [
+        others or agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
+    ]
+    numbered_names = enumerate(policy_names)
+    return [
+        None if i == seat else agents.load_agent(problem, i, name) for i, name in numbered_names
+    ]
+
+
+def render_board(session: Session, seat: int) -> str:
+    """Return the board as a seat sees it, in plain text."""
+    from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+
+    look = DrawOptions(width=RENDER_COLUMNS, height=RENDER_ROWS)
+    return fit_board(load_view_module(session.problem), session.view(seat), look).plain

@@ -1,0 +1,82 @@
+"""Sources of uniforms for vectorized games: by seed, or from a fast generator."""
+
+from functools import lru_cache
+from typing import Protocol
+
+import numpy as np
+
+from dmplay.chance import Ints, Reals
+from dmplay.uniforms import generate_uniforms, make_generator
+
+EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = (
+    1024,
+    512,
+)  # episodes generated together, and the number of cached blocks
+BLOCK_NUMBER_BITS = 40  # bits of a block's number in a key
+
+
+class UniformSource(Protocol):
+    """A source of uniforms for rows of games, each at its own turn."""
+
+    def start_next_episode(self, rows: Ints) -> None:
+        """Advance each of these rows to its next episode."""
+
+    def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
+        """Return uniforms `[R, count]` for these rows, each at its turn in `turns` `[B]`."""
+
+
+@lru_cache(maxsize=MAX_CACHED_BLOCKS)
+def _draw_block(seed: int, stream: int, turn: int, block: int, count: int) -> Reals:
+    """Return the uniforms `[EPISODES_PER_BLOCK, count]` of a block of consecutive episodes."""
+    return generate_uniforms(
+        seed,
+        stream,
+        turn,
+        first_episode=block * EPISODES_PER_BLOCK,
+        rows=EPISODES_PER_BLOCK,
+        count=count,
+    )
+
+
+class ReplayableUniforms:
+    """Reproducible uniforms of a seed: game k of row r is episode r + k * rows."""
+
+    def __init__(self, seed: int, rows: int) -> None:
+        self._seed = seed
+        self._episodes = np.arange(rows) - rows  # before the first episode of each row
+
+    def start_next_episode(self, rows: Ints) -> None:
+        """Advance each of these rows to its next episode of the seed."""
+        self._episodes[rows] += len(self._episodes)
+
+    def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
+        """Return the uniforms that a session of the same seed generates in these turns."""
+        result = np.empty((len(rows), count))
+        if not count:
+            return result
+        block, offsets = np.divmod(self._episodes[rows], EPISODES_PER_BLOCK)
+        block_keys = turns[rows] << BLOCK_NUMBER_BITS | block
+        for key in np.unique(block_keys).tolist():
+            turn, block_number = key >> BLOCK_NUMBER_BITS, key & (1 << BLOCK_NUMBER_BITS) - 1
+            in_block = block_keys == key
+            result[in_block] = _draw_block(self._seed, stream, turn, block_number, count)[
+                offsets[in_block]
+            ]
+        return result
+
+
+class FastUniforms:
+    """Uniforms from one generator in sequence, whatever the row and turn.
+
+    They are not reproducible from a seed.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._generator = make_generator(seed)
+
+    def start_next_episode(self, rows: Ints) -> None:
+        """Do nothing, because the generator has no episodes."""
+
+    def generate_uniforms(self, stream: int, turns: Ints, count: int, rows: Ints) -> Reals:
+        """Return the generator's next uniforms `[R, count]`."""
+        return self._generator.random((len(rows), count))

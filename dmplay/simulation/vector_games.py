@@ -1,0 +1,174 @@
+"""Many simultaneous games for one learner in a fixed seat; policies play the other seats."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.chance import Array, Bools, Ints, Reals
+from dmplay.core import ACTION_DECIMALS, Memory, Outcome, Policy, required_fields
+from dmplay.simulation.seat_spaces import SeatSpaces
+from dmplay.simulation.uniform_sources import UniformSource
+from dmplay.uniforms import NATURE_STREAM
+
+
+class VectorGames:
+    """A batch of games; a game that is over restarts with the next turn."""
+
+    def __init__(
+        self,
+        seat_spaces: SeatSpaces,
+        policies: Sequence[Policy | None],
+        uniform_source: UniformSource,
+        game_count: int,
+        limit: int | None,
+    ) -> None:
+        self.problem, self.seat_spaces, self.uniform_source = (
+            seat_spaces.problem,
+            seat_spaces,
+            uniform_source,
+        )
+        self._policies = policies
+        self._limit = limit
+        self._all_rows, self._no_rows = np.arange(game_count), np.zeros(game_count, bool)
+        self.reset()
+
+    def reset(self) -> None:
+        """Begin a new game in every row."""
+        self._turns = np.zeros(len(self._all_rows), np.int64)
+        self.done_mask = self._no_rows
+        self._state, self._memories, self.observations = self._start_games(self._all_rows)
+        self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
+
+    def _start_games(self, rows: Ints) -> tuple[Array, list[Memory], Array]:
+        """Begin new games in these rows.
+
+        Returns the states, the memories of the other seats' policies and the learner's
+        observations.
+        """
+        problem = self.problem
+        self.uniform_source.start_next_episode(rows)
+        self._turns[rows] = 0
+        state = problem.sample_initial_states(
+            self.uniform_source.generate_uniforms(
+                NATURE_STREAM, self._turns, problem.uniform_counts.start, rows
+            )
+        )
+        memories: list[Memory] = [
+            ()
+            if policy is None
+            else policy.initial_memory(problem.initial_observation(state, seat))
+            for seat, policy in enumerate(self._policies)
+        ]
+        first_observation = problem.initial_observation(state, self.seat_spaces.seat)
+        return state, memories, self.seat_spaces.encode_observations(first_observation, None)
+
+    def step(self, actions: Array) -> tuple[Reals, Bools, Bools]:
+        """Play a turn; return the learner's rewards, terminated and truncated masks `[B]`."""
+        problem, seat = self.problem, self.seat_spaces.seat
+        self._turns += 1
+        joint = self._joint_actions(actions)
+        u = self.uniform_source.generate_uniforms(
+            NATURE_STREAM, self._turns, problem.uniform_counts.step, self._all_rows
+        )
+        outcome = problem.step(self._state, joint, u)
+        rewards = outcome.rewards[:, seat] + 0.0
+        self._apply_outcome(joint, outcome, rewards)
+        if self.done_mask.any():
+            self._restart_games(np.flatnonzero(self.done_mask), rewards)
+        terminated, truncated = problem.terminal(self._state), self._no_rows
+        if self._limit is not None:
+            truncated = (self._turns >= self._limit) & ~terminated
+        self.done_mask = terminated | truncated
+        self.legal_actions_mask = problem.legal_actions_mask(self._state)
+        return rewards, terminated, truncated
+
+    def _joint_actions(self, actions: Array) -> Array:
+        """Return the joint actions `[B, n]` of the learner and the other seats' policies."""
+        action_columns = [
+            actions if policy is None else self._choose_actions(seat, policy)
+            for seat, policy in enumerate(self._policies)
+        ]
+        joint = np.stack(action_columns, axis=1) if len(action_columns) > 1 else actions[:, None]
+        return np.round(joint, ACTION_DECIMALS) + 0.0 if joint.dtype.kind == "f" else joint
+
+    def _choose_actions(self, seat: int, policy: Policy) -> Array:
+        """Return the actions `[B]` that a seat's policy chooses."""
+        u = self.uniform_source.generate_uniforms(
+            1 + seat, self._turns, policy.uniform_count, self._all_rows
+        )
+        legal = None if self.legal_actions_mask is None else self.legal_actions_mask[:, seat]
+        return policy.choose(self._memories[seat], legal, u)
+
+    def _apply_outcome(self, joint: Array, outcome: Outcome, rewards: Reals) -> None:
+        """Store the outcome of a turn; illegal joint actions change nothing and pay 0.
+
+        A row with an illegal action keeps its state, turn and memories.
+        """
+        state, observations = outcome.state, self._observe(joint, outcome)
+        numbered_policies = enumerate(zip(self._policies, self._memories, strict=True))
+        memories = [
+            self._update_memory(seat, *policy_and_memory, joint, outcome)
+            for seat, policy_and_memory in numbered_policies
+        ]
+        if self.legal_actions_mask is not None:
+            is_legal = self.legal_actions_mask[
+                self._all_rows[:, None], np.arange(joint.shape[1]), joint.astype(int)
+            ]
+            illegal_rows = np.flatnonzero(~is_legal.all(axis=1))
+            self._turns[illegal_rows], rewards[illegal_rows] = self._turns[illegal_rows] - 1, 0.0
+            state, observations = (
+                _replace_rows(state, illegal_rows, self._state[illegal_rows]),
+                _replace_rows(observations, illegal_rows, self.observations[illegal_rows]),
+            )
+            memories = _replace_memory_rows(
+                memories,
+                illegal_rows,
+                [_select_rows(memory, illegal_rows) for memory in self._memories],
+            )
+        self._state, self.observations, self._memories = state, observations, memories
+
+    def _update_memory(
+        self, seat: int, policy: Policy | None, memory: Memory, joint: Array, outcome: Outcome
+    ) -> Memory:
+        """Return the memory `[B]` of a seat's policy after a turn; empty for the learner."""
+        if policy is None:
+            return ()
+        percept = self.problem.build_percept(seat, joint, outcome, required_fields(policy))
+        return policy.update_memory(memory, percept)
+
+    def _observe(self, joint: Array, outcome: Outcome) -> Array:
+        """Return the learner's encoded observations after a turn."""
+        is_hidden, observations = self.problem.partially_observable, outcome.observations
+        return self.seat_spaces.encode_observations(
+            observations[:, self.seat_spaces.seat] if is_hidden else observations, joint
+        )
+
+    def _restart_games(self, rows: Ints, rewards: Reals) -> None:
+        """Restart the games in these rows and set their rewards to 0."""
+        state, memories, observations = self._start_games(rows)
+        self._state, self.observations = (
+            _replace_rows(self._state, rows, state),
+            _replace_rows(self.observations, rows, observations),
+        )
+        self._memories = _replace_memory_rows(self._memories, rows, memories)
+        rewards[rows] = 0.0
+
+
+def _replace_rows(array: Array, rows: Ints, new_values: Array) -> Array:
+    """Return a copy of the array with these rows replaced."""
+    array = array.copy()
+    array[rows] = new_values
+    return array
+
+
+def _select_rows(memory: Memory, rows: Ints) -> Memory:
+    """Return these rows of a memory."""
+    return tuple(part[rows] for part in memory)
+
+
+def _replace_memory_rows(
+    memories: list[Memory], rows: Ints, new_memories: list[Memory]
+) -> list[Memory]:
+    """Return the memories of all seats with these rows replaced."""
+    pairs = zip(memories, new_memories, strict=True)
+    return [tuple(_replace_rows(a, rows, b) for a, b in zip(*pair, strict=True)) for pair in pairs]

@@ -1,0 +1,245 @@
+"""Replay of the blocks of a transcript in its session, with many turns computed at once."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from math import prod
+
+import numpy as np
+
+from dmplay.chance import Array, Bools
+from dmplay.core import Labels, make_readonly, readonly_copy
+from dmplay.errors import BadTranscript, DmplayError
+from dmplay.session import Session, Turn
+from dmplay.transcript.format import MAX_CACHED_LINES
+from dmplay.transcript.inputs import read_actions, read_count, read_hint_counts, read_uniforms
+from dmplay.transcript.reader import Block, Transcript
+
+MIN_BATCH_TURNS, MAX_BATCH_TURNS = (
+    4,
+    256,
+)  # minimum and maximum turns that are computed at once
+MAX_BATCH_NUMBERS = 2**21  # maximum numbers in the arrays that a batch may need
+
+
+def apply_block(
+    transcript: Transcript, block: Block, session: Session, actions: Sequence[float] = ()
+) -> None:
+    """Apply one block's inputs to the session; raise BadTranscript if that is impossible.
+
+    The actions of a turn are read from the block, unless the caller has read them already.
+    """
+    try:
+        if block.kind == "turn":
+            expected = len(session.turns) + 1
+            if block["turn"] != expected:
+                raise transcript.error_at(
+                    block.line, f"got turn {block['turn']}, expected {expected}"
+                )
+            actions = actions or read_actions(transcript, block, session.problem)
+            session.advance(
+                actions, read_uniforms(transcript, block, session.problem.uniform_counts.step)
+            )
+        elif block.kind == "help":
+            session.hint_counts.update(read_hint_counts(transcript, block, session.problem))
+        elif block.kind == "undo":
+            session.undo(read_count(transcript, block, "undo"))
+        else:
+            session.undo()
+            session.reroll_counts[len(session.turns) + 1] = read_count(transcript, block, "reroll")
+    except BadTranscript:
+        raise
+    except DmplayError as error:
+        raise transcript.error_at(block.line, str(error)) from None
+
+
+class BatchReplayer:
+    """A replayer of the blocks of a transcript, which computes many turns at once.
+
+    The state in a block of the file is assumed to be the state before the next turn. States of real
+    numbers, which the file rounds, are computed from the previous state instead. A turn is accepted
+    only if all turns before it led to the assumed states, so a false state in the file has no
+    effect.
+    """
+
+    def __init__(self, transcript: Transcript, blocks: Sequence[Block], session: Session) -> None:
+        self._transcript, self._blocks, self._session = transcript, blocks, session
+        self._states_by_text: dict[str, Array] = {}  # states by their text in the file
+        problem = session.problem
+        sizes = [
+            problem.state_count,
+            *(len(o) for o in problem.observations if isinstance(o, Labels)),
+        ]
+        self._max_batch_turns = min(
+            MAX_BATCH_TURNS, MAX_BATCH_NUMBERS // prod(n for n in sizes if isinstance(n, int))
+        )
+        self._batch_start = 0
+        # computed turns, the first of which is at `_batch_start`
+        self._batch_turns: list[Turn] = []
+        # True if states are real numbers, which a file rounds
+        self._has_real_states = session.initial_state.dtype.kind == "f"
+
+    def apply_block(self, position: int) -> None:
+        """Apply the block at a position; raise BadTranscript if that is impossible."""
+        block, session = self._blocks[position], self._session
+        if not 0 <= position - self._batch_start < len(self._batch_turns):
+            batch = self.compute_turns(position)
+            self._batch_start, self._batch_turns = (
+                position,
+                [] if batch is None else split_turns(batch),
+            )
+        if self._batch_turns and block["turn"] == len(session.turns) + 1:
+            session.append_turns(
+                self._batch_turns[position - self._batch_start : position - self._batch_start + 1]
+            )
+        else:
+            apply_block(self._transcript, block, session)
+
+    def compute_turns(self, position: int) -> Turn | None:
+        """Return as many turns from a position as can be computed at once `[T, ...]`; else None."""
+        self._cache_state(self._blocks[position - 1])
+        with suppress(Exception):  # errors are reported when turns are played one by one
+            states = self._collect_states_before(position)
+            if len(states) >= MIN_BATCH_TURNS:
+                return self._step_blocks(
+                    self._blocks[position : position + len(states)], np.array(states)
+                )
+        return None
+
+    def _cache_state(self, block: Block) -> None:
+        """Cache the current state by its text in the file, if the text is exact."""
+        state_text, state = block.get("state"), self._session.state
+        if (
+            isinstance(state_text, str)
+            and len(self._states_by_text) < MAX_CACHED_LINES
+            and self._is_exact(state)
+        ):
+            self._states_by_text[state_text] = state
+
+    def _is_exact(self, state: Array) -> bool:
+        """Return whether a state consists of integers or Booleans, like the initial state."""
+        return state.dtype.kind in "iub" and state.dtype == self._session.initial_state.dtype
+
+    def _collect_states_before(self, position: int) -> list[Array]:
+        """Return the states before the turns from a position, as far as they are exact."""
+        session, keys = self._session, self._blocks[position].keys
+        remaining = (
+            self._max_batch_turns
+            if session.turn_limit is None
+            else session.turn_limit - len(session.turns)
+        )
+        state_column = keys.index("state") if "state" in keys else None
+        is_exact = self._has_real_states or self._is_exact(session.state)
+        state = session.state if is_exact else None
+        states: list[Array] = []
+        for index in range(
+            position, min(position + min(remaining, self._max_batch_turns), len(self._blocks))
+        ):
+            block = self._blocks[index]
+            if state is None or block.keys is not keys:
+                break
+            states.append(state)
+            if self._has_real_states:
+                state = self._compute_next_state(block, state)
+            elif state_column is not None:
+                state_text = block.values[state_column]
+                state = (
+                    self._states_by_text.get(state_text) if isinstance(state_text, str) else None
+                )
+        return states
+
+    def _compute_next_state(self, block: Block, s: Array) -> Array:
+        """Return the state after a turn, computed from the state before it."""
+        # This stays False if the turn cannot be played.
+        self._has_real_states, problem = False, self._session.problem
+        u = read_uniforms(self._transcript, block, problem.uniform_counts.step)
+        a = np.array([self._read_block_actions(block)])
+        next_state: Array = problem.step(s[None], a, np.array([u])).state[0]
+        self._has_real_states = True
+        return next_state
+
+    def _step_blocks(self, blocks: Sequence[Block], s: Array) -> Turn | None:
+        """Return the turns of blocks from assumed states, as far as each leads to the next state.
+
+        Return None if there are none, or if a batch of real-valued states differs from the file.
+        """
+        problem, uniform_count = self._session.problem, self._session.problem.uniform_counts.step
+        a = self._read_joint_actions(blocks)
+        turn_count = _count_leading_true(self._playable_mask(s, a))
+        if not turn_count:
+            return None
+        uniforms = [
+            read_uniforms(self._transcript, block, uniform_count) for block in blocks[:turn_count]
+        ]
+        s, a, u = (
+            make_readonly(s[:turn_count]),
+            make_readonly(a[:turn_count]),
+            make_readonly(np.array(uniforms)),
+        )
+        had_real_states, self._has_real_states = (
+            self._has_real_states,
+            False,
+        )  # This stays False unless a batch leads to the same bits.
+        state, rewards, observations = problem.step(s, a, u)
+        is_followed = (state[:-1] == s[1:]).reshape(turn_count - 1, -1).all(axis=1)
+        turn_count = 1 + _count_leading_true(is_followed)
+        self._has_real_states = had_real_states and turn_count == len(s)
+        if self._has_real_states != had_real_states:
+            return None
+        next_states = readonly_copy(state[:turn_count])
+        copied_observations = (
+            readonly_copy(observations[:turn_count])
+            if problem.partially_observable
+            else next_states
+        )
+        turns = Turn(
+            a[:turn_count],
+            u[:turn_count],
+            next_states,
+            copied_observations,
+            make_readonly(rewards[:turn_count] + 0.0),
+        )
+        return turns if {len(array) for array in turns} == {turn_count} else None
+
+    def _playable_mask(self, s: Array, a: Array) -> Bools:
+        """Return the mask `[T]` of turns that can be played: not over, and the actions legal."""
+        problem = self._session.problem
+        mask, legal = ~problem.terminal(s), problem.legal_actions_mask(s)
+        if legal is not None:
+            # Agents that choose a number have no mask.
+            for seat in np.flatnonzero(problem.action_counts):
+                mask &= legal[np.arange(len(s)), seat, a[:, seat].astype(int)]
+        return mask
+
+    def _read_joint_actions(self, blocks: Sequence[Block]) -> Array:
+        """Return the joint actions `[T, n]` of blocks; values that blocks share are read once."""
+        index = blocks[0].keys.index("actions")
+        unique_blocks = {id(block.values[index]): block for block in blocks}
+        actions_by_id = {
+            key: self._read_block_actions(block) for key, block in unique_blocks.items()
+        }
+        return np.array([actions_by_id[id(block.values[index])] for block in blocks])
+
+    def _read_block_actions(self, block: Block) -> list[float]:
+        """Return the validated actions of a turn."""
+        problem = self._session.problem
+        actions = read_actions(self._transcript, block, problem)
+        return [
+            space.validate_action(action, "")
+            for space, action in zip(problem.actions, actions, strict=True)
+        ]
+
+
+def _count_leading_true(mask: Bools) -> int:
+    """Return the number of True values before the first False."""
+    return len(mask) if mask.all() else int(mask.argmin())
+
+
+def split_turns(turns: Turn) -> list[Turn]:
+    """Return turns `[T, ...]` as single turns.
+
+    If states are observed, the observations are the same arrays as the states.
+    """
+    states = [*turns.state]
+    observations = states if turns.observations is turns.state else turns.observations
+    fields = zip(turns.actions, turns.uniforms, states, observations, turns.rewards, strict=True)
+    return [*map(Turn._make, fields)]

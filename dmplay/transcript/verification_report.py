@@ -1,0 +1,114 @@
+"""The result of verifying a transcript: each difference, and the report on all of them."""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+from dmplay.errors import BadTranscript
+from dmplay.formatting import escape_newlines, format_count
+
+SEED_MISMATCH_MESSAGE = "the rules hold, but the inputs are not those of the seed and the agents"
+MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
+MAX_PRINTED_FINDINGS = 5
+
+
+class Finding(NamedTuple):
+    """One difference between a file and its replay."""
+
+    level: str  # facts, inputs, frame, checksum, unfinished or unread
+    path: str
+    line: int
+    where: str  # the turn and, if there is one, the seat
+    what: str
+    expected: object = None  # value in the file
+    got: object = None  # value in the replay
+
+    def __str__(self) -> str:
+        """Return one line: file, line, turn, seat, name of the fact, expected and actual value."""
+        prefix = f"{self.path}:{self.line}: {self.where}: {self.what}"
+        if self.expected is None and self.got is None:
+            return escape_newlines(prefix)
+        return escape_newlines(
+            f"{prefix}: expected {_format_value(self.expected)}, got {_format_value(self.got)}"
+        )
+
+    @property
+    def without_values(self) -> "Finding":
+        """The same finding without the two values."""
+        if self.expected is None and self.got is None:
+            return self
+        return self._replace(what=f"{self.what} differs", expected=None, got=None)
+
+
+def make_finding(error: BadTranscript, location: str) -> Finding:
+    """Return an error as a finding."""
+    column = "" if error.column is None else f"column {error.column}: "
+    return Finding("facts", error.path, error.line, location, f"{column}{error.explanation}")
+
+
+def describe_peeks_and_hints(hint_counts: Mapping[str, int], *, peeked: bool) -> list[str]:
+    """Return notes for a game that was peeked at, and on hint counts; [] if there are none."""
+    counts_text = ", ".join(f"{name} {count}" for name, count in hint_counts.items())
+    return [*(["peeked"] * peeked), *([f"help: {counts_text}"] if counts_text else [])]
+
+
+def _format_value(value: object) -> str:
+    """Return a string unchanged, and any other value as JSON text."""
+    return value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+
+
+@dataclass
+class VerificationReport:
+    """The result of verifying one file."""
+
+    path: str
+    findings: list[Finding] = field(default_factory=list)
+    turns: int = 0
+    unchecked_players: list[str] = field(
+        default_factory=list
+    )  # players whose actions cannot be computed again
+    peeked: bool = False  # hidden information was shown before the end
+    hint_counts: dict[str, int] = field(default_factory=dict)  # by seat
+    problem_change: str = ""  # message if the problem has changed since the game
+
+    @property
+    def summary(self) -> str:
+        """A summary of the checks that were made and those that were not."""
+        parts = [format_count(self.turns, "turn") + ", unfinished" * self.is_unfinished]
+        parts += (
+            [f"not re-asked: {', '.join(self.unchecked_players)}"] if self.unchecked_players else []
+        )
+        parts += describe_peeks_and_hints(self.hint_counts, peeked=self.peeked)
+        return "; ".join([*parts, self.problem_change] if self.problem_change else parts)
+
+    @property
+    def is_replayable(self) -> bool:
+        """True if the file could be read and its game replayed."""
+        return all(finding.where != MALFORMED for finding in self.findings)
+
+    @property
+    def is_ok(self) -> bool:
+        """True if there are no findings."""
+        return not self.findings
+
+    @property
+    def is_unfinished(self) -> bool:
+        """True if the only fault of the file is that it has no end."""
+        return bool(self.findings) and all(
+            finding.level == "unfinished" for finding in self.findings
+        )
+
+    def __str__(self) -> str:
+        """Return a line for each of the first findings, and for their common cause if any."""
+        path, lines = (
+            escape_newlines(self.path),
+            [str(finding) for finding in self.findings[:MAX_PRINTED_FINDINGS]],
+        )
+        if len(self.findings) > len(lines):
+            lines.append(f"{path}: {len(self.findings) - len(lines)} more differences")
+        if self.findings and all(finding.level == "inputs" for finding in self.findings):
+            lines.append(f"{path}: {SEED_MISMATCH_MESSAGE}")
+        if self.findings and self.problem_change:
+            lines.append(escape_newlines(f"{path}: {self.problem_change}"))
+        return "\n".join(lines)

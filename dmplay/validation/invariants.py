@@ -1,0 +1,386 @@
+"""Invariants of every problem, checked on turns that random play leads to.
+
+An invariant yields check results; `find_violations` turns those that fail into violations. The
+tests check the built-in problems for them.
+"""
+
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import numpy as np
+
+from dmplay.chance import Array, sample_all
+from dmplay.core import Labels, Problem, enumerate_outcomes
+from dmplay.errors import BadParameter, BudgetExceeded
+from dmplay.source_locations import describe_error_location
+from dmplay.tabular import tabulate
+from dmplay.validation.playable import check_outcome, check_typable_labels
+from dmplay.validation.random_play import (
+    MAX_ENUMERATED_STATES,
+    WALK_LENGTH,
+    SampledTurns,
+    count_uniforms,
+    has_finite_outcomes,
+    is_bitwise_equal,
+    make_arrays_readonly,
+    random_joint_actions,
+    step_turn,
+)
+from dmplay.validation.violation import CheckResult, CheckResults, Violation, make_violation
+
+MAX_LISTED_TURNS = 24  # maximum number of turns whose outcomes are listed
+ROUNDING_TOLERANCE = 1e-12  # difference of numbers that is due to rounding alone
+MIN_PROBABILITY = -1e-15  # lowest probability that rounding can cause
+RESPONSIBLE_METHODS = (
+    "initial_states",
+    "resolve_events",
+    "resolve_events",
+    "resolve_events",
+    "terminal",
+    "legal_actions_mask",
+    "state_indices",
+)  # the method behind each array of `evaluate_batch`
+
+
+def _is_close(first: Array | float, second: Array | float) -> bool:
+    """Return whether two arrays or numbers are equal up to rounding."""
+    return np.allclose(first, second, rtol=1e-7, atol=ROUNDING_TOLERANCE)
+
+
+def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Iterator[Violation]:
+    """Yield the violations of an invariant, up to the first on which later checks depend.
+
+    An error that the problem's own code raises is a violation too; an error of dmplay is raised
+    again.
+    """
+    try:
+        for result in invariant():
+            if not result.ok:
+                yield make_violation(owner, result.attribute, result.message)
+                if not result.independent:
+                    return
+    except BudgetExceeded:  # too large to check, which is not a violation
+        return
+    except BadParameter as error:
+        has_location = str(error)[:1] in "./"  # without a location it is about an event or a move
+        yield (
+            Violation("", str(error))
+            if has_location
+            else make_violation(owner, "resolve_events", f"resolve_events: {error}")
+        )
+    except Exception as error:  # raised by user code
+        error_text = describe_error_location(error)
+        if not error_text:
+            raise
+        location, _, description = error_text.partition(": ")
+        remedy = "; copy it first" if "read-only" in description else ""
+        yield Violation(location, description + remedy)
+
+
+def evaluate_batch(problem: Problem, turns: SampledTurns) -> tuple[Array, ...]:
+    """Return all that a problem computes from a batch; the first axis of each array is the row."""
+    rows = len(turns.s)
+    legal = problem.legal_actions_mask(turns.s)
+    is_finite = isinstance(problem.state_count, int)
+    return (
+        problem.sample_initial_states(turns.start_uniforms),
+        *problem.step(turns.s, turns.a, turns.u),
+        problem.terminal(turns.s),
+        np.ones(rows, bool) if legal is None else legal,
+        problem.state_indices(turns.s) if is_finite else np.zeros(rows, int),
+    )
+
+
+def check_row_independence(
+    problem: Problem, subset: SampledTurns, expected: tuple[Array, ...]
+) -> CheckResults:
+    """Yield checks that rows give the same bits in a smaller batch as in the whole batch.
+
+    `expected` has the whole batch's results for the rows of `subset`.
+    """
+    for attribute, first, second in zip(
+        RESPONSIBLE_METHODS, expected, evaluate_batch(problem, subset), strict=True
+    ):
+        message = partial(
+            _describe_difference,
+            attribute,
+            first,
+            second,
+            "; expected a row to depend on itself alone",
+        )
+        yield CheckResult(is_bitwise_equal(first, second), attribute, message)
+
+
+def check_determinism(
+    problem: Problem, turns: SampledTurns, expected: tuple[Array, ...]
+) -> CheckResults:
+    """Yield checks that the same uniforms give the same results again, and no input is modified."""
+    for attribute, first, second in zip(
+        RESPONSIBLE_METHODS, expected, evaluate_batch(problem, turns), strict=True
+    ):
+        message = partial(
+            _describe_difference,
+            attribute,
+            first,
+            second,
+            " from the same draws; expected the same again",
+        )
+        yield CheckResult(is_bitwise_equal(first, second), attribute, message)
+
+
+def _describe_difference(attribute: str, first: Array, second: Array, expectation: str) -> str:
+    """Return a message about the first row in which two arrays differ."""
+    if first.shape != second.shape:
+        return f"{attribute}: got shape {second.shape} beside {first.shape}{expectation}"
+    rows = np.flatnonzero((first != second).reshape(len(first), -1).any(axis=1))
+    pair = (
+        f"{second[rows[0]].tolist()} beside {first[rows[0]].tolist()}" if len(rows) else "the same"
+    )
+    return f"{attribute}: got {pair}{expectation}"
+
+
+def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that start states and steps are those that the sampled events give."""
+    rows = len(turns.s)
+    states = problem.initial_states(
+        rows, sample_all(problem.initial_chance(rows), turns.start_uniforms)
+    )
+    message = (
+        "sample_initial_states: got another state than initial_states gives for the same draws"
+    )
+    yield CheckResult(
+        is_bitwise_equal(states, problem.sample_initial_states(turns.start_uniforms)),
+        "sample_initial_states",
+        message,
+    )
+    events = sample_all(problem.chance(turns.s, turns.a), turns.u)
+    field_pairs = zip(
+        problem.resolve_events(turns.s, turns.a, events),
+        problem.step(turns.s, turns.a, turns.u),
+        strict=True,
+    )
+    message = "step: got another outcome than resolve_events gives for the same draws"
+    yield CheckResult(all(is_bitwise_equal(*pair) for pair in field_pairs), "step", message)
+
+
+def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that outcomes have the declared shapes, ranges and number of uniforms."""
+    uniforms_per_row = count_uniforms(problem, turns.s, turns.a)
+    message = (
+        f"chance: got {uniforms_per_row} draws, expected "
+        f"{problem.uniform_counts.step} as in the first turn"
+    )
+    yield CheckResult(uniforms_per_row == problem.uniform_counts.step, "chance", message)
+    yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
+
+
+def check_state_text(problem: Problem, states: Array) -> CheckResults:
+    """Yield checks that a state is written in one line and parsed again without loss."""
+    for s in states:
+        text = problem.format_state(s)
+        message = f"format_state: got {text!r}, expected one line without blanks around it"
+        yield CheckResult(
+            text == text.strip() and len(text.splitlines()) == 1, "format_state", message
+        )
+        parsed = np.asarray(problem.parse_state(text))
+        message = f"parse_state: got {parsed.tolist()} from {text!r}, expected {s.tolist()}"
+        yield CheckResult(
+            parsed.shape == s.shape and np.array_equal(parsed, s), "parse_state", message
+        )
+        rewritten = problem.format_state(parsed)
+        message = f"format_state: got {rewritten!r} after parse_state, expected {text!r}"
+        yield CheckResult(rewritten == text, "format_state", message)
+
+
+def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that the index of a state is its position in the list of all states."""
+    if not isinstance(problem.state_count, int):
+        return
+    states = problem.enumerate_states()
+    message = (
+        f"enumerate_states: got {len(states)} states, "
+        f"expected {problem.state_count}, as state_count says"
+    )
+    yield CheckResult(len(states) == problem.state_count, "enumerate_states", message)
+    indices = problem.state_indices(states)
+    message = f"state_indices: got {indices.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
+    yield CheckResult(np.array_equal(indices, np.arange(len(states))), "state_indices", message)
+    message = "enumerate_states: got other states than those of this index in play"
+    yield CheckResult(
+        np.array_equal(states[problem.state_indices(turns.s)], turns.s), "enumerate_states", message
+    )
+
+
+def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
+    """Yield checks that a terminal state stays as it is and pays nothing."""
+    terminal_states = make_arrays_readonly(states[problem.terminal(states)])[0]
+    for turn in range(4 if len(terminal_states) else 0):
+        a = random_joint_actions(problem, None, turn, len(terminal_states))
+        next_states, rewards, _ = step_turn(problem, terminal_states, a, turn)
+        has_changed = (next_states != terminal_states).reshape(len(terminal_states), -1).any(axis=1)
+        example = (
+            problem.format_state(terminal_states[np.flatnonzero(has_changed)[0]])
+            if has_changed.any()
+            else ""
+        )
+        message = (
+            f"resolve_events: got another state after the terminal {example!r}, expected it to stay"
+        )
+        yield CheckResult(not has_changed.any(), "resolve_events", message)
+        message = (
+            f"resolve_events: got {rewards.min():g} to {rewards.max():g} after the end, expected 0"
+        )
+        yield CheckResult(bool((rewards == 0).all()), "resolve_events", message)
+        is_terminal = problem.terminal(next_states)
+        yield CheckResult(
+            bool(is_terminal.all()), "terminal", "terminal: got false for a state that was over"
+        )
+
+
+def check_legal_actions(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield a check that each agent has a legal action unless the game is over."""
+    legal = problem.legal_actions_mask(turns.s)
+    if legal is not None:
+        has_action = np.all(np.any(legal, axis=2), axis=1)
+        stuck = ~has_action & ~problem.terminal(turns.s)
+        example = problem.format_state(turns.s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
+        message = (
+            f"legal_actions_mask: got no action in {example!r}, "
+            "expected one at least, or a terminal state"
+        )
+        yield CheckResult(not stuck.any(), "legal_actions_mask", message)
+
+
+def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that the action labels of a state are distinct names that can be typed."""
+    for s in turns.s[:MAX_LISTED_TURNS]:
+        for labels, action_space in zip(
+            problem.action_labels(s) or (), problem.actions, strict=False
+        ):
+            message = (
+                f"action_labels: got {labels!r}, expected "
+                f"Labels, a name for each of {action_space!r}"
+            )
+            is_valid = isinstance(labels, Labels) and len(labels) == len(action_space.labels)
+            yield CheckResult(is_valid, "action_labels", message)
+            yield from check_typable_labels("action_labels", labels)
+
+
+def check_probabilities(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that probabilities are not negative and sum to 1."""
+    s, a = turns.s[:MAX_LISTED_TURNS], turns.a[:MAX_LISTED_TURNS]
+    if has_finite_outcomes(problem.chance(s, a)):
+        p = enumerate_outcomes(problem, s, a).probabilities
+        message = f"chance: got a probability of {p.min():g}, expected none below 0"
+        yield CheckResult(bool((p >= MIN_PROBABILITY).all()), "chance", message)
+        message = f"chance: got probabilities that sum to {p.sum(axis=1).max():g}, expected 1"
+        yield CheckResult(_is_close(p.sum(axis=1), 1), "chance", message)
+    if isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES:
+        transition, _, observation = tabulate(problem)
+        for table in (transition, *([] if observation is None else [observation])):
+            is_valid = (table >= MIN_PROBABILITY).all() and _is_close(table.sum(axis=2), 1)
+            message = (
+                "chance: got tables whose rows are no probabilities, expected them to sum to 1"
+            )
+            yield CheckResult(bool(is_valid), "chance", message)
+
+
+def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
+    """Yield checks that the tables' rows for these turns are sums over the listed outcomes.
+
+    Terminal states are left out if states are visible: in tables they stay, whatever their moves
+    give, and another invariant checks them.
+    """
+    included = ~problem.terminal(s) | problem.partially_observable
+    s, a = s[included], a[included]
+    tables = tabulate(problem)
+    p, outcomes = enumerate_outcomes(problem, s, a)
+    joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
+    rewards = (p[:, :, None] * outcomes.rewards).sum(axis=1)
+    state_indices = problem.state_indices(s)
+    message = "resolve_events: got other rewards than the tables have, expected the same"
+    is_close = _is_close(tables.rewards[state_indices, joint], rewards)
+    yield CheckResult(is_close, "resolve_events", message)
+    for row, transition in enumerate(tables.transition[state_indices, joint]):
+        expected = np.bincount(problem.state_indices(outcomes.state[row]), p[row], len(transition))
+        message = "resolve_events: got other next states than the tables have, expected the same"
+        yield CheckResult(_is_close(transition, expected), "resolve_events", message)
+
+
+def check_tabulation(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks of the tables of a problem with few states, on the first sampled turns."""
+    has_few_states = (
+        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
+    )
+    if has_few_states and all(problem.action_counts):
+        s = turns.s[:MAX_LISTED_TURNS]
+        yield from check_table_rows(
+            problem, s, random_joint_actions(problem, s, WALK_LENGTH, len(s))
+        )
+
+
+def check_belief_update(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that an overridden `joint_belief_update` agrees with the listed outcomes."""
+    if type(problem).joint_belief_update is Problem.joint_belief_update or not isinstance(
+        problem.state_count, int
+    ):
+        return
+    state_indices = problem.state_indices(turns.s[:: max(len(turns.s) // 29, 1)])
+    belief = np.bincount(state_indices, minlength=problem.state_count) / len(state_indices)
+    for joint_action, observations in _iter_partial_knowledge(problem, turns.a[0]):
+        updated = problem.joint_belief_update(belief, joint_action, observations)
+        expected = Problem.joint_belief_update(problem, belief, joint_action, observations)
+        message = (
+            "joint_belief_update: got another belief than "
+            "the listed outcomes give, expected the same"
+        )
+        yield CheckResult(_is_close(updated, expected), "joint_belief_update", message)
+
+
+def _iter_partial_knowledge(
+    problem: Problem, a: Array
+) -> Iterator[tuple[list[int | None], list[int | None]]]:
+    """Yield joint actions and joint observations of a turn, with None for unknown parts.
+
+    First come one agent's action with its first observation, its last, and none; then all actions.
+    """
+    unknown: list[int | None] = [None] * len(problem.agents)
+    for seat, observation_count in enumerate(problem.observation_counts):
+        joint_action = unknown.copy()
+        joint_action[seat] = int(a[seat])
+        for observation in (0, observation_count - 1):
+            joint_observation = unknown.copy()
+            joint_observation[seat] = observation
+            yield joint_action, joint_observation
+        yield joint_action, unknown
+    yield [int(action) for action in a], unknown
+
+
+def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResults:
+    """Yield checks that the least and the greatest uniform give outcomes that are possible."""
+    for row in (0, 1, 100, 101):
+        row_slice = slice(row, row + 1)
+        s, a, u = turns.s[row_slice], turns.a[row_slice], turns.u[row_slice]
+        if len(s) and has_finite_outcomes(problem.chance(s, a)):
+            p, outcomes = enumerate_outcomes(problem, s, a)
+            state = problem.step(s, a, u).state[0]
+            possible_states = outcomes.state[0][p[0] > 0]
+            is_possible = bool(
+                (possible_states == state).reshape(len(possible_states), -1).all(axis=1).any()
+            )
+            message = (
+                f"chance: got {problem.format_state(state)!r} from a draw, expected what can happen"
+            )
+            yield CheckResult(is_possible, "chance", message)
+
+
+INVARIANTS: tuple[Callable[[Problem, SampledTurns], CheckResults], ...] = (
+    check_sampling,
+    check_state_index,
+    check_legal_actions,
+    check_action_labels,
+    check_probabilities,
+    check_tabulation,
+    check_belief_update,
+    check_extreme_uniforms,
+)

@@ -1,0 +1,177 @@
+"""The protocol of view modules, their drawing options, and the view module of a problem."""
+
+import importlib
+import importlib.util
+from collections.abc import Callable, Iterator, Mapping
+from typing import NamedTuple, Protocol, cast
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.chance import Array, Reals
+from dmplay.core import Problem
+from dmplay.registry import module_exports, problems
+from dmplay.session import View
+from dmplay.views.canvas import measure_text, to_ascii
+
+NO_KEY_LABELS: Mapping[str, str] = {}
+MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
+REGRET_TOLERANCE = 1e-9  # regrets up to this size count as zero
+BEST_LABEL, EQUALLY_GOOD_LABEL = (
+    "best",
+    "as good",
+)  # labels of the suggested action, and of others without regret
+
+
+class Overlay(NamedTuple):
+    """An overlay on the board: values, policy or states."""
+
+    kind: str
+    action_values: Reals  # [S, A], the value of each action in each state
+
+
+class Forecast(NamedTuple):
+    """The K possible outcomes of an action before it is played, the likeliest first."""
+
+    action: float
+    probabilities: Reals  # [K]
+    outcomes: Array  # [K, ...], states, or observations if states are hidden
+    beliefs: Reals | None = None  # [K, S], the belief after each outcome, if the seat has beliefs
+    is_sampled: bool = False  # whether the outcomes are samples, as for real numbers
+
+
+class DrawOptions(NamedTuple):
+    """The drawing options of a board: its maximum size and what else to draw on it."""
+
+    width: int = 80
+    height: int = 24
+    ascii: bool = False
+    overlay: Overlay | None = None
+    show_keys: bool = False  # whether to write keys into the board
+    keys_by_action: Mapping[str, str] = NO_KEY_LABELS  # action -> key, if it is not the view's own
+    revealed_state: Array | None = None  # the true state, if it is to be revealed
+    reserved_rows: int = 0  # screen rows needed in addition to the board's
+    allow_large: bool = False  # whether boards may be larger than a transcript's frames
+    regret: Reals | None = None  # [A], regret of each action; nan if illegal
+    suggested_action: float | None = (
+        None  # action of a hint, or the typed action that Enter would play
+    )
+    forecast: Forecast | None = None  # possible outcomes of an action, to draw on the board
+    motion_progress: float = 1.0  # part of the last turn's motion that is over, from 0 to 1
+    ghost_state: Array | None = None  # state of the ghost, to be drawn faintly
+    panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
+
+    def is_equal_to(self, other: "DrawOptions") -> bool:
+        """Return whether other options ask for the same drawing."""
+        return _is_deeply_equal(tuple(self), tuple(other))
+
+    @property
+    def columns_beside_panel(self) -> int:
+        """The columns left for a board beside the side panel; 0 unless `allow_large` is set."""
+        return max(self.width - self.panel_columns, 0) if self.allow_large else 0
+
+
+def _is_deeply_equal(left: object, right: object) -> bool:
+    """Return whether two values have equal types and contents, also inside tuples and arrays."""
+    if left is right:
+        return True
+    if isinstance(left, tuple) and isinstance(right, tuple):
+        return len(left) == len(right) and all(map(_is_deeply_equal, left, right))
+    if isinstance(left, np.ndarray) and isinstance(right, np.ndarray):
+        return np.array_equal(left, right)
+    return type(left) is type(right) and left == right
+
+
+class Lesson(NamedTuple):
+    """An introduction to a problem in three sentences for new players, with an example action."""
+
+    role: str  # role, observations and actions of the player
+    objective: str
+    costs: str  # the cost of each action, and the part of chance
+    example_action: str = ""  # the example action; '' for any
+
+
+class ViewModule(Protocol):
+    """The interface of a view module; its file is named after its problem.
+
+    A view module may also define NUMBER_STEPS, keys that add a fixed amount to a typed number;
+    SECOND_PLAYER_KEYS, the keys of a second player; KEY_FAMILY, the name under which a player sets
+    its keys, if it is not the problem's name; and HAS_MOTION, if turns are animated: it then draws
+    the part of the motion that `DrawOptions.motion_progress` says.
+    """
+
+    @property
+    def KEYS(self) -> Mapping[str, str]:  # noqa: N802 - a constant of the module
+        """The keys, each with the label of the action that it plays."""
+
+    def iter_boards(self, view: View[Problem], options: DrawOptions) -> Iterator[Text]:
+        """Yield drawings of the board, the largest first."""
+
+    def goal_lines(self, view: View[Problem]) -> list[str]:
+        """Return the goal and the costs as clauses, the most important first."""
+
+    def lesson(self, view: View[Problem]) -> Lesson:
+        """Return the problem in three sentences, without their full stops."""
+
+    def panel_rows(self, view: View[Problem]) -> list[tuple[str, str]]:
+        """Return the rows of the side panel, as pairs of label and value."""
+
+    def describe_turn(self, view: View[Problem]) -> str:
+        """Return a description of the last turn, in sentences."""
+
+    def describe_situation(self, view: View[Problem]) -> str:
+        """Return a description of the current situation, in sentences."""
+
+
+def load_view_module(problem: Problem) -> ViewModule:
+    """Return the view module of a problem, or the generic one if it has none.
+
+    If the module that defines the problem also defines a view or keys, return a UserView of them.
+    """
+    stem = problems.builtin_stem(problem)
+    name = stem if stem and importlib.util.find_spec(f"dmplay.views.{stem}") else "generic"
+    # A view module receives only views of its own problem, the one with its stem.
+    view_module = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
+    user_view, user_keys = module_exports.module_view(problem), module_exports.module_keys(problem)
+    if user_view is None and not user_keys:
+        return view_module
+    # imported here because it needs this module
+    user_view_module = importlib.import_module("dmplay.views.user_view")
+    return cast(ViewModule, user_view_module.UserView(user_view, user_keys))
+
+
+def draw_picture(view_module: ViewModule, view: View[Problem], state: Array | None) -> Text | None:
+    """Return the problem's own picture of what a seat sees, or None if there is none.
+
+    A hidden state is drawn only if `state` is given.
+    """
+    draw_state: Callable[[View[Problem], Array | None], Text | None] | None
+    draw_state = getattr(view_module, "draw_picture", None)
+    return draw_state(view, state) if draw_state else None
+
+
+def expand_for_picture(
+    view_module: ViewModule, view: View[Problem], columns: int, rows: int
+) -> tuple[int, int]:
+    """Return the given columns and rows, enlarged if the picture of a visible state needs more."""
+    picture = draw_picture(view_module, view, None)
+    width, height = measure_text(picture) if picture else (0, 0)
+    return max(columns, width), max(rows, height)
+
+
+class TooSmallNotice(Text):
+    """A text in place of a board, with the columns and rows that the smallest board needs."""
+
+
+def fit_board(view_module: ViewModule, view: View[Problem], options: DrawOptions) -> Text:
+    """Return the largest board that fits, or a TooSmallNotice if none does."""
+    smallest = (0, 0)
+    for board in view_module.iter_boards(view, options):
+        smallest = measure_text(board)
+        if smallest[0] <= options.width and smallest[1] <= options.height:
+            return to_ascii(board) if options.ascii else board
+    needed_text = f"need {smallest[0]}x{smallest[1] + options.reserved_rows}"
+    message = f"{needed_text}; playing in text"
+    return TooSmallNotice(
+        message if len(message) <= options.width else needed_text[: options.width], no_wrap=True
+    )

@@ -1,0 +1,50 @@
+"""Tests of belief updates by sparse transitions and beside a partner."""
+
+import numpy as np
+
+from dmplay.agents._belief_policy import SparseTransition
+from dmplay.agents._joint_plan import PartnerBeliefFilter
+from dmplay.chance import Reals, weighted_sum
+
+EXPECTED_TRANSITIONS = np.array(
+    [[[0.5, 0.0], [0.0, 0.0]], [[0.2, 0.3], [0.0, 0.7]]]
+)  # by turn, `[2, S, S']`
+UNEXPECTED_TRANSITIONS = np.array([[[0.5, 0.1], [0.0, 0.3]], [[0.2, 0.3], [0.1, 0.7]]])
+
+
+def sample_beliefs(rows: int) -> Reals:
+    weights = np.random.default_rng(3).random((rows, 2))
+    weights[0] = 0.0, 1.0
+    return np.asarray(weights / weights.sum(axis=1, keepdims=True))
+
+
+def test_a_sparse_transition_has_only_nonzeros_and_equals_the_dense_product() -> None:
+    for dense in EXPECTED_TRANSITIONS:
+        transition = SparseTransition.from_dense(dense)
+        assert len(transition.source) == np.count_nonzero(dense)
+        for rows in (1, 2, 3, 40):  # few rows and many rows
+            assert (
+                transition.propagate(sample_beliefs(rows))
+                == weighted_sum(sample_beliefs(rows), dense)
+            ).all()
+
+
+def test_a_batched_belief_update_equals_single_updates() -> None:
+    belief_filter, b = (
+        PartnerBeliefFilter.from_arrays(EXPECTED_TRANSITIONS, UNEXPECTED_TRANSITIONS),
+        sample_beliefs(40),
+    )
+    for turns in (np.arange(40) % 2, np.zeros(40, np.int64)):
+        batched = belief_filter.update_beliefs(b, [turns])
+        single = [
+            belief_filter.update_beliefs(b[row : row + 1], [turns[row : row + 1]])
+            for row in range(40)
+        ]
+        assert (batched == np.concatenate(single)).all()
+
+
+def test_a_turn_that_the_expected_partner_rules_out_uses_the_other_transitions() -> None:
+    after = PartnerBeliefFilter.from_arrays(
+        EXPECTED_TRANSITIONS, UNEXPECTED_TRANSITIONS
+    ).update_beliefs(sample_beliefs(2), [np.zeros(2, np.int64)])
+    assert after.tolist() == [[0.0, 1.0], [1.0, 0.0]]

@@ -1,0 +1,176 @@
+"""Reference returns of each game of the league: the best return known, and its source."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+import dmplay
+from dmplay import belief
+from dmplay.agents.mountain_car import VALUE_GRID
+from dmplay.agents.multicaregiver_crying_baby import BestResponse
+from dmplay.budget import Budget
+from dmplay.chance import Reals
+from dmplay.core import Problem
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.registry.agents import load_roster
+from dmplay.solvers import (
+    alpha_vectors,
+    best_response,
+    bimatrix_game,
+    grid_value_iteration,
+    linear_gaussian_policy,
+    markov_game_policy_iteration,
+    sparse_mdp,
+    value_iteration,
+)
+from dmplay.solvers.centralized_pomdp import CentralizedPomdp
+from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.tabular import tabulate
+
+TRUTH_FOLDER = Path(__file__).parent.parent / "truth"
+
+
+class ReferenceReturn(NamedTuple):
+    """A return, its source, and the agent that should earn it: '' if it is a bound or a record."""
+
+    number: float
+    source: str
+    agent: str = ""
+
+
+def read_expected_value(family: str, case: str, *keys: str | int) -> float:
+    """Read an expected number from a file of exact test cases."""
+    cases = json.loads((TRUTH_FOLDER / f"{family}.json").read_text())["cases"]
+    value = next(entry for entry in cases if entry["id"].startswith(case))["expect"]
+    for key in keys:
+        value = value[key]
+    return float(value)
+
+
+def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceReturn:
+    """Return the reference return of one seat, with the default agents in the others."""
+    references: dict[str, Callable[[], ReferenceReturn]] = {
+        "hexworld": lambda: ReferenceReturn(
+            _solve_hexworld(problem), "optimum, by policy iteration", "optimal"
+        ),
+        "2048": lambda: ReferenceReturn(387_222, "github.com/nneonneo/2048-ai, where p_two is 0.9"),
+        "cart-pole": lambda: ReferenceReturn(500, "optimum: all turns", "regulate"),
+        "mountain-car": lambda: ReferenceReturn(
+            _solve_mountain_car(problem), "optimum on the grid", "optimal"
+        ),
+        "simple-regulator": lambda: ReferenceReturn(
+            _solve_simple_regulator(problem), "optimum, closed form", "optimal"
+        ),
+        "collision-avoidance": lambda: ReferenceReturn(
+            read_expected_value("collision", "collision/nmac/0002", "mean_return"),
+            "tests/truth: the grid policy in 10^6 games",
+            "optimal",
+        ),
+        "crying-baby": lambda: ReferenceReturn(
+            _solve_crying_baby(problem), "optimum, by alpha vectors", "optimal"
+        ),
+        "machine-replacement": lambda: ReferenceReturn(
+            read_expected_value("machine", "machine/value_grid/0014", "values", -1),
+            "tests/truth: optimum",
+            "optimal",
+        ),
+        "catch": lambda: ReferenceReturn(
+            read_expected_value("catch", "catch/optimal_from_uniform/0009", "value"),
+            "tests/truth: optimum",
+            "optimal",
+        ),
+        "prisoners-dilemma": lambda: ReferenceReturn(-9, "best reply: betray in the last round"),
+        "rock-paper-scissors": lambda: ReferenceReturn(10, "bound: every round won"),
+        "travelers-dilemma": lambda: ReferenceReturn(
+            _solve_travelers_dilemma(problem), "best reply to level-k"
+        ),
+        "predator-prey": lambda: _solve_predator_prey(problem, seat),
+        "multicaregiver-crying-baby": lambda: ReferenceReturn(
+            _solve_multicaregiver(problem, seat), "best reply to feed-when-crying", "best-response"
+        ),
+    }
+    return references[name]()
+
+
+def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:
+    """Return the reference return of a team that shares its rewards or their sum."""
+    if isinstance(problem, CollaborativePredatorPrey):
+        return _bound_collaborative_hunt(problem)
+    tables = tabulate(problem)
+    team_tables = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
+    vectors = alpha_vectors.solve_infinite_horizon(team_tables, problem.discount).alpha_vectors
+    value = float((vectors @ belief.initial_belief(problem)).max())
+    return ReferenceReturn(value, "optimum of one planner who hears", "joint-plan")
+
+
+def _solve_hexworld(problem: Problem) -> float:
+    values = value_iteration.compute_optimal_q(tabulate(problem), problem.discount).max(axis=1)
+    return float(belief.initial_belief(problem) @ values)
+
+
+def _solve_mountain_car(problem: Problem) -> float:
+    values = grid_value_iteration.run_grid_value_iteration(problem, VALUE_GRID).values.reshape(
+        VALUE_GRID.point_counts
+    )
+    return float(_average_by_trapezoids(_average_by_trapezoids(values)))
+
+
+def _average_by_trapezoids(values: Reals) -> Reals:
+    """Return the mean over the first axis of a function that is linear between its points."""
+    return np.asarray((values[:-1] + values[1:]).mean(axis=0) / 2)
+
+
+def _solve_simple_regulator(problem: Problem) -> float:
+    assert isinstance(problem, SimpleRegulator)
+    value = linear_gaussian_policy.evaluate_finite_horizon(
+        problem, linear_gaussian_policy.OPTIMAL_POLICY, problem.horizon or 0
+    )
+    return value.compute_gaussian_mean(0.3, 0.1)
+
+
+def _solve_crying_baby(problem: Problem) -> float:
+    stage = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+    return float((stage.alpha_vectors @ belief.initial_belief(problem)).max())
+
+
+def _solve_travelers_dilemma(problem: Problem) -> float:
+    payoffs = tabulate(problem).rewards.reshape(99, 99, 2)
+    level = bimatrix_game.compute_hierarchical_softmax(payoffs, 0.5, 2)
+    return 10 * float(bimatrix_game.compute_response_values(payoffs, level)[0].max())
+
+
+def _solve_predator_prey(problem: Problem, seat: int) -> ReferenceReturn:
+    states = problem.enumerate_states()
+    strategies = []
+    for other in range(len(problem.agents)):
+        policy = dmplay.load_agent(problem, other, load_roster(problem, other).default_partner)
+        strategies.append(
+            np.eye(6)[policy.choose(policy.initial_memory(states), None, np.zeros((1, 0)))]
+        )
+    q = sparse_mdp.compute_optimal_q(
+        best_response.build_induced_mdp(problem, seat, strategies), problem.discount
+    )
+    start = belief.initial_belief(problem)
+    equilibrium_value = (
+        start @ markov_game_policy_iteration.find_equilibrium(problem).action_values[seat]
+    )
+    source = f"best reply to the usual opponent; the equilibrium is worth {equilibrium_value:.4g}"
+    return ReferenceReturn(float(start @ q.max(axis=1)), source, "best-response")
+
+
+def _solve_multicaregiver(problem: Problem, seat: int) -> float:
+    policy = BestResponse(problem, seat)
+    return float(policy.action_values(policy.initial_memory(np.full(1, -1))).max())
+
+
+def _bound_collaborative_hunt(problem: CollaborativePredatorPrey) -> ReferenceReturn:
+    budget = Budget("a bound", "try fewer hexes", np.inf, 2**32)
+    turns = problem.horizon or 0
+    upper_bound = CentralizedPomdp(
+        PredatorPreyDecPomdp.from_predator_prey(problem), turns, budget, np.inf
+    ).upper_bound
+    return ReferenceReturn(upper_bound, "bound: one planner who senses for both")

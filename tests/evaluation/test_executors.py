@@ -1,0 +1,120 @@
+"""Tests of execution backends: user-defined executors, and a cluster whose workers die."""
+
+import hashlib
+import os
+import signal
+import sys
+from importlib import import_module
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.cli.dispatch import interpret_command
+from dmplay.errors import BadParameter
+from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
+from dmplay.rollouts import Rollout, rollout
+from dmplay.worker_pool import reuse_processes, run_blocks
+
+HEXWORLD = dmplay.load_problem("hexworld")
+SEARCH_POLICIES = [dmplay.load_agent(HEXWORLD, 0, "search:simulations=20")]
+RUN_ARGUMENTS = ["run", "hexworld", "--episodes", "40", "--csv"]
+
+
+def hash_rollout(result: Rollout) -> str:
+    """Return a hash of all bits of a rollout."""
+    content = b"".join(np.ascontiguousarray(array).tobytes() for array in result)
+    return hashlib.sha256(content).hexdigest()
+
+
+def test_without_a_name_games_run_on_this_machine() -> None:
+    with open_execution_backend("", 3) as backend:
+        assert backend == ExecutionBackend(3, None)
+
+
+def test_a_factory_makes_an_executor_that_is_shut_down_afterwards() -> None:
+    with open_execution_backend("concurrent.futures:ThreadPoolExecutor") as (workers, executor):
+        assert workers == "auto"
+        assert executor
+        assert executor.submit(abs, -1).result() == 1
+    with pytest.raises(RuntimeError, match="after shutdown"):
+        executor.submit(abs, -1)
+
+
+def test_another_executor_gives_the_same_run() -> None:
+    arguments = [*RUN_ARGUMENTS, "--executor", "concurrent.futures:ThreadPoolExecutor"]
+    assert interpret_command(arguments) == interpret_command(RUN_ARGUMENTS)
+
+
+@pytest.mark.parametrize(
+    ("spec", "message"),
+    [
+        ("nothing", "--executor: got 'nothing', expected MODULE:FACTORY, dask or dask:tcp"),
+        ("no.such:thing", "No module named 'no'"),
+        ("builtins:dict", "--executor: builtins:dict made a dict, not an Executor"),
+    ],
+)
+def test_a_bad_executor_name_gives_a_clear_error(spec: str, message: str) -> None:
+    with pytest.raises(BadParameter, match=message), open_execution_backend(spec):
+        pass
+
+
+def test_the_error_for_missing_dask_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with (
+        pytest.raises(BadParameter, match=r"try: pip install 'dmplay\[dask\]'"),
+        open_execution_backend("dask"),
+    ):
+        pass
+
+
+def _get_process_id(games: range) -> int:
+    return os.getpid()
+
+
+@pytest.mark.slow
+def test_worker_processes_are_reused_for_later_blocks() -> None:
+    with reuse_processes():
+        first = {pid for _, pid in run_blocks(_get_process_id, range(8), size=1, workers=1)}
+        process_ids = [
+            {pid for _, pid in run_blocks(_get_process_id, range(8), size=1, workers=2)}
+            for _ in range(2)
+        ]
+    assert first == {os.getpid()}
+    assert len(process_ids[0] | process_ids[1]) <= 2
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")  # warnings of the killed worker
+def test_a_cluster_gives_the_same_games_after_a_worker_is_killed() -> None:
+    expected = hash_rollout(rollout(HEXWORLD, SEARCH_POLICIES, episodes=400, seed=5))
+    client = import_module("distributed").Client(
+        n_workers=2, threads_per_worker=1, dashboard_address=None
+    )
+    killed: list[int] = []
+
+    def kill(share: float) -> None:
+        if share and not killed:
+            killed.append(next(iter(client.run(os.getpid).values())))
+            os.kill(killed[0], signal.SIGKILL)
+
+    with client:
+        result = rollout(
+            HEXWORLD, SEARCH_POLICIES, episodes=400, seed=5, workers=2,
+            executor=client.get_executor(pure=False), progress=kill,
+        )  # fmt: skip
+        address = client.scheduler.address
+        arguments = [*RUN_ARGUMENTS, "--executor", f"dask:{address}"]
+        assert interpret_command(arguments) == interpret_command(RUN_ARGUMENTS)
+    assert killed
+    assert hash_rollout(result) == expected
+
+
+@pytest.mark.slow
+@pytest.mark.filterwarnings("ignore")
+def test_a_missing_cluster_gives_a_clear_error() -> None:
+    with (
+        pytest.raises(BadParameter, match="no cluster at no://where; "),
+        open_execution_backend("dask:no://where"),
+    ):
+        pass

@@ -1,0 +1,209 @@
+"""Tests of `dmplay grade`: how well people played, and which transcripts are not honest."""
+
+import csv
+import json
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from dmplay.cli.dispatch import interpret_command
+from dmplay.evaluation.assignment import read_assignment
+from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport, grade_files
+from dmplay.game import verification
+from dmplay.game.controller import GameController
+from dmplay.game.requests import BranchRequest, GameRequest
+from dmplay.game.setup import start_game, start_new_game
+from dmplay.output.grading_report import format_grades
+from dmplay.shell.commands import run_line
+
+ASSIGNMENT_TEXT = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\n'
+COMMANDS_BY_GAME: dict[str, Sequence[str]] = {
+    "plain": ("e", "ne", "w"),
+    "helped": ("hint", "e", "undo", "e", "reroll", "values", "e", "undo 2", "sw"),
+    "another": ("w", "w", "ne"),
+}
+
+
+def record_game(path: Path, commands: Sequence[str], **options: object) -> None:
+    """Record a hexworld game in which these commands are typed, then quit it."""
+    fields = {"problem": "hexworld", "seed": 7, "record_path": path} | options
+    table = GameController(start_new_game(GameRequest(**fields)))  # type: ignore[arg-type]
+    for command in commands:
+        run_line(table, command)
+    table.end_game()
+
+
+def edit_transcript(path: Path, before: str, after: str, *, update_checksum: bool = True) -> None:
+    """Replace text in a transcript as a cheater would, with or without a new checksum."""
+    content = path.read_text()
+    assert before in content
+    path.write_text(content.replace(before, after))
+    if update_checksum:
+        verification.rewrite_file(path)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Games that were handed in, each in a different way."""
+    games_folder = tmp_path_factory.mktemp("games")
+    for name, commands in COMMANDS_BY_GAME.items():
+        record_game(games_folder / f"{name}.dmt", commands, player="Ada")
+    record_game(
+        games_folder / "other.dmt", ("e",), seed=9, turns=4, settings=["slip=0.1"], player="Bob"
+    )
+    record_game(games_folder / "strict.dmt", ("e",), seed=8, strict="hints", player="Eve")
+    record_game(games_folder / "ghost.dmt", ("e",), seed=8, ghost_agent="random", episode=1)
+    record_game(games_folder / "left.dmt", ("feed",), problem="crying-baby", reveal=True)
+    shutil.copy(games_folder / "plain.dmt", games_folder / "copied.dmt")
+    edit_transcript(games_folder / "copied.dmt", '"Ada"', '"Bob"')
+    shutil.copy(games_folder / "plain.dmt", games_folder / "better.dmt")
+    edit_transcript(games_folder / "better.dmt", "return", "returm", update_checksum=False)
+    record_game(games_folder / "nobody.dmt", ("e",), seed=5)
+    edit_transcript(games_folder / "nobody.dmt", '"human"', '"optimall"', update_checksum=False)
+    (games_folder / "torn.dmt").write_text("dmplay: 1\n")
+    record_game(games_folder / "agent.dmt", (), seed=12, agent="optimal", turns=5)
+    branching = BranchRequest(
+        games_folder / "plain.dmt", turn=2, record_path=games_folder / "branched.dmt"
+    )
+    start_game(branching).finish()
+    bot = start_new_game(
+        GameRequest("2048", seed=3, agent="random", turns=6, record_path=games_folder / "bot.dmt")
+    )
+    assert len([*bot.iter_agent_turns()]) == 6
+    bot.finish()
+    edit_transcript(games_folder / "bot.dmt", '"random"', '"human"')
+    return games_folder
+
+
+@pytest.fixture(scope="module")
+def report(folder: Path) -> GradingReport:
+    """The grades of these games, checked against an assignment."""
+    (folder / "walks").write_text(ASSIGNMENT_TEXT)
+    return grade_files(
+        [*verification.iter_transcript_files([folder])], read_assignment(folder / "walks")
+    )
+
+
+@pytest.fixture(scope="module")
+def grades(report: GradingReport) -> dict[str, Grade]:
+    """The grades by file stem."""
+    return {Path(grade.path).stem: grade for grade in report.grades}
+
+
+def get_stems(paths: Sequence[str]) -> list[str]:
+    return [Path(path).stem for path in paths]
+
+
+def test_a_game_is_graded_by_return_and_regret(grades: dict[str, Grade]) -> None:
+    grade = grades["plain"]
+    assert (grade.verified, grade.player, grade.turns, grade.end_reason) == (True, "Ada", 3, "quit")
+    assert grade.discounted_return == -0.9
+    assert grade.regret is not None
+    assert grade.regret > 0
+    assert (grade.valued_count, grade.undone_turn_count, grade.reroll_count, grade.hint_count) == (
+        3,
+        0,
+        0,
+        0,
+    )
+
+
+def test_undos_rerolls_and_hints_are_counted(grades: dict[str, Grade]) -> None:
+    grade = grades["helped"]
+    assert (grade.undone_turn_count, grade.reroll_count, grade.hint_count, grade.strict) == (
+        3,
+        1,
+        2,
+        False,
+    )
+    assert grades["strict"].strict == "hints"
+
+
+def test_an_unverified_game_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:
+    messages = {"better": "return: expected null", "torn": "torn before", "nobody": "'optimall'"}
+    for name, message in messages.items():
+        grade = grades[name]
+        assert (grade.verified, grade.discounted_return, grade.regret) == (False, None, None)
+        assert message in grade.fault
+
+
+def test_a_copy_under_another_name_is_the_same_game(grades: dict[str, Grade]) -> None:
+    assert grades["copied"].verified
+    assert get_stems(grades["copied"].identical_files) == ["better", "plain"]
+    assert "copied" in get_stems(grades["plain"].identical_files)
+
+
+def test_other_attempts_with_the_same_seed_are_reported(grades: dict[str, Grade]) -> None:
+    assert get_stems(grades["another"].other_attempts) == ["better", "branched", "helped", "plain"]
+    assert grades["strict"].other_attempts == ()
+
+
+def test_an_agent_handed_in_as_a_person_is_detected_by_its_actions(
+    grades: dict[str, Grade],
+) -> None:
+    assert grades["bot"].verified
+    assert grades["bot"].remarks == ("as random plays",)
+    assert (grades["agent"].occupant, grades["agent"].regret) == ("optimal", None)
+
+
+def test_marks_show_ghosts_revealed_states_and_branches(grades: dict[str, Grade]) -> None:
+    assert grades["ghost"].remarks == ("ghost random",)
+    assert grades["left"].remarks == ("hidden state shown",)
+    assert grades["branched"].remarks == ("branched at turn 2",)
+
+
+def test_differences_from_the_assignment_are_reported(grades: dict[str, Grade]) -> None:
+    assert grades["plain"].assignment_differences == ()
+    assert grades["other"].assignment_differences == ("parameters", "turns", "seed")
+    assert grades["ghost"].assignment_differences == ("episode",)
+    assert grades["agent"].assignment_differences == ("turns", "seed", "seats")
+    assert grades["left"].assignment_differences == ("problem",)
+
+
+def test_missing_games_of_each_player_are_reported(report: GradingReport) -> None:
+    assert report.missing_seeds == {"Ada": [8], "Bob": [8], "Eve": [7]}
+
+
+def test_an_unfinished_game_with_hidden_states_reveals_no_return(
+    folder: Path, tmp_path: Path
+) -> None:
+    content = (folder / "left.dmt").read_text().replace("reveal: true\n", "")
+    (tmp_path / "kept.dmt").write_text(content[: content.index("end:")])
+    ((grade,), _, _) = grade_files([tmp_path / "kept.dmt"])
+    assert (grade.verified, grade.end_reason, grade.discounted_return) == (
+        False,
+        "unfinished",
+        None,
+    )
+
+
+def test_interrupted_grading_returns_the_finished_grades(folder: Path) -> None:
+    def stop(share: float) -> None:
+        raise KeyboardInterrupt
+
+    files = [folder / "plain.dmt", folder / "copied.dmt"]
+    partial = grade_files(files, progress=stop)
+    assert (len(partial.grades), partial.file_count) == (1, 1)
+
+
+def test_the_table_states_the_limits_of_grading(report: GradingReport) -> None:
+    head, blank, columns, *rows = format_grades(report, report.file_count).splitlines()
+    assert not any(" ; " in row for row in rows)  # a torn file has no known ending
+    assert (head, blank) == ("14 games, 11 verified", "")
+    assert columns.split()[:5] == ["file", "player", "game", "verified", "return"]
+    assert any("quit; not as assigned: parameters, turns, seed" in row for row in rows)
+    assert "Bob has no game of seed 8" in rows
+    assert " ".join(rows).endswith(GRADING_LIMITS)
+    head = format_grades(report, 20).partition("\n")[0]
+    assert head == "14 games, 11 verified; interrupted after 14 of 20 files"
+
+
+def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport) -> None:
+    data = json.loads(str(interpret_command(["grade", str(folder / "plain.dmt"), "--json"])))
+    assert data["proves"] == GRADING_LIMITS
+    assert (data["games"][0]["player"], data["games"][0]["return"]) == ("Ada", -0.9)
+    rows = [*csv.DictReader(format_grades(report, 14, "csv").splitlines())]
+    assert len(rows) == 14
+    assert next(row for row in rows if row["marks"])["marks"] == "as random plays"

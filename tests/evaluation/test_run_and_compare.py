@@ -1,0 +1,334 @@
+"""Tests of `dmplay run` and `dmplay compare`: the returns of agents and their differences on common
+random numbers.
+"""
+
+import csv
+import json
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.cli.dispatch import interpret_command
+from dmplay.errors import BadParameter
+from dmplay.evaluation.comparison import compare
+from dmplay.evaluation.run import run
+from dmplay.game.cli_results import Printout
+from dmplay.game.verification import verify_file
+from dmplay.output import evaluation_request
+from dmplay.output.evaluation_report import _run_headline, draw_histogram
+from dmplay.registry.guide_topics import read_topic
+from dmplay.rollouts import rollout
+from dmplay.transcript.reader import read_transcript
+from tests.benchmarks import interval_coverage
+from tests.support.document_examples import extract_file
+
+HEXWORLD = dmplay.load_problem("hexworld")
+
+
+def run_command(*arguments: str) -> str:
+    output = interpret_command(arguments)
+    assert isinstance(output, str)
+    return output
+
+
+def test_intervals_contain_the_exact_value_as_often_as_they_claim() -> None:
+    case = next(interval_coverage.iter_cases())
+    assert case.name == "hexworld"
+    single, paired = interval_coverage.measure_coverage(case, runs=20, episodes=50)
+    assert 0.9 <= single <= 1.0
+    assert 0.9 <= paired <= 1.0
+
+
+def test_games_are_played_until_the_error_is_small() -> None:
+    result = run(
+        HEXWORLD, [dmplay.load_agent(HEXWORLD, 0, "optimal")], max_standard_error=0.1, seed=1
+    )
+    assert result.seat_summaries[0].returns.standard_error <= 0.1
+    assert result.episodes == 1600
+
+
+def test_large_turn_counts_are_printed_in_plain_digits() -> None:
+    problem = dmplay.load_problem("hexworld")
+    result = run(problem, [dmplay.load_agent(problem, 0, "optimal")], episodes=2)
+    for turns, text in ((1.0, "1 turn each"), (4.75, "4.75 turns"), (10_000.0, "10000 turns")):
+        assert f" seed 0, {text}" in _run_headline(
+            evaluation_request.EvaluationRequest("hexworld"), result._replace(mean_turns=turns)
+        )
+
+
+def test_a_run_reports_each_seat() -> None:
+    output = run_command(
+        "run", "hexworld", "--agent", "optimal", "--episodes", "100", "--seed", "3"
+    )
+    title, *lines = output.splitlines()
+    assert title.startswith("hexworld: 100 games of seed 3, 4.7 turns each, 100 % of them to an")
+    assert lines[1].split()[:3] == ["seat", "agent", "return"]
+    assert "optimal" in lines[2]
+    assert "returns:" in lines
+
+
+def test_a_sweep_has_a_row_for_each_setting() -> None:
+    data = json.loads(
+        run_command("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--json")
+    )
+    assert [row["slip"] for row in data["runs"]] == [0.0, 0.3]
+    assert data["runs"][0]["mean return"] > data["runs"][1]["mean return"]
+
+
+def test_settings_are_reported_and_unknown_errors_are_left_empty() -> None:
+    options = ("--set", "slip=0.1", "--episodes", "1")
+    output = run_command("run", "hexworld", *options)
+    assert output.startswith("hexworld slip=0.1: 1 game of seed 0, ")
+    assert "inf" not in output
+    assert ",,,," in run_command("run", "hexworld", *options, "--csv")  # neither error nor interval
+    for command in (("run", "hexworld"), ("compare", "hexworld", "optimal", "random")):
+        data = json.loads(run_command(*command, *options, "--json"))
+        assert data["parameters"] == {"slip": 0.1}
+    for name in ("compare", "tournament"):
+        output = run_command(name, "prisoners-dilemma", "grim", "tit-for-tat", "--episodes", "1")
+        assert "inf" not in output
+    assert run_command("compare", "hexworld", "optimal", "random", *options).split()[-1] == "-"
+    arguments = ("compare", "prisoners-dilemma", "grim", "always-defect", "--episodes", "2")
+    # The difference is certain, although the agents play differently.
+    assert run_command(*arguments).split()[-1] == "-"
+
+
+def test_a_table_for_programs_has_a_row_for_each_seat() -> None:
+    arguments = (
+        "run",
+        "prisoners-dilemma",
+        "--agent",
+        "grim",
+        "--vs",
+        "tit-for-tat",
+        "--turns",
+        "5",
+    )
+    rows = [*csv.DictReader(run_command(*arguments, "--episodes", "4", "--csv").splitlines())]
+    assert [(row["seat"], row["agent"], row["mean return"]) for row in rows] == [
+        ("agent1", "grim", "-5.0"),
+        ("agent2", "tit-for-tat", "-5.0"),
+    ]
+
+
+def test_agents_are_compared_on_common_random_numbers() -> None:
+    arguments = ("compare", "hexworld", "optimal", "random", "--episodes", "200", "--seed", "2")
+    data = json.loads(run_command(*arguments, "--json"))
+    (pair,) = data["pairs"]
+    assert (pair["agent"], pair["against"]) == ("optimal", "random")
+    assert 0 < pair["low"] < pair["difference"] < pair["high"]
+    first, second = (agent["mean return"] for agent in data["agents"])
+    assert pair["difference"] + pair["luck"] == pytest.approx(first - second)
+
+
+def test_a_comparison_ends_when_it_is_decided() -> None:
+    output = run_command(
+        "compare", "hexworld", "optimal", "random", "--decide", "0.05", "--seed", "2"
+    )
+    assert output.splitlines()[0].startswith("hexworld: 100 games of seed 2, on the same dice")
+    assert output.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
+
+
+def test_an_unknown_control_variate_is_left_blank() -> None:
+    arguments = ("compare", "mountain-car", "pump", "random", "--episodes", "2", "--turns", "3")
+    lines = run_command(*arguments).splitlines()
+    assert lines[-1][lines[-2].index("by luck")] == "-"
+
+
+def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
+    optimal = [dmplay.load_agent(HEXWORLD, 0, "optimal")]
+    comparison = compare(HEXWORLD, [optimal, optimal], episodes=500, decide=0.05)
+    assert comparison.decided is False
+    assert comparison.differences[0, 1].advantage.mean == 0.0
+    assert len(comparison.returns) == 500
+
+
+def test_a_sweep_is_drawn_with_its_intervals() -> None:
+    output = run_command(
+        "run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--seed", "1"
+    )
+    head, *rows = output[output.index("mean return of agent") :].splitlines()[:3]
+    assert head.startswith("mean return of agent, ")
+    assert [row.split()[0] for row in rows] == ["slip=0", "slip=0.3"]
+    assert rows[0].index("●") > rows[1].index("●")
+    ascii_ = run_command("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--ascii")
+    assert ascii_.isascii()
+
+
+def test_recorded_games_of_a_run_match_its_rows(tmp_path: Path) -> None:
+    arguments = [
+        "run",
+        "hexworld",
+        "--agent",
+        "random",
+        "--turns",
+        "9",
+        "--episodes",
+        "30",
+        "--seed",
+    ]
+    arguments += [
+        "4",
+        "--record",
+        str(tmp_path / "kept"),
+        "--every",
+        "20",
+        "--worst",
+        "1",
+        "--best",
+    ]
+    records = json.loads(run_command(*arguments, "2", "--json"))["kept"]
+    returns = rollout(
+        HEXWORLD, [dmplay.load_agent(HEXWORLD, 0, "random")], episodes=30, turn_limit=9, seed=4
+    ).returns
+    assert [row["why"] for row in records] == ["worst", "best", "best", "every", "every"]
+    numbers = [int(Path(row["kept"]).stem.partition("-")[2]) for row in records]
+    assert numbers[-2:] == [0, 20]
+    assert [row["return"] for row in records] == returns[numbers, 0].tolist()
+    assert returns[numbers[0], 0] == returns.min()
+    assert returns[numbers[1], 0] == returns.max()
+    for number, row in zip(numbers, records, strict=True):
+        assert verify_file(Path(row["kept"])).is_ok
+        end = read_transcript(row["kept"]).end_block
+        assert end
+        result = end["end"]
+        assert isinstance(result, dict)
+        assert result["return"]["agent"] == pytest.approx(returns[number, 0])
+
+
+def test_a_run_with_a_turn_limit_uses_the_plan_for_that_limit(tmp_path: Path) -> None:
+    arguments = [
+        "run",
+        "catch",
+        "--agent",
+        "optimal",
+        "--turns",
+        "3",
+        "--episodes",
+        "2",
+        "--record",
+    ]
+    (row,) = json.loads(run_command(*arguments, str(tmp_path / "a"), "--best", "1", "--json"))[
+        "kept"
+    ]
+    assert read_transcript(row["kept"]).header.seats == {"agent": "optimal:horizon=3"}
+
+
+def test_an_interrupted_run_reports_the_games_played() -> None:
+    def stop(share: float) -> None:
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    optimal, other = ([dmplay.load_agent(HEXWORLD, 0, name)] for name in ("optimal", "random"))
+    with ThreadPoolExecutor(1) as thread:
+        options: dict[str, Any] = {"episodes": 200, "seed": 5, "workers": 4, "executor": thread}
+        result = run(HEXWORLD, optimal, progress=stop, **options)
+        comparison = compare(HEXWORLD, [optimal, other], progress=stop, **options)
+    assert (result.shortfall_reason, comparison.shortfall_reason) == ("interrupted", "interrupted")
+    full_rollout = rollout(HEXWORLD, optimal, episodes=200, seed=5)
+    assert 0 < result.episodes < 200
+    assert np.array_equal(result.rollout.returns, full_rollout.returns[result.episode_numbers])
+    assert 0 < len(comparison.returns) < 200
+
+
+def test_unknown_errors_of_one_game_are_null_in_json() -> None:
+    options = ["--episodes", "1", "--json"]
+    summary = json.loads(run_command("run", "hexworld", *options), parse_constant=pytest.fail)[
+        "runs"
+    ][0]
+    assert (summary["standard error"], summary["low"], summary["high"]) == (None, None, None)
+    pair = json.loads(
+        run_command("compare", "hexworld", "random", "optimal", *options),
+        parse_constant=pytest.fail,
+    )
+    assert pair["pairs"][0]["low"] is None
+
+
+def test_a_report_that_was_cut_short_says_so() -> None:
+    assert evaluation_request.make_report("text", "") == Printout("text")
+    stopped = evaluation_request.make_report("text", "interrupted")
+    assert (stopped.text, stopped.exit_code) == ("text", 130)
+    assert stopped.stderr_text == "interrupted: this is what was played by then"
+    assert evaluation_request.make_report("text", "games 0 to 9 were lost: why").exit_code == 1
+
+
+def test_a_histogram_shows_where_returns_lie() -> None:
+    assert draw_histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
+    assert draw_histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["run", "hexworld", "--agent", "human"], "agent: a person cannot play so many games"),
+        (["run", "hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
+        (["run", "hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
+        (
+            ["tournament", "prisoners-dilemma", "grim", "random", "--turns", "-2"],
+            "--turns: got -2, expected at least 1",
+        ),
+        (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
+        (
+            ["run", "hexworld", "--until-se", "1", "--episodes", "5"],
+            "episodes and until-se: expected one of them",
+        ),
+        (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
+        (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected one of them"),
+        (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
+        (["run", "hexworld", "--worst", "1"], "--every, --worst and --best: expected --record DIR"),
+        (["run", "hexworld", "--record", "x"], "--record: expected --every N, --worst N or --best"),
+        (["run", "hexworld", "--record", ".", "--best", "1"], "--record: . is not empty; name an"),
+        (["compare", "hexworld", "optimal"], "got 1 agent, expected two or more to compare"),
+        (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
+        (
+            ["compare", "prisoners-dilemma", "grim", "random", "--seat", "agent1=random"],
+            "--seat: agent1 is the seat of those who are compared",
+        ),
+        (
+            ["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
+            "decide: got 3 agents, expected two",
+        ),
+        (["compare", "hexworld", "optimal", "random", "--decide", "2"], "decide: got 2, expected"),
+    ],
+)
+def test_a_run_or_comparison_that_cannot_work_gives_a_clear_error(
+    arguments: list[str], message: str
+) -> None:
+    with pytest.raises((BadParameter, LookupError), match=message.replace("(", r"\(")):
+        interpret_command(arguments)
+
+
+def test_zero_episodes_are_refused() -> None:
+    dilemma = dmplay.load_problem("prisoners-dilemma")
+    grim = [dmplay.load_agent(dilemma, seat, "grim") for seat in range(2)]
+    message = "^episodes: got 0, expected a whole number, 1 or more$"
+    with pytest.raises(BadParameter, match=message):
+        run(dilemma, grim, episodes=0)
+    with pytest.raises(BadParameter, match=message):
+        compare(dilemma, [grim, grim], episodes=0)
+    with pytest.raises(BadParameter, match=message):
+        dmplay.run_tournament(dilemma, {"one": grim, "other": grim}, episodes=0)
+
+
+def test_an_endless_game_is_played_until_its_discount_is_negligible(
+    tmp_path: Path,
+) -> None:
+    tiger = tmp_path / "tiger.pomdp"
+    tiger.write_text(extract_file(read_topic("files"), "tiger.pomdp").replace("0.95", "0.2"))
+    output = run_command("run", str(tiger), "--agent", "optimal", "--episodes", "2")
+    assert " 2 games of seed 0, 13 turns each" in output
+    assert "\noptimal:horizon=13: value -1.01744 at the start\n" in output
+    short = run_command("run", str(tiger), "--agent", "optimal", "--episodes", "2", "--turns", "1")
+    assert "\noptimal:horizon=1: value -1 at the start\n" in short
+
+
+def test_a_problem_without_agents_is_played_at_random(tmp_path: Path) -> None:
+    pendulum = tmp_path / "pendulum.py"
+    pendulum.write_text(extract_file(read_topic("problems"), "pendulum.py"))
+    assert "\nagent  random  " in run_command(
+        "run", f"{pendulum}", "--episodes", "2", "--turns", "2"
+    )

@@ -1,0 +1,304 @@
+"""Tests of rollouts in blocks: results do not depend on the executor, and lost blocks are run
+again.
+"""
+
+import os
+import platform
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.agents.general import Random
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.rollouts import (
+    Rollout,
+    RolloutBlocksLost,
+    RolloutInterrupted,
+    RolloutSpec,
+    rollout,
+    rollout_entrants,
+)
+from dmplay.worker_pool import run_blocks
+
+HEXWORLD = dmplay.load_problem("hexworld")
+POLICIES = [dmplay.load_agent(HEXWORLD, 0, "optimal")]
+FULL_ROLLOUT = rollout(HEXWORLD, POLICIES, episodes=200, seed=5)
+
+
+class LossyExecutor(Executor):
+    """An executor that loses its first blocks, or every block with a given game."""
+
+    def __init__(self, first: int = 0, game: int = -1) -> None:
+        self.left, self.game = first, game
+
+    def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
+        """Run the work at once, or return a future that fails as if its worker had died."""
+        future: Future[Any] = Future()
+        if self.left > 0 or self.game in args[1]:
+            self.left -= 1
+            future.set_exception(BrokenExecutor("a worker went away"))
+        else:
+            future.set_result(fn(*args, **kwargs))
+        return future
+
+
+def is_same_rollout(part: Rollout, whole: Rollout, first: int = 0) -> bool:
+    """Return whether a rollout equals another one from its game `first` on."""
+    return all(np.array_equal(a, b[first:]) for a, b in zip(part, whole, strict=True))
+
+
+@pytest.mark.parametrize("size", [1, 7, 64, 200])
+def test_the_blocks_contain_each_game_once(size: int) -> None:
+    results = list(run_blocks(list, range(3, 203), size=size))
+    assert sorted(game for block, games in results for game in games) == [*range(3, 203)]
+    assert all([*block] == games for block, games in results)
+    assert max(len(block) for block, _ in results) <= size
+
+
+def test_rollouts_are_bitwise_equal_with_any_executor() -> None:
+    with ThreadPoolExecutor(3) as threads:
+        assert is_same_rollout(
+            rollout(HEXWORLD, POLICIES, episodes=200, seed=5, executor=threads), FULL_ROLLOUT
+        )
+    assert is_same_rollout(
+        rollout(HEXWORLD, POLICIES, episodes=200, seed=5, executor=LossyExecutor()), FULL_ROLLOUT
+    )
+    part = rollout(HEXWORLD, POLICIES, episodes=50, first_episode=150, seed=5, workers="auto")
+    assert is_same_rollout(part, FULL_ROLLOUT, first=150)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("workers", [2, 3])
+def test_rollouts_are_bitwise_equal_with_worker_processes(workers: int) -> None:
+    assert is_same_rollout(
+        rollout(HEXWORLD, POLICIES, episodes=200, seed=5, workers=workers), FULL_ROLLOUT
+    )
+
+
+def test_lost_blocks_are_run_again() -> None:
+    assert is_same_rollout(
+        rollout(
+            HEXWORLD, POLICIES, episodes=200, seed=5, workers=4, executor=LossyExecutor(first=2)
+        ),
+        FULL_ROLLOUT,
+    )
+
+
+def test_a_block_lost_three_times_is_reported_with_the_other_results() -> None:
+    with pytest.raises(
+        RolloutBlocksLost, match=r"games 0 to \d+ were lost: a worker went away"
+    ) as caught:
+        rollout(HEXWORLD, POLICIES, episodes=200, seed=5, workers=4, executor=LossyExecutor(game=0))
+    ((first, end),) = caught.value.blocks
+    assert first == 0
+    (partial,), games = caught.value.partial_results
+    assert is_same_rollout(partial, FULL_ROLLOUT, first=end)
+    assert games.tolist() == [*range(end, 200)]
+
+
+def test_an_interrupted_rollout_returns_the_finished_games_of_all_entrants() -> None:
+    def stop(share: float) -> None:
+        if share > 0.4:
+            raise KeyboardInterrupt
+
+    entrants = [POLICIES, [dmplay.load_agent(HEXWORLD, 0, "random")]]
+    with ThreadPoolExecutor(1) as thread, pytest.raises(RolloutInterrupted) as caught:
+        rollout_entrants(HEXWORLD, entrants, RolloutSpec(range(200), None, 5, 4, thread, stop))
+    (optimal, random_play), games = caught.value.partial_results
+    assert 0 < len(games) < 200
+    assert np.array_equal(optimal.returns, FULL_ROLLOUT.returns[games])
+    assert len(random_play.returns) == len(games)
+
+
+def test_an_error_in_a_block_is_raised_unchanged() -> None:
+    def refuse(games: range) -> None:
+        raise BadParameter("no such game")
+
+    with pytest.raises(BadParameter, match="no such game"):
+        list(run_blocks(refuse, range(9)))
+
+
+def test_only_the_requested_arrays_are_returned() -> None:
+    result = rollout(HEXWORLD, POLICIES, episodes=200, seed=5, keep=["returns"])
+    assert np.array_equal(result.returns, FULL_ROLLOUT.returns)
+    assert [len(array) for array in result] == [200, 0, 0, 0, 0, 0]
+    with pytest.raises(UnknownName, match="unknown array to keep 'return'; did you mean returns"):
+        rollout(HEXWORLD, POLICIES, episodes=2, keep=["return"])
+
+
+def test_a_short_rollout_skips_the_timing_probe() -> None:
+    batch_sizes = list[int]()
+
+    class Counted(Random):
+        def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+            batch_sizes.append(len(u))
+            return super().choose(memory, legal, u)
+
+    shares = list[float]()
+    rollout(HEXWORLD, [Counted(HEXWORLD, 0)], episodes=3, turn_limit=1, progress=shares.append)
+    assert batch_sizes == [3]
+    assert shares[-1] == 1.0
+
+
+def test_games_with_large_memories_are_played_block_by_block() -> None:
+    batch_sizes = list[int]()
+
+    class Remembering(Random):
+        def initial_memory(self, observation: Array) -> Memory:
+            batch_sizes.append(len(observation))
+            return (np.zeros((len(observation), 2**18)),)  # two megabytes per game
+
+    result = rollout(HEXWORLD, [Remembering(HEXWORLD, 0)], episodes=70, turn_limit=0, seed=5)
+    assert batch_sizes == [1, 32, 32, 6]
+    assert is_same_rollout(
+        result, rollout(HEXWORLD, [Random(HEXWORLD, 0)], episodes=70, turn_limit=0, seed=5)
+    )
+
+
+PAGE_FAULT_PROGRAM = """
+import resource
+import dmplay
+
+hunt = dmplay.load_problem("predator-prey")
+pair = [dmplay.load_agent(hunt, 0, "chase"), dmplay.load_agent(hunt, 1, "flee")]
+for _ in range(2):  # what is made once is made
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
+    dmplay.rollout(hunt, pair, episodes=10_000, turns=20)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="others keep what is freed their way")
+def test_each_turn_reuses_the_memory_of_the_previous_turn() -> None:
+    process = subprocess.run(
+        [sys.executable, "-c", PAGE_FAULT_PROGRAM], capture_output=True, check=True
+    )
+    assert int(process.stdout) < 1000  # pages of 4 kB; each turn uses about 500 of them at a time
+
+
+def test_progress_is_reported_and_never_decreases() -> None:
+    shares: list[float] = []
+    rollout(HEXWORLD, POLICIES, episodes=200, seed=5, progress=shares.append)
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
+
+
+def test_games_that_end_early_count_as_finished_in_the_progress() -> None:
+    shares: list[float] = []
+    rollout(
+        HEXWORLD, POLICIES, episodes=8, seed=5, progress=shares.append
+    )  # at most 10,000 turns each
+    assert max(share for share in shares if share < 1.0) > 7 / 8
+
+
+def test_zero_workers_are_refused() -> None:
+    with pytest.raises(BadParameter, match="workers: got 0, expected auto, or 1 or more"):
+        rollout(HEXWORLD, POLICIES, episodes=2, workers=0)
+
+
+ENDLESS_PROGRAM = """
+import sys
+from functools import partial
+from pathlib import Path
+from dmplay.worker_pool import done
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
+from tests.support.worker_tasks import noted
+if __name__ == "__main__":
+    list(done(partial(noted, Path(sys.argv[1])), range(100_000), size=1, workers=2))
+"""
+
+
+@pytest.mark.slow
+def test_workers_end_when_their_parent_is_killed(tmp_path: Path) -> None:
+    (tmp_path / "endless.py").write_text(ENDLESS_PROGRAM)
+    (tmp_path / "seen").mkdir()
+    command = [sys.executable, str(tmp_path / "endless.py"), str(tmp_path / "seen")]
+    parent = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": str(Path.cwd())})
+    while len(workers := [*(tmp_path / "seen").iterdir()]) < 2:
+        assert parent.poll() is None
+    parent.kill()
+    parent.wait()
+    while any(_is_process_alive(worker.name) for worker in workers):
+        pass
+
+
+SLEEPING_PROGRAM = """
+import time
+from functools import partial
+from pathlib import Path
+from dmplay.worker_pool import done
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Memory
+def sleep(games):
+    Path(f"asleep-{games.start}").touch()
+    time.sleep(600 * (games.start > 0))
+if __name__ == "__main__":
+    for block, _ in done(sleep, range(100_000), size=1, workers=2):
+        print("woke", flush=True)
+"""
+
+
+@pytest.mark.slow
+def test_busy_workers_end_at_once_after_an_interrupt(tmp_path: Path) -> None:
+    (tmp_path / "asleep.py").write_text(SLEEPING_PROGRAM)
+    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    parent = subprocess.Popen(
+        [sys.executable, "asleep.py"], cwd=tmp_path, env=environment, stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    assert parent.stdout
+    assert parent.stdout.readline() == b"woke\n"
+    while len([*tmp_path.glob("asleep-*")]) < 3:
+        assert parent.poll() is None
+    parent.send_signal(signal.SIGINT)
+    assert parent.wait(timeout=60) != 0
+    parent.stdout.close()
+
+
+INTERRUPTING_PROGRAM = """
+import os, signal
+from concurrent.futures import Future
+calm = Future.add_done_callback
+def rude(future, call):
+    future._condition.acquire()
+    os.kill(os.getpid(), signal.SIGINT)
+    future._condition.release()
+    calm(future, call)
+Future.add_done_callback = rude
+"""
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_no_lock_that_blocks_the_exit(tmp_path: Path) -> None:
+    (tmp_path / "asleep.py").write_text(INTERRUPTING_PROGRAM + SLEEPING_PROGRAM)
+    environment = {**os.environ, "PYTHONPATH": str(Path.cwd())}
+    process = subprocess.run(
+        [sys.executable, "asleep.py"],
+        cwd=tmp_path,
+        env=environment,
+        capture_output=True,
+        timeout=60,
+        check=False,
+    )
+    assert process.stderr.rstrip().endswith(b"KeyboardInterrupt")
+
+
+def _is_process_alive(pid: str) -> bool:
+    """Return whether a process is alive and not a zombie."""
+    try:
+        stat = Path("/proc", pid, "stat").read_text()
+    except OSError:
+        return False
+    return stat.rpartition(")")[2].split()[0] != "Z"

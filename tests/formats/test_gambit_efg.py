@@ -1,0 +1,78 @@
+"""Tests of Gambit's extensive form: information that a file leaves out is filled in."""
+
+import pytest
+
+from dmplay.errors import BadFile
+from dmplay.formats import gambit_efg
+
+GAME_TEXT = r"""EFG 2 D "A \"small\" game" { "ann" "b\\c" "eve" }
+"Of three,
+with chance."
+c "root" 7 "" { "up" 1/4, "down" .75 } 0
+p "left" 1 5 "first" { "a" "b" } 2 "on the way" { 1, -1 0 }
+t "" 9 "nine" { 1/2 0 2e0 }
+t "end" 2
+p "" 3 4 { "a" "b
+c" } 0
+p "" 1 5 9
+t "" 0
+t "" 2
+p "" 1 2 "" { "x" } 0
+t "" 9 "nine"
+"""
+NORMALIZED_TEXT = """EFG 2 R "A 'small' game" { "ann" "b/c" "eve" }
+""
+
+c "" 1 "" { "up" 0.25 "down" 0.75 } 0
+p "" 1 1 "" { "a" "b" } 0
+t "" 1 "" { 1.5, -1.0, 2.0 }
+t "" 2 "" { 2.0, -2.0, 0.0 }
+p "" 3 1 "" { "a" "b c" } 0
+p "" 1 1 "" { "a" "b" } 0
+t "" 3 "" { 0.5, 0.0, 2.0 }
+t "" 4 "" { 1.5, -1.0, 2.0 }
+p "" 1 2 "" { "x" } 0
+t "" 5 "" { 0.5, 0.0, 2.0 }
+"""
+FAULTS = [
+    ("EFG 2", "EFG 1", "1:5: got '1', expected 2"),
+    ('c "root"', 'd "root"', "4:1: got 'd', expected c or p or t"),
+    ("3 4 {", "4 4 {", "8:6: got '4', expected a player, 1 to 3"),
+    ("3 4 {", "3 0 {", "8:8: got '0', expected the number of an information set, 1 or more"),
+    ('1 2 "" { "x" }', '1 2 ""', "13:13: got '0', expected the actions in braces: the set is new"),
+    ('1 5 9\n', '1 5 { "a" } 9\n', "10:10: got '{', expected 2 actions, as the set had before"),
+    ("1/4", "1/3", "4:17: got '\"up\"', expected probabilities that sum to 1"),
+    ("2e0 }", "2e0 1 }", "6:27: got '1', expected }"),
+    ('t "" 0', 't "" 3', "11:6: got '3', expected an outcome whose payoffs are told"),
+    ('t "" 9 "nine"\n', "", "got the end of the file, expected c or p or t"),
+    ('"nine"\n', '"nine"\nt "" 0', "15:1: got 't', expected the end: every node has been told"),
+    ('c "root"', 't "" 0 c', "4:1: got 't', expected a node in which somebody acts"),
+]  # fmt: skip
+
+
+def test_every_node_is_complete_and_earlier_payoffs_are_paid_at_the_end() -> None:
+    assert gambit_efg.normalize_efg("small.efg", GAME_TEXT.encode()) == NORMALIZED_TEXT
+    assert gambit_efg.normalize_efg("small.efg", NORMALIZED_TEXT.encode()) == NORMALIZED_TEXT
+
+
+def test_a_game_that_chance_ends_gets_a_final_node_of_the_first_player() -> None:
+    root_text = 'EFG 2 R "draw" { "ann" }\nc "" 1 "" { "lost" 1/2 "won" 1/2 } 0\n'
+    node_text = 't "" 1 "" { -7 }\np "" 1 1 "" { "a" } 0\nt "" 2 "" { 7 }\n'
+    assert gambit_efg.normalize_efg("draw.efg", (root_text + node_text).encode()).splitlines()[
+        3:
+    ] == [
+        'c "" 1 "" { "lost" 0.5 "won" 0.5 } 0',
+        'p "" 1 1 "" { "end" } 0',
+        't "" 1 "" { -7.0 }',
+        'p "" 1 2 "" { "a" } 0',
+        't "" 2 "" { 7.0 }',
+    ]
+
+
+def test_faults_are_reported_with_line_and_column() -> None:
+    for before, after, message in FAULTS:
+        assert GAME_TEXT.count(before) == 1, before
+        with pytest.raises(BadFile) as error:
+            gambit_efg.normalize_efg("small.efg", GAME_TEXT.replace(before, after).encode())
+        assert str(error.value).startswith("small.efg:")
+        assert message in str(error.value), str(error.value)

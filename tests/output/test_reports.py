@@ -1,0 +1,175 @@
+"""Tests of the problem list, which equals table F.1 of the book with documented exceptions."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.cli.dispatch import execute_result
+from dmplay.errors import UnknownName
+from dmplay.formatting import problem_summary
+from dmplay.game.cli_results import Printout
+from dmplay.game.requests import GameRequest, ReplayRequest
+from dmplay.game.setup import start_new_game
+from dmplay.output import problem_info as reports
+from dmplay.output import saved_games
+from dmplay.output.review_report import review_transcript
+from dmplay.output.tables import format_table
+from dmplay.terminal import TerminalOptions
+from tests.formats.sources import TIGER_TEXT, write_text_file
+
+# Table F.1 as printed: agents, states, actions, observations, discount.
+TABLE_F1 = {
+    "hexworld": ("-", "varies", "6", "-", "0.9"),
+    "2048": ("-", "unbounded", "4", "-", "1"),
+    "cart-pole": ("-", "in R^4", "2", "-", "1"),
+    "mountain-car": ("-", "in R^2", "3", "-", "1"),
+    "simple-regulator": ("-", "in R", "in R", "-", "1 or 0.9"),
+    "collision-avoidance": ("-", "in R^3", "3", "-", "1"),
+    "crying-baby": ("-", "2", "3", "2", "0.9"),
+    "machine-replacement": ("-", "3", "4", "2", "1"),
+    "catch": ("-", "4", "10", "2", "0.9"),
+    "prisoners-dilemma": ("2", "-", "2 per agent", "-", "1"),
+    "rock-paper-scissors": ("2", "-", "3 per agent", "-", "1"),
+    "travelers-dilemma": ("2", "-", "99 per agent", "-", "1"),
+    "predator-prey": ("varies", "varies", "6 per agent", "-", "0.9"),
+    "multicaregiver-crying-baby": ("2", "2", "3 per agent", "2 per agent", "0.9"),
+    "collaborative-predator-prey": ("varies", "varies", "6 per agent", "2 per agent", "0.9"),
+}
+TABLE_F1_EXCEPTIONS = {
+    ("collision-avoidance", "states"): "in R^4",  # decision 6.9: four variables are listed
+    ("simple-regulator", "discount"): "0.9",  # the variant `undiscounted` has the other
+}
+PROBLEMS_BY_KIND = {
+    "MDP": {"hexworld", "2048", "cart-pole", "mountain-car", "simple-regulator"}
+    | {"collision-avoidance"},
+    "POMDP": {"crying-baby", "machine-replacement", "catch"},
+    "simple game": {"prisoners-dilemma", "rock-paper-scissors", "travelers-dilemma"},
+    "Markov game": {"predator-prey"},
+    "POMG": {"multicaregiver-crying-baby"},
+    "Dec-POMDP": {"collaborative-predator-prey"},
+}
+
+
+@pytest.mark.parametrize("name", TABLE_F1)
+def test_a_summary_equals_its_row_of_table_f1(name: str) -> None:
+    columns = ("agents", "states", "actions", "observations", "discount")
+    expected = dict(zip(columns, TABLE_F1[name], strict=True))
+    expected |= {
+        column: value for (problem, column), value in TABLE_F1_EXCEPTIONS.items() if problem == name
+    }
+    assert problem_summary(dmplay.load_problem(name)) == expected
+
+
+def test_the_list_has_every_problem_with_its_derived_kind() -> None:
+    kind_by_problem = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
+    assert kind_by_problem == {
+        name: kind for kind, names in PROBLEMS_BY_KIND.items() for name in names
+    }
+    assert set(kind_by_problem) == set(TABLE_F1)
+
+
+@pytest.mark.parametrize(
+    ("name", "actions"),
+    [
+        ("crying-baby", "feed, sing, ignore"),
+        ("travelers-dilemma", "2, 3, 4, ..., 100"),
+        ("simple-regulator", "a number from -10 to 10"),
+    ],
+)
+def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
+    assert f"\nactions       {actions}\n" in str(reports.load_problem_info(name))
+
+
+@pytest.mark.parametrize("name", TABLE_F1)
+def test_info_contains_source_decisions_parameters_agents_and_keys(name: str) -> None:
+    info = str(reports.load_problem_info(name))
+    assert "Source: appendix F." in info
+    assert "Decision" in info
+    for word in ("parameters", "agents", "random", "keys", "variants"):
+        assert word in info
+    for parameter in reports.load_problem_info(name).parameters.values():
+        assert parameter["meaning"]
+
+
+def test_info_imports_no_optional_package(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "axelrod", None)  # an import would fail
+    assert "axelrod" in reports.load_problem_info("prisoners-dilemma").players
+
+
+def format_list(kind: str, width: int) -> str:
+    return str(reports.report_problem_table(kind, TerminalOptions(width=width)))
+
+
+def test_a_narrow_list_names_the_columns_it_omits() -> None:
+    assert "no room for discount; --width or --json has all" in format_list("POMDP", 60)
+    assert "no room" not in format_list("POMDP", 100)
+    rows = format_list("", 12).replace(" ", "").split("\n")
+    assert {"2048", "cart-pole", "travelers-di"} <= {*rows}
+
+
+@pytest.mark.parametrize(
+    ("env", "color_option", "coloured"),
+    [
+        ({"CLICOLOR_FORCE": "1"}, "auto", True),
+        ({"NO_COLOR": "1", "FORCE_COLOR": "1"}, "auto", False),
+        ({"NO_COLOR": "1"}, "always", True),
+        ({}, "auto", False),
+    ],
+)
+def test_the_list_respects_the_colour_settings(
+    env: dict[str, str],
+    color_option: str,
+    coloured: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    for name in ("NO_COLOR", "FORCE_COLOR", "CLICOLOR_FORCE"):
+        monkeypatch.delenv(name, raising=False)
+    for name, value in env.items():
+        monkeypatch.setenv(name, value)
+    options = TerminalOptions(color=color_option, width=80)
+    execute_result(Printout(reports.report_problem_table("MDP", options), options))
+    assert ("\x1b[" in capsys.readouterr().out) == coloured
+
+
+def test_a_saved_game_is_listed_with_names_relative_to_the_current_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "a" / "state"))
+    monkeypatch.chdir(tmp_path)
+    write_text_file(tmp_path, "tiger.pomdp", TIGER_TEXT)
+    start_new_game(GameRequest("./tiger.pomdp", seed=7)).finish()
+    (row,) = json.loads(saved_games.report_saved_games(json=True))
+    assert (row["problem"], row["seats"]) == ("tiger.pomdp", {"agent": "human"})
+    with pytest.raises(UnknownName, match="unknown kind 'gams'; did you mean games"):
+        format_list("gams", 80)
+
+
+def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
+    start_new_game(
+        GameRequest("hexworld", seed=7, agent="random", turns=1, record_path=tmp_path / "g.dmt")
+    ).finish()
+    message = review_transcript(ReplayRequest(tmp_path / "g.dmt"))
+    assert message == "review: no person plays in this game"
+
+
+@pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
+def test_the_list_has_the_columns_that_fit_the_width(width: int) -> None:
+    facts = reports.problem_table_rows()
+    headings, *rows = format_list("", width).partition("\nno room")[0].split("\n")
+    column_count = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
+    assert headings.split() == list(facts[0])[:column_count]
+    assert len(rows) == len(facts)
+    assert not any("…" in row or len(row) > width for row in rows)
+
+
+def test_a_column_is_as_wide_as_its_displayed_text() -> None:
+    names = ("a\x1b[31mb", "\u540d\u524d", "e\u0301", "plain")
+    lines = format_table([{"file": name, "n": 1} for name in names]).split("\n")
+    assert lines == [
+        "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
+        "plain       1",
+    ]  # fmt: skip

@@ -1,0 +1,232 @@
+"""Tests of solutions: the values of known cases, the methods and the cache."""
+
+import json
+import re
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.budget import report_progress_to
+from dmplay.cli.dispatch import interpret_command
+from dmplay.errors import BadParameter
+from dmplay.solutions import simulated, teams
+from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.solution import Solution
+from tests.support.document_examples import TIGER_SOURCE
+from tests.support.problem_cases import every_problem, load_small_problem
+from tests.support.programs import run_dmplay
+
+
+def test_the_straight_line_is_solved_by_value_iteration() -> None:
+    line_solution = solve_problem(dmplay.load_problem("hexworld:straight-line"))
+    assert line_solution.method == "value iteration"
+    assert "after 34 sweeps" in line_solution.result
+    assert line_solution.rows[5] == {
+        "state": "(5,0)",
+        "value": pytest.approx(8.219178),
+        "best": "e",
+    }
+    assert line_solution.rows[7]["value"] == 0
+
+
+def test_without_slips_and_discount_every_hex_is_worth_the_best_exit() -> None:
+    hex_solution = solve_problem(dmplay.load_problem("hexworld", slip=0.0, discount=1.0))
+    assert "policy iteration" not in hex_solution.result
+    exits = {"(0,1)": 5.0, "(2,0)": -10.0, "over": 0.0}
+    assert all(row["value"] == exits.get(str(row["state"]), 10.0) for row in hex_solution.rows)
+
+
+def test_the_infinite_crying_baby_has_two_alpha_vectors() -> None:
+    baby_solution = solve_problem(dmplay.load_problem("crying-baby"))
+    assert [row["first"] for row in baby_solution.rows] == ["feed", "ignore"]
+    assert baby_solution.rows[1]["at sated"] == pytest.approx(-16.305483)
+
+
+def test_the_machine_has_thirteen_alpha_vectors_for_twenty_turns() -> None:
+    assert len(solve_problem(dmplay.load_problem("machine-replacement")).rows) == 13
+
+
+def test_the_best_first_throw_of_ten_is_at_fifty_metres() -> None:
+    catch_solution = solve_problem(dmplay.load_problem("catch"))
+    assert [row["first"] for row in catch_solution.rows if row["best"]] == ["50"]
+
+
+@pytest.mark.parametrize(
+    ("name", "strategy"),
+    [
+        ("prisoners-dilemma", "defect"),
+        ("rock-paper-scissors", "rock 0.3333 paper 0.3333 scissors 0.3333"),
+        ("travelers-dilemma", "2"),
+    ],
+)
+def test_a_simple_game_has_its_only_equilibrium(name: str, strategy: str) -> None:
+    game_solution = solve_problem(dmplay.load_problem(name))
+    assert [row["agent1"] for row in game_solution.rows] == [strategy]
+
+
+@pytest.fixture
+def few_games(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Reduce the number of simulated games and the size of plans and bounds."""
+    monkeypatch.setattr(simulated, "DEFAULT_EPISODES", 10)
+    monkeypatch.setattr(teams, "MAX_SIMULATED_EPISODES", 10)
+    limits = (("HUNT_PLAN_NODES", 1), ("MAX_SIMULATED_TURNS", 20), ("INFORMED_BOUND_WORK", 0))
+    for name, value in limits:
+        monkeypatch.setattr(teams, name, value)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("few_games")
+def test_the_central_planner_of_the_hunt_has_the_known_value() -> None:
+    hunt_solution = solve_problem(dmplay.load_problem("collaborative-predator-prey"))
+    assert "mean 21.0506 over 1728 states" in hunt_solution.result
+
+
+def test_the_regulator_is_solved_in_closed_form() -> None:
+    assert "U(s) = -(1 s^2 + 0.09)" in solve_problem(dmplay.load_problem("simple-regulator")).result
+    undiscounted = solve_problem(dmplay.load_problem("simple-regulator:undiscounted"))
+    assert "20 turns" in undiscounted.method
+
+
+def test_the_pole_is_solved_by_the_gain_of_a_converged_riccati_equation() -> None:
+    pole_solution = solve_problem(dmplay.load_problem("cart-pole"))
+    assert [row["of"] for row in pole_solution.rows] == ["x", "v", "theta", "omega"]
+    residual = float(pole_solution.result.split()[1])
+    assert residual < 1e-10
+    match = re.search(r"at most (\S+) of a deviation", pole_solution.result)
+    assert match
+    assert 0.9 < float(match[1]) < 1
+
+
+def test_the_car_takes_106_turns_from_the_valley() -> None:
+    car_solution = solve_problem(dmplay.load_problem("mountain-car"))
+    assert "181 x 141 points" in car_solution.result
+    valley = car_solution.rows[0]
+    assert valley["start"] == "-0.5 0.0"
+    assert valley["turns driven"] == 106
+    assert valley["value"] == pytest.approx(-106, abs=1.5)
+
+
+def test_the_hunt_of_one_predator_and_one_prey_is_solved_exactly() -> None:
+    problem = dmplay.load_problem("predator-prey:triangle")
+    hunt_solution = solve_problem(problem)
+    assert len(hunt_solution.rows) == 9
+    assert hunt_solution.method.startswith("equilibrium")
+    assert "after 4 rounds" in hunt_solution.result
+    caught = hunt_solution.rows[0]
+    assert caught["state"] == "(0,1) (0,1)"
+    # All hexes are adjacent, so a player that sees the other flee may move to any hex.
+    assert caught["value prey"] == pytest.approx(-50 * (float(str(caught["value predator"])) + 10))
+
+
+def test_joint_plans_of_caregivers_earn_the_value_of_a_central_planner() -> None:
+    team_solution = solve_problem(dmplay.load_problem("multicaregiver-crying-baby"))
+    for row in team_solution.rows:
+        assert row["value"] == pytest.approx(row["one planner"])
+        assert float(str(row["value"])) <= float(str(row["one who sees"])) + 1e-9
+    assert team_solution.rows[-1]["value"] == pytest.approx(-16.775)
+    assert team_solution.rows[-1]["plans"] == "42 x 42"
+    assert "at most -35 without end" in team_solution.result
+
+
+@cache
+def solve_with_progress(name: str) -> tuple[Solution, list[float]]:
+    """Solve a small problem; return the solution and the reported shares of the work."""
+    shares: list[float] = []
+    with report_progress_to(shares.append):
+        return solve_problem(load_small_problem(name)), shares
+
+
+@pytest.mark.usefixtures("few_games", "coarse")
+def test_the_hunt_solution_compares_teams_with_a_central_planner() -> None:
+    hunt_solution, _ = solve_with_progress("collaborative-predator-prey:triangle")
+    assert hunt_solution.rows[0]["team"] == "one planner who sees all"
+    assert {row["team"] for row in hunt_solution.rows[1:]} == {
+        "reactive", "random", "qmdp", "sweep", "joint-plan:nodes=1",
+        "one planner who senses for both",
+    }  # fmt: skip
+    accuracies = {row["team"]: str(row["evidence"]) for row in hunt_solution.rows}
+    assert accuracies["qmdp"].startswith("10 games of 20 turns, +- ")
+
+
+@pytest.mark.usefixtures("few_games")
+def test_a_problem_without_an_exact_solution_is_simulated() -> None:
+    hunt_solution = solve_problem(dmplay.load_problem("predator-prey:triangle", predators=2))
+    assert "no exact solution" in hunt_solution.method
+    assert [row["seat"] for row in hunt_solution.rows] == ["predator1", "predator2", "prey1"]
+
+
+@pytest.mark.usefixtures("few_games", "coarse")
+@every_problem
+def test_the_progress_of_a_solution_never_decreases(name: str) -> None:
+    problem_solution, shares = solve_with_progress(name)
+    assert problem_solution.rows
+    assert all(row.keys() == problem_solution.rows[0].keys() for row in problem_solution.rows)
+    assert shares == sorted(shares)
+    assert not shares or (shares[0] >= 0 and shares[-1] <= 1)
+
+
+def test_a_solution_is_printed_cached_and_exported_as_json(tmp_path: Path) -> None:
+    cache_folder = str(tmp_path / "cache")
+    arguments = ["solve", "hexworld", "--set", "slip=0.1"]
+    first = run_dmplay(tmp_path, *arguments, XDG_CACHE_HOME=cache_folder)
+    assert first.stdout.startswith("hexworld slip=0.1: value iteration\n")
+    (cache_file,) = (tmp_path / "cache" / "dmplay" / "solve").iterdir()
+    cache_file.write_text(cache_file.read_text().replace("value iteration", "from the cache"))
+    assert run_dmplay(tmp_path, *arguments, XDG_CACHE_HOME=cache_folder).stdout.startswith(
+        "hexworld slip=0.1: from the cache"
+    )
+    cache_file.write_text("torn")
+    data = run_dmplay(tmp_path, *arguments, "--json", XDG_CACHE_HOME=cache_folder).stdout
+    assert json.loads(data)["method"] == "value iteration"
+    assert json.loads(data)["parameters"] == {"slip": 0.1}
+    other = run_dmplay(tmp_path, "solve", "hexworld", "--json", XDG_CACHE_HOME=cache_folder).stdout
+    assert json.loads(other)["rows"] != json.loads(data)["rows"]
+
+
+def test_a_user_defined_problem_is_solved_again_after_a_change(tmp_path: Path) -> None:
+    code = tmp_path / "tiger.py"
+    code.write_text(TIGER_SOURCE)
+    before = run_dmplay(tmp_path, "solve", "./tiger.py:Tiger").stdout
+    assert "./tiger.py:Tiger: alpha vectors, 10 turns\n" in before
+    code.write_text(TIGER_SOURCE.replace("-100", "-10"))
+    assert run_dmplay(tmp_path, "solve", "./tiger.py:Tiger").stdout != before
+
+
+def test_a_simulated_solution_has_the_requested_games_and_turns(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    arguments = ["solve", "2048", "--episodes", "8", "--turns", "5"]
+    text = str(interpret_command([*arguments, "--json"]))
+    assert json.loads(text)["result"] == "8 games of seed 1, 5 turns each"
+    assert text == interpret_command([*arguments, "--json", "--workers", "auto"])
+    single = str(interpret_command(["solve", "2048", "--episodes", "2", "--turns", "1", "--json"]))
+    assert json.loads(single)["result"] == "2 games of seed 1, 1 turn each"
+    for option in ("episodes", "workers"):
+        text = f"--{option}: nothing is simulated here; the method is value iteration"
+        with pytest.raises(BadParameter, match=text):
+            interpret_command(["solve", "hexworld", f"--{option}", "8"])
+    text = "--turns: nothing is played or planned to a last turn here; the method is support"
+    with pytest.raises(BadParameter, match=text):
+        interpret_command(["solve", "prisoners-dilemma", "--turns", "8"])
+
+
+def test_a_pomdp_with_a_turn_limit_is_solved_for_that_limit(
+    tmp_path: Path,
+) -> None:
+    problem_path = tmp_path / "six.pomdp"
+    problem_path.write_text(
+        "discount: 0.8\nvalues: reward\nstates: 6\nactions: 2\nobservations: 2\n"
+        "T: *\nuniform\nO: *\nuniform\nR: 0 : * : * : * 10\n"
+    )
+    solve_output = str(interpret_command(["solve", str(problem_path), "--turns", "11"]))
+    assert ": point-based, 11 turns\nvalue 45.705 at the start" in solve_output
+    run_output = str(
+        interpret_command(
+            ["run", str(problem_path), "--agent", "optimal", "--turns", "11", "--episodes", "2"]
+        )
+    )
+    assert "agent  optimal  45.705 ± 0  " in run_output
+    assert "\noptimal: value 49.9957 to 50.0000 at the start of a game without end\n" in run_output

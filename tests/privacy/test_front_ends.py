@@ -1,0 +1,237 @@
+"""No front end and no command reveals which of two indistinguishable games is played."""
+
+from collections.abc import Callable
+from itertools import product
+from pathlib import Path
+
+import pytest
+
+import dmplay
+from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.registry import problems
+from dmplay.shell.commands import COMMANDS
+from dmplay.shell.plain_mode import JsonReporter, SentenceReporter
+from tests.privacy.command_arguments import (
+    CHANGING_COMMANDS,
+    FOLLOW_UP_COMMANDS,
+    QUERY_ARGUMENTS,
+    QUERY_KEYS,
+    READING_ARGUMENTS,
+    list_actions,
+    list_queries,
+    make_placeholders,
+)
+from tests.privacy.front_ends import (
+    FRONT_ENDS,
+    PLAIN_TERMINAL,
+    TRANSCRIPT_PATH,
+    Response,
+    assert_indistinguishable,
+    make_line_front_end,
+    make_screen_front_end,
+    play_both,
+)
+from tests.privacy.indistinguishable_pairs import (
+    FAST_BELIEF_PROBLEMS,
+    SECRET_PROBLEM_PARAMS,
+    SECRET_PROBLEMS,
+    SHARED_TURNS,
+    TURN_COUNT,
+    Pair,
+    Side,
+    find_pair,
+)
+from tests.support.problem_cases import is_identical
+
+LAST_SEATS = [(name, len(dmplay.load_problem(name).agents) - 1) for name in SECRET_PROBLEMS]
+SMALL_PROBLEMS = ("machine-replacement", "predator-prey:circle")
+every_secret_problem = pytest.mark.parametrize("name", SECRET_PROBLEM_PARAMS)
+every_last_seat = pytest.mark.parametrize(("name", "seat"), LAST_SEATS)
+SLOW_PLAIN = pytest.param("plain", marks=pytest.mark.slow)
+END_FRONT_ENDS = [
+    pytest.param(front_end, marks=() if front_end == "plain" else pytest.mark.slow)
+    for front_end in FRONT_ENDS
+]
+
+
+def test_every_command_and_format_is_covered() -> None:
+    assert {*QUERY_ARGUMENTS, *READING_ARGUMENTS, *CHANGING_COMMANDS} == {
+        command.name for command in COMMANDS
+    }
+    exported = " ".join(READING_ARGUMENTS["export"])
+    assert all(f"{{file}} --{name}" in exported for name in EXPORT_FORMATS)
+
+
+def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
+    stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in SECRET_PROBLEMS}
+    assert stems == {
+        "", "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
+        "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",
+        "travelers_dilemma", "predator_prey",
+    }  # fmt: skip
+
+
+@every_secret_problem
+def test_the_games_repeat_their_actions_and_differ_in_hidden_information(
+    name: str, game_folder: Path
+) -> None:
+    twins, sessions = find_pair(name, 0), []
+    for number, side in enumerate(twins.sides):
+        game = twins.begun(side, Path(f"{number}.dmt"))
+        for joint in side.actions[:SHARED_TURNS]:
+            game.choose(joint[0])
+        actions = [turn.actions.tolist() for turn in game.session.turns]
+        assert actions == [[*joint] for joint in side.actions[:SHARED_TURNS]]
+        sessions.append(game.session)
+    assert sessions[0].uniform_source != sessions[1].uniform_source
+    assert twins.problem.partially_observable == (
+        not is_identical(sessions[0].state, sessions[1].state)
+    )
+    last = [side.actions[-1] for side in twins.sides]
+    assert last[0][0] == last[1][0]
+    assert all(first != second for first, second in zip(last[0][1:], last[1][1:], strict=True))
+
+
+@pytest.mark.parametrize("front", [SLOW_PLAIN, "json", "shell"])
+@every_secret_problem
+def test_no_query_reveals_which_game_it_is(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *list_queries(twins, SHARED_TURNS, QUERY_ARGUMENTS)]
+    assert_indistinguishable(
+        *play_both(
+            twins,
+            game_folder,
+            lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines),
+        )
+    )
+
+
+@every_secret_problem
+def test_no_key_and_no_typing_error_reveals_which_game_it_is(name: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *list_queries(twins, SHARED_TURNS), *QUERY_KEYS]
+    assert_indistinguishable(
+        *play_both(
+            twins,
+            game_folder,
+            lambda side: FRONT_ENDS["screen"](twins.begun(side, TRANSCRIPT_PATH), lines),
+        )
+    )
+
+
+@pytest.mark.parametrize("front", ["screen", SLOW_PLAIN, "json"])
+@every_secret_problem
+def test_no_ghost_reveals_which_game_it_is(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    lines = [*list_actions(twins), *FOLLOW_UP_COMMANDS]
+
+    def play(side: Side) -> list[Response]:
+        return FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH, ghost="random"), lines)
+
+    assert_indistinguishable(*play_both(twins, game_folder, play))
+
+
+@pytest.mark.slow
+@every_last_seat
+def test_no_query_and_no_small_screen_reveals_the_game_to_the_last_seat(
+    name: str, seat: int, game_folder: Path
+) -> None:
+    twins = find_pair(name, seat)
+    early = [
+        *list_queries(twins, 0, QUERY_ARGUMENTS, READING_ARGUMENTS),
+        *list_actions(twins, 0, 1),
+        *list_queries(twins, 1, QUERY_ARGUMENTS),
+        *list_actions(twins, 1),
+    ]
+    late = list_queries(twins, SHARED_TURNS, QUERY_ARGUMENTS)
+    small = [*list_actions(twins), *late, *QUERY_KEYS]
+    shell, screen = FRONT_ENDS["shell"], make_screen_front_end((40, 12))
+    assert_indistinguishable(
+        *play_both(
+            twins, game_folder, lambda side: shell(twins.begun(side, TRANSCRIPT_PATH), early + late)
+        )
+    )
+    assert_indistinguishable(
+        *play_both(
+            twins, game_folder, lambda side: screen(twins.begun(side, TRANSCRIPT_PATH), small)
+        )
+    )
+
+
+def make_changed_game(
+    twins: Pair, front: str, line: str, turn: int
+) -> Callable[[Side], list[Response]]:
+    """Return a function that plays, types a line that changes the game, and plays on."""
+    lines = [
+        *list_actions(twins),
+        "save copy.dmt",
+        line.format(**make_placeholders(twins, turn)),
+        *FOLLOW_UP_COMMANDS,
+    ]
+    lines += (
+        [*list_actions(twins, turn, turn + 1), *FOLLOW_UP_COMMANDS] if turn < SHARED_TURNS else []
+    )
+    return lambda side: FRONT_ENDS[front](twins.begun(side, TRANSCRIPT_PATH), lines)
+
+
+@pytest.mark.parametrize("command", CHANGING_COMMANDS)
+def test_no_command_that_changes_the_game_reveals_which_it_is(
+    command: str, game_folder: Path
+) -> None:
+    for line, turn in CHANGING_COMMANDS[command].items():
+        twins = find_pair("multicaregiver-crying-baby", 0)
+        assert_indistinguishable(
+            *play_both(twins, game_folder, make_changed_game(twins, "shell", line, turn))
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("front", ["screen", "plain", "json"])
+@pytest.mark.parametrize("command", CHANGING_COMMANDS)
+def test_no_command_that_changes_the_game_reveals_it_in_any_front_end(
+    command: str, front: str, game_folder: Path
+) -> None:
+    for name, (line, turn) in product(SMALL_PROBLEMS, CHANGING_COMMANDS[command].items()):
+        twins = find_pair(name, 0)
+        assert_indistinguishable(
+            *play_both(twins, game_folder, make_changed_game(twins, front, line, turn))
+        )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FAST_BELIEF_PROBLEMS)
+def test_no_command_that_changes_the_game_reveals_it_in_any_problem(
+    name: str, game_folder: Path
+) -> None:
+    twins = find_pair(name, 0)
+    for turns_by_line in CHANGING_COMMANDS.values():
+        for line, turn in turns_by_line.items():
+            assert_indistinguishable(
+                *play_both(twins, game_folder, make_changed_game(twins, "shell", line, turn))
+            )
+
+
+@pytest.mark.parametrize("front", END_FRONT_ENDS)
+@every_secret_problem
+def test_the_end_reveals_what_was_hidden(name: str, front: str, game_folder: Path) -> None:
+    twins = find_pair(name, 0)
+    front_ends = FRONT_ENDS | {
+        "plain": make_line_front_end(SentenceReporter(PLAIN_TERMINAL)),
+        "json": make_line_front_end(JsonReporter()),
+    }
+    end = list_actions(twins, 0, TURN_COUNT)
+    first, second = (
+        [response.output.replace(str(side.seed), "") for response in responses]
+        for side, responses in zip(
+            twins.sides,
+            play_both(
+                twins,
+                game_folder,
+                lambda side: front_ends[front](twins.begun(side, TRANSCRIPT_PATH), end),
+            ),
+            strict=True,
+        )
+    )
+    assert first[:SHARED_TURNS] == second[:SHARED_TURNS]
+    if twins.problem.partially_observable:
+        assert first != second

@@ -1,0 +1,91 @@
+"""Names and docstrings follow the glossary: ordinary words, one word for one concept."""
+
+import ast
+import re
+from collections import defaultdict
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+ROOT = Path(__file__).parent.parent
+PACKAGE = ROOT / "dmplay"
+
+# Participles, pronouns and private words that name nothing. Say the thing: message, rows, seat.
+BANNED_NAMES = frozenset(
+    """
+    told tells found known kept seen asked made held said given met shown put lasting own locked
+    heeds unheeded anyone one many each some those rest who able here now beside apart anew carry
+    story sight opening place came haunt crew wishes errand staged curtained veiled breach betrayed
+    blamed
+    """.split()  # noqa: SIM905 - a list literal would need a line a word
+)
+DATA_NAMES = {  # names that a file format, a protocol or another library fixes
+    ("dmplay/mcp/model_games.py", "seen"),  # key of the JSON that MCP tools return
+    ("tests/truth_cases/catch.py", "opening"),  # kind of a case in tests/truth/catch.json
+}
+QUESTION_WORD = re.compile(
+    r"(Returns? )?(what|who|whose|how|where|that|whatever|whoever)\b|whether\b", re.IGNORECASE
+)
+
+
+@cache
+def parse(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def iter_bound_names(tree: ast.Module) -> Iterator[tuple[str, int]]:
+    """Yield each name that a file binds, with its line."""
+    for node in ast.walk(tree):
+        match node:
+            case ast.FunctionDef() | ast.AsyncFunctionDef() | ast.ClassDef():
+                yield node.name, node.lineno
+            case ast.arg():
+                yield node.arg, node.lineno
+            case ast.Name(ctx=ast.Store()):
+                yield node.id, node.lineno
+            case ast.Attribute(ctx=ast.Store()):
+                yield node.attr, node.lineno
+            case ast.ExceptHandler(name=str(name)):
+                yield name, node.lineno
+
+
+def list_python_files() -> list[Path]:
+    return sorted([*PACKAGE.rglob("*.py"), *(ROOT / "tests").rglob("*.py")])
+
+
+def test_no_name_is_a_banned_word() -> None:
+    banned = [
+        f"{path.relative_to(ROOT)}:{line} {name}"
+        for path in list_python_files()
+        for name, line in [(path.stem, 1), *iter_bound_names(parse(path))]
+        if name.strip("_").lower() in BANNED_NAMES
+        and (str(path.relative_to(ROOT)), name) not in DATA_NAMES
+    ]
+    assert not banned, "\n".join(banned)
+
+
+def test_no_docstring_begins_with_a_question_word() -> None:
+    openers = [
+        f"{path.relative_to(ROOT)} {docstring.splitlines()[0]}"
+        for path in list_python_files()
+        for node in ast.walk(parse(path))
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef)
+        and (docstring := ast.get_docstring(node))
+        and QUESTION_WORD.match(docstring)
+    ]
+    assert not openers, "\n".join(openers)
+
+
+def test_a_class_name_is_used_once_except_for_one_role_per_problem() -> None:
+    problems = {path.stem for path in (PACKAGE / "problems").glob("[a-z]*.py")}
+    homes = defaultdict(list)
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(parse(path)):
+            if isinstance(node, ast.ClassDef):
+                homes[node.name].append(path)
+    repeated = {
+        name: [str(path.relative_to(ROOT)) for path in paths]
+        for name, paths in homes.items()
+        if sum(not (path.parent.name == "agents" and path.stem in problems) for path in paths) > 1
+    }
+    assert not repeated, repeated

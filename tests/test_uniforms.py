@@ -1,0 +1,90 @@
+"""Tests of SeededUniforms: the same bits whether generated for one turn or for many at once."""
+
+import numpy as np
+import pytest
+
+from dmplay.uniforms import (
+    LONG_BATCH_TURNS,
+    SHORT_BATCH_TURNS,
+    SHORT_GAME_TURNS,
+    SeededUniforms,
+    generate_uniforms,
+)
+
+LATE_TURN = 2**31
+
+
+SEEDS = [0, 3, 2**31, 2**32, 2**63 - 1, 2**127, 2**128, 2**200 + 7]
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_uniforms_are_those_of_numpys_pcg64_cut_to_nine_decimals(seed: int) -> None:
+    for stream, turn, reroll in [
+        (0, 0, 0),
+        (2, SHORT_BATCH_TURNS - 1, 0),
+        (2, SHORT_BATCH_TURNS, 0),
+        (1, LATE_TURN, 0),
+        (1, 5, 2),
+    ]:
+        bit_generator = np.random.PCG64(
+            np.random.SeedSequence(seed, spawn_key=(stream, turn, reroll))
+        )
+        full_precision = (bit_generator.random_raw(12) >> np.uint64(11)) * 2.0**-53
+        expected = (np.floor(full_precision * 1e9) / 1e9).reshape(6, 2)
+        for first in (0, 4):
+            result = generate_uniforms(
+                seed, stream, turn, reroll=reroll, first_episode=first, rows=2, count=2
+            )
+            assert result.tolist() == expected[first : first + 2].tolist()
+
+
+@pytest.mark.parametrize("count", [0, 1, 3])
+def test_selected_rows_have_the_same_uniforms_as_among_all_rows(count: int) -> None:
+    selected = np.array([1, 4, 5])
+    all_rows = generate_uniforms(7, 1, 2, first_episode=3, rows=9, count=count)
+    assert (
+        generate_uniforms(
+            7, 1, 2, first_episode=3, rows=9, count=count, selected_rows=selected
+        ).tolist()
+        == all_rows[selected].tolist()
+    )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("episode", [0, 12_345_678])
+def test_uniforms_generated_for_many_turns_equal_those_of_each_turn(
+    seed: int, episode: int
+) -> None:
+    dice = SeededUniforms(seed, episode)
+    for stream in (0, 2):
+        for turn in (0, 1, SHORT_GAME_TURNS - 1, SHORT_GAME_TURNS, 99_999, 1, LATE_TURN):
+            for count in (0, 1, 3, LONG_BATCH_TURNS + 1):
+                result = dice.generate_uniforms(stream, turn, 0, count)
+                expected = generate_uniforms(
+                    seed, stream, turn, first_episode=episode, rows=1, count=count
+                )
+                assert result.tolist() == expected.tolist()
+
+
+def test_a_reroll_has_different_uniforms() -> None:
+    dice = SeededUniforms(7)
+    first, second = (dice.generate_uniforms(0, 5, reroll, 2) for reroll in (0, 1))
+    assert second.tolist() == generate_uniforms(7, 0, 5, reroll=1, rows=1, count=2).tolist()
+    assert (first != second).all()
+
+
+def test_writing_into_returned_uniforms_changes_no_later_ones() -> None:
+    dice = SeededUniforms(7)
+    before = dice.generate_uniforms(0, 1, 0, 1).tolist()
+    result = dice.generate_uniforms(0, 1, 0, 1)
+    assert result.base is None
+    result[:] = 0.5
+    assert dice.generate_uniforms(0, 1, 0, 1).tolist() == before
+
+
+def test_equality_does_not_depend_on_uniforms_generated_before() -> None:
+    used, fresh = SeededUniforms(7), SeededUniforms(7)
+    used.generate_uniforms(0, 1, 0, 1)
+    assert used == fresh
+    assert hash(used) == hash(fresh)
+    assert repr(used) == "SeededUniforms(seed=7, episode=0)"
