@@ -1,13 +1,15 @@
 """Summaries of problems as in table F.1 of the book, and formats of numbers and tables."""
 
+import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from decimal import ROUND_CEILING, Context
 
 from dmplay.core import ContinuousStates, Labels, ObservationSpace, Problem, RealVector
 
 VARIES = "varies"
+JSON_SCHEMA = 1  # version of the keys of JSON reports
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
 
 
@@ -125,3 +127,39 @@ def _display_width(word: str) -> int:
     from unicodedata import combining, east_asian_width  # imported here because few words need it
 
     return sum(0 if combining(c) else 1 + (east_asian_width(c) in "WF") for c in word)
+
+
+def format_json_report(content: Mapping[str, object]) -> str:
+    """Return a report as one line of JSON: an object whose first key is `schema`.
+
+    The keys of the object and of the rows in it are in snake_case; mappings below them keep their
+    keys, which are names of agents or players. Numbers that are not finite are null. JSON_SCHEMA
+    grows when a key changes its name or its meaning, not when one is added.
+    """
+    report = {"schema": JSON_SCHEMA} | {
+        _to_snake_case(name): [_with_snake_case_keys(row) for row in value]
+        if isinstance(value, list | tuple)
+        else value
+        for name, value in content.items()
+    }
+    return json.dumps(_replace_non_finite(report), default=str)
+
+
+def _with_snake_case_keys(row: object) -> object:
+    """Return a row with its keys in snake_case; anything else unchanged."""
+    if not isinstance(row, dict):
+        return row
+    return {_to_snake_case(name): value for name, value in row.items()}
+
+
+def _to_snake_case(key: str) -> str:
+    return key.replace(" ", "_")
+
+
+def _replace_non_finite(value: object) -> object:
+    """Return a value with None for each number in it that is not finite."""
+    if isinstance(value, dict):
+        return {name: _replace_non_finite(item) for name, item in value.items()}
+    if isinstance(value, list | tuple):
+        return [_replace_non_finite(item) for item in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

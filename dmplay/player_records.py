@@ -113,7 +113,7 @@ def load_records() -> list[ProblemRecord]:
     return sorted(records or [], key=lambda entry: entry.key)
 
 
-def record_for_game(game: Game) -> ProblemRecord | None:
+def find_game_record(game: Game) -> ProblemRecord | None:
     """Return the record for the problem, parameters, limit and seat of a game.
 
     Return None if there is none, or if the game cannot count.

@@ -48,7 +48,7 @@ class Terminal(NamedTuple):
         return self.width or shutil.get_terminal_size().columns
 
 
-def choose_terminal(
+def choose_terminal_settings(
     options: TerminalOptions, env: Mapping[str, str], stdin: TextIO, stdout: TextIO
 ) -> Terminal:
     """Return the terminal settings by options, environment and streams, in this priority."""
@@ -79,7 +79,7 @@ def choose_terminal(
 
 def current_terminal(options: TerminalOptions) -> Terminal:
     """Return the terminal settings for this process."""
-    return choose_terminal(options, os.environ, sys.stdin, sys.stdout)
+    return choose_terminal_settings(options, os.environ, sys.stdin, sys.stdout)
 
 
 def clear_screen() -> None:

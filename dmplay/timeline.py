@@ -100,14 +100,17 @@ class GameTimeline(Game):
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
-        return [*self._last_turn_rows(), *self._regret_rows(width), self._next_choice_row()]
+        return [*self._last_turn_rows(), *self._regret_rows(width), self._describe_next_choices()]
 
     def _last_turn_rows(self) -> list[str]:
         """Return one row that describes the previous turn, or none before the first turn."""
         return [self.narrator.describe_turn(self.snapshot())] if self.turns_played else []
 
-    def _next_choice_row(self) -> str:
-        """Return the turn's number, the choice made in it, and the better choice if any."""
+    def _describe_next_choices(self) -> str:
+        """Return a line of text on the turn that comes next in the review.
+
+        It has the turn's number, the choice of each person, and the better choice if there is one.
+        """
         turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
         texts = [_describe_choice(move) for move in moves]
         if not moves:

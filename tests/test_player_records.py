@@ -332,14 +332,14 @@ def test_a_waiting_thread_continues_when_the_lock_is_free(tmp_path: Path) -> Non
 
 def test_records_are_reported_as_a_table_and_as_json() -> None:
     assert report_records(json=False) == "no game was played to its end"
-    assert report_records(json=True) == "[]"
+    assert report_records(json=True) == '{"schema": 1, "records": []}'
     play_lines(replace(DILEMMA_REQUEST, turns=2), *["c"] * 2)
     play_lines(GameRequest("rock-paper-scissors", seed=1), "hint", *["r"] * 10)
     head, first, second = report_records(json=False).splitlines()
     assert head.split() == ["problem", "seat", "best", "turns", "seed", "day", "last"]
     assert first.split()[:7] == ["prisoners-dilemma", "--turns", "2", "agent1", "-2", "2", "7"]
     assert second.split()[:3] == ["rock-paper-scissors", "agent1", "-"]
-    data = json.loads(report_records(json=True))
+    data = json.loads(report_records(json=True))["records"]
     assert [entry["problem"] for entry in data] == ["prisoners-dilemma", "rock-paper-scissors"]
     assert data[0]["best"]["return"] == -2
     assert data[1]["best"] is None
@@ -350,10 +350,10 @@ def test_the_record_of_a_running_game_is_that_of_its_settings() -> None:
     play_lines(game_request, "e", "e")
     table = GameController()
     table.set_game(start_game(replace(game_request, seed=8)))
-    record = player_records.record_for_game(table.game)
+    record = player_records.find_game_record(table.game)
     assert isinstance(record, ProblemRecord)
     assert record.last.seed == 7
     table.set_game(start_game(replace(game_request, settings=[])))
-    assert player_records.record_for_game(table.game) is None
+    assert player_records.find_game_record(table.game) is None
     table.set_game(start_game(replace(game_request, agent="random")))
-    assert player_records.record_for_game(table.game) is None
+    assert player_records.find_game_record(table.game) is None

@@ -44,9 +44,9 @@ def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, A
         """Return the option's value, filtered if it comes from a settings file."""
         if ctx.resilient_parsing or option_source(ctx, str(option.name)) != "DEFAULT_MAP":
             return tuple(value) if isinstance(value, list) else value
-        from dmplay.cli import config_filters
+        from dmplay.cli import settings_filters
 
-        return config_filters.OPTION_FILTERS[kind](ctx, option, value, problem_in_context(ctx))
+        return settings_filters.OPTION_FILTERS[kind](ctx, option, value, problem_in_context(ctx))
 
     return callback
 

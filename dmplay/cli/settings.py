@@ -9,6 +9,7 @@ import typer
 
 from dmplay.cli import config_files
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.formatting import format_json_report
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
 VALUE_TYPES: dict[str, tuple[tuple[type, ...], str]] = {  # by the prefix of click's type name
@@ -174,7 +175,7 @@ def format_settings(settings: Iterable[EffectiveSetting], *, as_json: bool) -> s
     The JSON lists all settings; the text lists defaults only for the command `play`.
     """
     if as_json:
-        return json.dumps([setting._asdict() for setting in settings], default=str)
+        return format_json_report({"settings": [setting._asdict() for setting in settings]})
     rows = [
         setting
         for setting in settings

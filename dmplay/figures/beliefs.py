@@ -114,7 +114,7 @@ def _find_best_first_action(stage: AlphaVectorStage, belief: Reals) -> int:
     return int(np.argmax(stage.first_action_mask[best_vector]))
 
 
-def draw_catch_probabilities() -> Text:
+def draw_catch_success_curves() -> Text:
     """Return figure F.13: the probability of a catch by distance, for the four proficiencies."""
     problem = load_problem("catch")
     catch_probabilities = tabulate(problem).rewards[:, :, 0] / DISTANCES
@@ -135,5 +135,5 @@ FIGURES = {
     "F.10": ("the crying baby's value function", draw_crying_baby_values),
     "F.11": ("machine replacement, the 14-step policy", draw_fourteen_step_policy),
     "F.12": ("machine replacement, policies for 1 to 20 steps", draw_policies_by_horizon),
-    "F.13": ("the probability of a catch", draw_catch_probabilities),
+    "F.13": ("the probability of a catch", draw_catch_success_curves),
 }

@@ -39,7 +39,7 @@ def draw_rock_paper_scissors() -> Text:
 def draw_problem_table() -> Text:
     """Return table F.1: the kind and the spaces of every problem."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
-    for name in sorted(problem_names(), key=_read_appendix_section):
+    for name in sorted(problem_names(), key=_find_appendix_section_number):
         problem = load_problem(name)
         rows.append([name, problem.kind, *problem_summary(problem).values()])
     text = Text()
@@ -48,7 +48,7 @@ def draw_problem_table() -> Text:
     return text
 
 
-def _read_appendix_section(name: str) -> int:
+def _find_appendix_section_number(name: str) -> int:
     """Return the section of appendix F named in the docstring of a problem's module, or 0."""
     docstring = sys.modules[type(load_problem(name)).__module__].__doc__ or ""
     section = re.search(r"appendix F\.(\d+)", docstring)

@@ -92,7 +92,7 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
     ]
     if team and not problem.partially_observable:
         observations = [states] * len(problem.agents)
-        tables = tables._replace(observation=_identity_observations(problem, tables))
+        tables = tables._replace(observation=_build_identity_observation_table(problem, tables))
     line_count = len(tables.transition.columns) * (2 + len(observations)) + len(rewards)
     Budget("writing it", "try a smaller problem").check_memory(float(BYTES_PER_LINE) * line_count)
     yield from _iter_comment_lines(description)
@@ -137,7 +137,7 @@ def _build_sparse_tables(problem: Problem) -> SparseTables:
     return tabulate(problem).sparse_tables
 
 
-def _identity_observations(problem: Problem, tables: SparseTables) -> SparseMatrix:
+def _build_identity_observation_table(problem: Problem, tables: SparseTables) -> SparseMatrix:
     """Return the observation table of a problem in which every agent observes the state."""
     assert isinstance(problem.state_count, int)
     state_count, agent_count = problem.state_count, len(problem.agents)

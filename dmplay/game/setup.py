@@ -314,7 +314,10 @@ def _make_continued_game(
     request: ResumeRequest,
     recorder: Recorder,
 ) -> Game:
-    """Return a game that continues a transcript in the recorder's session."""
+    """Return a game around the recorder's session, which has already replayed the transcript.
+
+    The recorder is marked as private if its file is a save.
+    """
     recorder.is_private = saves.is_save(recorder.path)
     new_request = request_from_header(
         replace(header, problem=loaded_problem.name),

@@ -3,12 +3,11 @@
 import os
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
-from json import dumps
 from pathlib import Path
 
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
-from dmplay.formatting import escape_newlines
+from dmplay.formatting import escape_newlines, format_json_report
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
@@ -191,7 +190,10 @@ def format_reports(
     """
     pairs = list(zip(reports, accepted, strict=True))
     if json:
-        return [dumps(_report_to_dict(report, is_accepted)) for report, is_accepted in pairs]
+        return [
+            format_json_report(_report_to_dict(report, is_accepted))
+            for report, is_accepted in pairs
+        ]
     rows = [
         _format_ok_line(report) if is_accepted else str(report) for report, is_accepted in pairs
     ]

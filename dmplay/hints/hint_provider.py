@@ -37,7 +37,7 @@ def count_decimals(values: Sequence[float]) -> int:
     )
 
 
-def count_fewest_decimals(values: Sequence[float]) -> int:
+def count_hint_decimals(values: Sequence[float]) -> int:
     """Return the decimals for values: 0 for whole numbers and for spreads of 100 or more.
 
     Otherwise it is that of `count_decimals`.
@@ -153,7 +153,7 @@ class Hint:
             else sorted(best_first)
         )
         pairs = [(self.labels[action], float(self.values[action])) for action in order]
-        decimal_count = (count_fewest_decimals if ordered else count_decimals)(
+        decimal_count = (count_hint_decimals if ordered else count_decimals)(
             [value for _, value in pairs]
         )
         return [(label, format_fixed(value, decimal_count)) for label, value in pairs]

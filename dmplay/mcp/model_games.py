@@ -226,7 +226,7 @@ class ModelGames:
             "game": game_id,
             "seat": game.problem.agents[seat],
             "turn": model_seat.last_reported_turn,
-            "turns": [_turn_facts(model_seat, turn) for turn in new_turns],
+            "turns": [_encode_turn_percept(model_seat, turn) for turn in new_turns],
             "seen": encode_observation(
                 game.problem, seat, session.observation_after(seat, model_seat.last_reported_turn)
             ),
@@ -236,7 +236,7 @@ class ModelGames:
         }
 
 
-def _turn_facts(seat: ModelSeat, turn: int) -> JsonObject:
+def _encode_turn_percept(seat: ModelSeat, turn: int) -> JsonObject:
     """Return the seat's percept of a turn as facts; of turn 0, the initial observation."""
     session, seat_index = seat.game.session, seat.seat
     if not turn:

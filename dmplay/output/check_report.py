@@ -1,10 +1,9 @@
 """The report of `dmplay check`."""
 
 from collections.abc import Mapping
-from json import dumps
 
 from dmplay.conformance import check
-from dmplay.formatting import format_count
+from dmplay.formatting import format_count, format_json_report
 from dmplay.game.cli_results import Printout
 from dmplay.registry import problems
 
@@ -22,7 +21,7 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
     exit_code = VIOLATION_EXIT_CODE if violations else 0
     if json:
         data = {"problem": loaded.name, "faults": [violation._asdict() for violation in violations]}
-        return Printout(dumps(data), exit_code=exit_code)
+        return Printout(format_json_report(data), exit_code=exit_code)
     if not violations:
         return Printout(f"ok {loaded.name}: every law is kept")
     lines = [

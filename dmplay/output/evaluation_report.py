@@ -11,7 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.run import RunResult, run
-from dmplay.formatting import append_noun, format_count, format_score
+from dmplay.formatting import append_noun, format_count, format_json_report, format_score
 from dmplay.game.cli_results import Printout
 from dmplay.game.requests import parse_settings
 from dmplay.output.episode_transcripts import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
@@ -30,7 +30,6 @@ from dmplay.output.tables import (
     MISSING_CELL,
     format_cell,
     format_csv,
-    format_json,
     format_mean,
     format_table,
 )
@@ -118,7 +117,7 @@ def _format_run(
             "seed": request.seed,
         }
         facts = {"problem": request.problem} | common | {"runs": rows} | transcripts
-        return format_json(facts) if request.output_format == "json" else format_csv(rows)
+        return format_json_report(facts) if request.output_format == "json" else format_csv(rows)
     headline = (
         _run_headline(results[0].request, results[0].run)
         if len(results) == 1
@@ -290,7 +289,9 @@ def _format_comparison(
             "seed": request.seed,
         }
         facts = common | {"games": len(result.returns)}
-        return format_json(facts | {"decided": result.decided, "agents": earned, "pairs": rows})
+        return format_json_report(
+            facts | {"decided": result.decided, "agents": earned, "pairs": rows}
+        )
     if request.output_format == "csv":
         return format_csv(rows)
     game_count = format_count(len(result.returns), "game", ",")

@@ -1,14 +1,13 @@
 """The report of graded transcripts, as a table, CSV or JSON."""
 
 from collections.abc import Sequence
-from json import dumps
 from pathlib import Path
 from textwrap import fill
 
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
-from dmplay.formatting import escape_newlines, format_count
+from dmplay.formatting import escape_newlines, format_count, format_json_report
 from dmplay.game import verification
 from dmplay.game.cli_results import Printout
 from dmplay.output.progress import ProgressBar
@@ -70,7 +69,7 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
             "files": grades.file_count,
             "of": file_count,
         }
-        return dumps(data | {"proves": GRADING_LIMITS})
+        return format_json_report(data | {"proves": GRADING_LIMITS})
     if output_format == "csv":
         return format_csv(
             [row | {key: _join_words(row[key]) for key in LIST_COLUMNS} for row in rows]

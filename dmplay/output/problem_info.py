@@ -1,7 +1,6 @@
 """Reports on problems and agents: the table of problems, one problem, and its agents."""
 
 import shutil
-from json import dumps
 from textwrap import fill
 from typing import NamedTuple
 
@@ -12,7 +11,7 @@ from rich.text import Text
 from dmplay.agents.base import SeatPolicy
 from dmplay.core import Interval, Labels, Problem, TextLine
 from dmplay.errors import UnknownName
-from dmplay.formatting import format_count, problem_summary
+from dmplay.formatting import format_count, format_json_report, problem_summary
 from dmplay.game.cli_results import Printout
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
 from dmplay.registry import agents, problems
@@ -250,7 +249,7 @@ def report_agents(name: str, *, json: bool) -> Printout:
     """Return a report of the agents that can play a problem, as text or JSON."""
     agent_infos = load_agent_infos(name)
     text = (
-        dumps([agent_info._asdict() for agent_info in agent_infos])
+        format_json_report({"agents": [agent_info._asdict() for agent_info in agent_infos]})
         if json
         else "\n".join(map(str, agent_infos))
     )
@@ -261,7 +260,7 @@ def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text |
     """Return table F.1, or its problems of one kind, with a note of the columns left out."""
     rows = rows_of_kind(kind)
     if terminal_options.json:
-        return dumps(rows)
+        return format_json_report({"problems": rows})
     width = terminal_options.width or shutil.get_terminal_size((PIPE_COLUMNS, 0)).columns
     headings = fitting_headings(rows, width)
     table_text = _render_table(rows, headings, width)
@@ -275,4 +274,6 @@ def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text |
 def report_problem(name: str, keys: KeyPreferences, *, json: bool) -> Printout:
     """Return a report of all facts about a problem, as text or JSON."""
     problem_info = load_problem_info(name, keys)
-    return Printout(dumps(problem_info._asdict()) if json else str(problem_info), paged=not json)
+    return Printout(
+        format_json_report(problem_info._asdict()) if json else str(problem_info), paged=not json
+    )

@@ -2,7 +2,7 @@
 
 from json import dumps
 
-from dmplay.formatting import align_columns
+from dmplay.formatting import align_columns, format_json_report
 from dmplay.player_records import ProblemRecord, load_records
 
 HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
@@ -12,7 +12,7 @@ def report_records(*, json: bool) -> str:
     """Return a row for each problem, variant and set of parameters, as a table or JSON."""
     records = load_records()
     if json:
-        return dumps([record.to_json() for record in records])
+        return format_json_report({"records": [record.to_json() for record in records]})
     if not records:
         return "no game was played to its end"
     return "\n".join(align_columns([HEADINGS, *map(_record_row, records)]))

@@ -1,8 +1,7 @@
 """The review of a transcript, printed or saved as notes in the transcript."""
 
-from json import dumps
-
 from dmplay.errors import BadParameter
+from dmplay.formatting import format_json_report
 from dmplay.game.playback import Playback
 from dmplay.game.requests import ReplayRequest
 from dmplay.game.seats import list_human_seats
@@ -28,9 +27,11 @@ def review_transcript(recording: ReplayRequest, *, write: bool = False, json: bo
         other_rows = [row for row in rows if not row.startswith(REVIEW_NOTE_PREFIX)]
         write_file(path.resolve(), [*other_rows, *format_notes(reviewed_actions)], force=True)
     hint_counts, peeked = dict(game.session.hint_counts), game.transcript.header.peeked
-    extra_rows = [{"peeked": peeked, "help": hint_counts}] if peeked or hint_counts else []
     if json:
-        return dumps([*(move._asdict() for move in reviewed_actions), *extra_rows])
+        rows_by_action = [action._asdict() for action in reviewed_actions]
+        return format_json_report(
+            {"actions": rows_by_action, "peeked": peeked, "help": hint_counts}
+        )
     rows = (
         format_table(reviewed_actions) if human_seats else ["review: no person plays in this game"]
     )

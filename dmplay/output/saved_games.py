@@ -1,11 +1,10 @@
 """The report of saved games: problem, players, end reason, peeks and hints."""
 
 from collections import Counter
-from json import dumps
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.formatting import describe_end_reason
+from dmplay.formatting import describe_end_reason, format_json_report
 from dmplay.game.saves import iter_saves
 from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
 from dmplay.transcript.reader import Transcript
@@ -54,5 +53,5 @@ def report_saved_games(*, json: bool) -> str:
     """Return the games in the folder of saved games, the last first, as text or JSON."""
     games = [_summarize_game(transcript) for transcript in iter_saves()]
     if json:
-        return dumps([game._asdict() for game in games])
+        return format_json_report({"games": [game._asdict() for game in games]})
     return "\n".join(map(str, games)) or "no game is kept"

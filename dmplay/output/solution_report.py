@@ -9,6 +9,7 @@ from pathlib import Path
 from dmplay import __version__
 from dmplay.budget import report_progress_to
 from dmplay.core import Problem
+from dmplay.formatting import format_json_report
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
@@ -74,6 +75,6 @@ def report_solution(
     if json:
         loaded = problems.resolve_problem(name, parameters)
         header = {"problem": loaded.name, "parameters": loaded.parameters}
-        return dumps(header | result._asdict())
+        return format_json_report(header | result._asdict())
     title = " ".join([name, *(f"{key}={value}" for key, value in parameters.items())])
     return "\n".join([f"{title}: {result.method}", result.result, "", format_table(result.rows, 6)])

@@ -2,7 +2,6 @@
 
 import csv
 import io
-import json
 from collections.abc import Sequence
 from math import isfinite
 
@@ -45,15 +44,5 @@ def format_csv(rows: Sequence[Row]) -> str:
     return buffer.getvalue().rstrip("\n")
 
 
-def format_json(value: object) -> str:
-    """Return a value as JSON, with null for numbers that are not finite."""
-    return json.dumps(_replace_non_finite(value))
-
-
 def _replace_non_finite(value: object) -> object:
-    """Return a value with None for each number in it that is not finite."""
-    if isinstance(value, dict):
-        return {name: _replace_non_finite(item) for name, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_replace_non_finite(item) for item in value]
     return None if isinstance(value, float) and not isfinite(value) else value

@@ -14,7 +14,7 @@ from dmplay.evaluation.tournament import (
     list_seatings,
     run_tournament,
 )
-from dmplay.formatting import format_count, format_upper_bound
+from dmplay.formatting import format_count, format_json_report, format_upper_bound
 from dmplay.game.cli_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
@@ -23,7 +23,7 @@ from dmplay.output.evaluation_request import (
     make_report,
 )
 from dmplay.output.progress import ProgressBar
-from dmplay.output.tables import format_csv, format_json, format_mean, format_table
+from dmplay.output.tables import format_csv, format_mean, format_table
 from dmplay.output.tournament_checkpoint import TournamentCheckpoint
 from dmplay.registry import agents
 from dmplay.solutions.solution import Row
@@ -54,7 +54,7 @@ def report_tournament(
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
     returns_by_seating = TournamentCheckpoint(results_file, facts) if results_file else {}
-    exact_agent = _equilibrium_agent(problem) if orders == SEATING_ORDERS[0] else ""
+    exact_agent = _find_equilibrium_agent_name(problem) if orders == SEATING_ORDERS[0] else ""
     with (
         ProgressBar(
             f"a tournament of {len(entrants)}",
@@ -105,7 +105,7 @@ def _format_tournament(
             "exploitability": tournament.exploitability,
             "standings": standings,
         }
-        return format_json(facts | extra)
+        return format_json_report(facts | extra)
     if output_format == "csv":
         return format_csv(standings)
     cross = (
@@ -131,7 +131,7 @@ def _entrant_policies(problem: Problem, name: str, request: EvaluationRequest) -
     return [make_policy(problem, seat, name, request) for seat in range(len(problem.agents))]
 
 
-def _equilibrium_agent(problem: Problem) -> str:
+def _find_equilibrium_agent_name(problem: Problem) -> str:
     """Return the agent that plays an equilibrium of the problem itself, or '' if there is none.
 
     Only two-agent problems without hidden states are considered.

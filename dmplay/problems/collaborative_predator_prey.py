@@ -69,7 +69,7 @@ class CollaborativePredatorPrey(HexHunt):
         return (pairs,) * self.predators
 
     @cached_property
-    def _neighbours(self) -> Ints:
+    def _neighbour_table(self) -> Ints:
         """The neighbour of a hex in each direction, then the hex itself: `[H, 7]`, flat."""
         destinations = move_destinations(self.hexes)[:, :, 0]
         return np.hstack([destinations, np.arange(len(self.hexes))[:, None]]).reshape(-1)
@@ -81,7 +81,7 @@ class CollaborativePredatorPrey(HexHunt):
         There is a bit for each direction in which the map continues and the predator is not, and
         PREY_FREE_BIT unless both are on the same hex.
         """
-        around = self._neighbours.reshape(-1, 7)
+        around = self._neighbour_table.reshape(-1, 7)
         is_on_map = around[:, :6] != around[:, 6:]
         map_bits = (is_on_map << np.arange(6)).sum(axis=1)
         predator_bits = self._direction_bits.reshape(-1, len(self.hexes))
@@ -94,7 +94,7 @@ class CollaborativePredatorPrey(HexHunt):
         indices = np.arange(len(self.hexes))
         bits = np.zeros((len(indices), len(indices)), np.int64)
         for direction in range(6):
-            bits[indices, self._neighbours[direction::7]] |= 1 << direction
+            bits[indices, self._neighbour_table[direction::7]] |= 1 << direction
         bits[indices, indices] = 0
         return bits.reshape(-1)
 
@@ -168,7 +168,7 @@ class CollaborativePredatorPrey(HexHunt):
         next_hexes = [*map(self._move_predator, repeat(prey), predators, split_columns(a), slips)]
         direction = take_values(_KTH_DIRECTION, free_bits * 6 + select_where(is_caught, 0, event))
         next_hexes.append(
-            select_where(is_caught, event, take_values(self._neighbours, prey * 7 + direction))
+            select_where(is_caught, event, take_values(self._neighbour_table, prey * 7 + direction))
         )
         reward = select_where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
         next_states = stack_columns(next_hexes, np.int64)

@@ -65,7 +65,7 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
     try:
         factory = load_named_attribute(f"{source}:{attribute_name}")
     except BadParameter:  # no such module
-        _check_fits(problem, seat, source)
+        _raise_if_for_other_problems(problem, seat, source)
         raise
     parameters = _parse_parameters(factory, parameter_text, name) if parameter_text else {}
     try:
@@ -73,7 +73,7 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
     except TypeError as error:
         if describe_error_location(error):  # raised on a line of user code
             raise
-        _check_fits(problem, seat, source)
+        _raise_if_for_other_problems(problem, seat, source)
         raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
     missing = [
         member
@@ -192,7 +192,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     if base in module_exports.RESERVED_AGENT_NAMES:  # it is not a policy
         raise UnknownName("agent", name, [*agents, "bot:COMMAND"])
     if base not in agents:
-        _check_fits(problem, seat, base)
+        _raise_if_for_other_problems(problem, seat, base)
         raise UnknownName("agent", base, _valid_agent_names(problem, seat))
     agent_class = agents[base]
     return agent_class(
@@ -205,8 +205,11 @@ def _valid_agent_names(problem: Problem, seat: int) -> list[str]:
     return ["human", *load_roster(problem, seat).agents, "script", "replay", "bot"]
 
 
-def _check_fits(problem: Problem, seat: int, name: str) -> None:
-    """Raise BadPolicy if an agent is for other problems only, and list some of them."""
+def _raise_if_for_other_problems(problem: Problem, seat: int, name: str) -> None:
+    """Raise BadPolicy if a name that this seat does not know is a built-in agent of other problems.
+
+    The message names some of those problems and the agents of this seat.
+    """
     kind_by_problem = {
         problem_name: kind for problem_name, kind, agents in _builtin_agents() if name in agents
     }

@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.registry import data_files, external, module_exports, user_code
+from dmplay.registry import external, module_exports, problem_files, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
 from dmplay.registry.parameter_parsing import parse_parameter
@@ -281,7 +281,7 @@ def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
 PROBLEM_SOURCES = (
     ProblemSource(_is_built_in, _load_builtin, _builtin_module, safe=True),
     ProblemSource(names_python_file, _load_user_problem, user_code.load_named_module),
-    ProblemSource(names_data_file, data_files.load_data_problem, safe=True),
+    ProblemSource(names_data_file, problem_files.load_data_problem, safe=True),
     ProblemSource(external.names_external_problem, external.load_external_problem),
     ProblemSource(
         _is_installed, _load_installed, _installed_module

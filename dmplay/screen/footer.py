@@ -8,7 +8,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.game.game import Game
-from dmplay.hints.hint_provider import Hint, count_fewest_decimals, format_fixed
+from dmplay.hints.hint_provider import Hint, count_hint_decimals, format_fixed
 from dmplay.key_maps.key_bindings import KEY_SYMBOLS
 from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
 from dmplay.shell.commands import find_command
@@ -153,7 +153,7 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
     ranking = hint.ranked_actions if hint else []
     if not ranking or hint is None:
         return
-    max_regret, decimals = ranking[-1][1], count_fewest_decimals([regret for _, regret in ranking])
+    max_regret, decimals = ranking[-1][1], count_hint_decimals([regret for _, regret in ranking])
     for with_numbers, with_names in product((True, False), repeat=2):
         ranked = []
         for action, regret in ranking:

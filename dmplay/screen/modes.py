@@ -64,6 +64,6 @@ class ScreenModes:
         self.display_mode = MODE_TRANSITIONS[self.display_mode].get(event, self.display_mode)
         self.play_mode = MODE_TRANSITIONS[self.play_mode].get(event, self.play_mode)
 
-    def start_game(self, *, is_realtime: bool) -> None:
+    def set_play_mode(self, *, is_realtime: bool) -> None:
         """Set the play mode of a new game: driven by the clock, or waiting for keys."""
         self.play_mode = Mode.REALTIME if is_realtime else Mode.WAIT_FOR_KEY

@@ -81,11 +81,11 @@ class PlayScreen:
         self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
         self.scroll_offset = 0  # rows by which the log is scrolled back
-        record = player_records.record_for_game(game)
+        record = player_records.find_game_record(game)
         self._best_return = (
             format_score(record.best.discounted_return) if record and record.best else ""
         )
-        self.modes.start_game(is_realtime=bool(self.realtime_rate and game.human_seats))
+        self.modes.set_play_mode(is_realtime=bool(self.realtime_rate and game.human_seats))
 
     @property
     def game(self) -> Game:

@@ -17,7 +17,7 @@ from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals, weighted_sum
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import AlphaVectorStage
-from dmplay.solvers.belief_grid import BeliefGrid
+from dmplay.solvers.belief_interpolation import BeliefGrid
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 

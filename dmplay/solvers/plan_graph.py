@@ -121,7 +121,7 @@ class PlanGraph:
         )
         for turn in reversed(range(self.turns)):
             for seat in range(len(self.team.action_counts)):
-                self._improve_layer(
+                self._improve_seat_nodes(
                     turn,
                     seat,
                     self._fill_unreached_nodes(turn, seat, reached[turn], sweep_number),
@@ -226,7 +226,7 @@ class PlanGraph:
             )
         return np.moveaxis(node_weights, 0, seat).reshape(reach_probabilities.shape)
 
-    def _improve_layer(self, turn: int, seat: int, node_weights: Reals, values: Reals) -> None:
+    def _improve_seat_nodes(self, turn: int, seat: int, node_weights: Reals, values: Reals) -> None:
         """Give each of an agent's nodes of a turn its best action and next nodes."""
         total, next_nodes = self._score_node_actions(turn, seat, node_weights, values)
         actions = total.argmax(axis=1)

@@ -115,7 +115,7 @@ def build_full_graph(problem: Problem) -> TransitionGraph:
             part._replace(next_states=_to_int32(checked_state_indices(problem, part.next_states)))
         )
         first += len(block)
-    return _join_parts(parts, states, None)
+    return _join_graph_parts(parts, states, None)
 
 
 def build_reachable_graph(problem: Problem) -> TransitionGraph:
@@ -151,7 +151,7 @@ def build_reachable_graph(problem: Problem) -> TransitionGraph:
             )
         frontier = np.concatenate(new_frontier)
         state_blocks.append(frontier)
-    return _join_parts(parts, np.concatenate(state_blocks), state_index)
+    return _join_graph_parts(parts, np.concatenate(state_blocks), state_index)
 
 
 def _register_states(states: Array, state_index: dict[bytes, int]) -> tuple[Array, Array]:
@@ -221,7 +221,7 @@ def _to_int32(indices: Array) -> Array:
     return indices.astype(np.int32)
 
 
-def _join_parts(
+def _join_graph_parts(
     parts: list[_GraphPart], states: Array, state_index: dict[bytes, int] | None
 ) -> TransitionGraph:
     """Return the graph made of blocks of consecutive states."""

@@ -10,8 +10,13 @@ from dmplay.chance import Array, Bools
 from dmplay.core import Labels, make_readonly, readonly_copy
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.session import Session, Turn
+from dmplay.transcript.draws_and_actions import (
+    read_actions,
+    read_count,
+    read_hint_counts,
+    read_uniforms,
+)
 from dmplay.transcript.format import MAX_CACHED_LINES
-from dmplay.transcript.inputs import read_actions, read_count, read_hint_counts, read_uniforms
 from dmplay.transcript.reader import Block, Transcript
 
 MIN_BATCH_TURNS, MAX_BATCH_TURNS = (

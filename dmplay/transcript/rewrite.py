@@ -5,6 +5,7 @@ from collections.abc import Iterator, Sequence
 from dmplay.core import Policy, Problem
 from dmplay.session import Session
 from dmplay.transcript.batch_replay import apply_block
+from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,
     FrameRenderer,
@@ -16,7 +17,6 @@ from dmplay.transcript.format import (
     join_block,
 )
 from dmplay.transcript.header import collect_header_facts
-from dmplay.transcript.inputs import read_actions
 from dmplay.transcript.reader import Block, Transcript
 from dmplay.transcript.replay import check_unattended_turns, start_session
 

@@ -10,6 +10,7 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
 from dmplay.session import Session, Turn
 from dmplay.transcript.batch_replay import BatchReplayer, apply_block, split_turns
+from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,
@@ -21,7 +22,6 @@ from dmplay.transcript.format import (
     strip_notes,
 )
 from dmplay.transcript.header import collect_header_facts
-from dmplay.transcript.inputs import read_actions
 from dmplay.transcript.reader import Block, Entry, Transcript
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.rewrite import rewrite_end

@@ -161,9 +161,9 @@ def test_trees_are_the_same_alone_and_in_a_batch(name: str) -> None:
 @pytest.mark.parametrize("name", SEAT_BY_PROBLEM)
 def test_verify_resume_and_branch_restore_the_search_trees(name: str, tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
-    agents = dict.fromkeys(("agent", "others"), SMALL_SEARCH)
+    agents = dict.fromkeys(("agent", "other_agent"), SMALL_SEARCH)
     if len(dmplay.load_problem(name).agents) == 1:
-        agents["others"] = ""
+        agents["other_agent"] = ""
     text = record_game(path, name, turns=6, **agents)  # type: ignore[arg-type]
     assert_verified(path)
     offsets = [text.index(f"\n\nturn: {turn}\n") + 2 for turn in (3, 4)]

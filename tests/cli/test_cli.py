@@ -359,7 +359,7 @@ def test_the_version_is_printed(tmp_path: Path) -> None:
 
 @pytest.mark.slow
 def test_info_and_list_print_json(tmp_path: Path) -> None:
-    problems = json.loads(run_dmplay(tmp_path, "list", "--json").stdout)
+    problems = json.loads(run_dmplay(tmp_path, "list", "--json").stdout)["problems"]
     assert {"problem", "kind", "states", "discount"} <= set(problems[0])
     for problem in problems:
         info = json.loads(run_dmplay(tmp_path, "info", problem["problem"], "--json").stdout)

@@ -409,7 +409,9 @@ def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
     assert "turn 1. at (6,2). chose W, moved W." in result.stdout
     assert "over: turn limit after 1 turn." in result.stdout
     entries = json.loads(run(project_folder, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
-    value_and_source = {entry["name"]: (entry["value"], entry["source"]) for entry in entries}
+    value_and_source = {
+        entry["name"]: (entry["value"], entry["source"]) for entry in entries["settings"]
+    }
     assert value_and_source["play.ascii"] == (True, "DMPLAY_ASCII")
     assert value_and_source["play.keys"] == ("left", f"{project_folder}/home/dmplay/config.toml")
 
@@ -432,10 +434,10 @@ def test_a_parameter_in_a_file_applies_only_to_problems_that_have_it(project_fol
 def test_tomllib_is_loaded_only_if_there_is_a_file(project_folder: Path) -> None:
     code = (
         "import sys\nfrom pathlib import Path\n"
-        "from dmplay.__main__ import main\nfrom dmplay.cli import config\n"
+        "from dmplay.__main__ import main\nfrom dmplay.cli import config_files\n"
         "for text in ('', 'plain = true'):\n"
         "    text and Path('dmplay.toml').write_text(text)\n"
-        "    config.load_config_files.cache_clear()\n"
+        "    config_files.load_config_files.cache_clear()\n"
         "    sys.argv[1:] = ['list', '--help']\n"
         "    try:\n        main()\n"
         "    except SystemExit:\n        print('tomllib' in sys.modules)"

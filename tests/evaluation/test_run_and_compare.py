@@ -76,7 +76,7 @@ def test_a_sweep_has_a_row_for_each_setting() -> None:
         run_command("run", "hexworld", "--set", "slip=0,0.3", "--episodes", "50", "--json")
     )
     assert [row["slip"] for row in data["runs"]] == [0.0, 0.3]
-    assert data["runs"][0]["mean return"] > data["runs"][1]["mean return"]
+    assert data["runs"][0]["mean_return"] > data["runs"][1]["mean_return"]
 
 
 def test_settings_are_reported_and_unknown_errors_are_left_empty() -> None:
@@ -88,6 +88,7 @@ def test_settings_are_reported_and_unknown_errors_are_left_empty() -> None:
     for command in (("run", "hexworld"), ("compare", "hexworld", "optimal", "random")):
         data = json.loads(run_command(*command, *options, "--json"))
         assert data["parameters"] == {"slip": 0.1}
+        assert data["schema"] == 1
     for name in ("compare", "tournament"):
         output = run_command(name, "prisoners-dilemma", "grim", "tit-for-tat", "--episodes", "1")
         assert "inf" not in output
@@ -121,7 +122,7 @@ def test_agents_are_compared_on_common_random_numbers() -> None:
     (pair,) = data["pairs"]
     assert (pair["agent"], pair["against"]) == ("optimal", "random")
     assert 0 < pair["low"] < pair["difference"] < pair["high"]
-    first, second = (agent["mean return"] for agent in data["agents"])
+    first, second = (agent["mean_return"] for agent in data["agents"])
     assert pair["difference"] + pair["luck"] == pytest.approx(first - second)
 
 
@@ -240,7 +241,7 @@ def test_unknown_errors_of_one_game_are_null_in_json() -> None:
     summary = json.loads(run_command("run", "hexworld", *options), parse_constant=pytest.fail)[
         "runs"
     ][0]
-    assert (summary["standard error"], summary["low"], summary["high"]) == (None, None, None)
+    assert (summary["standard_error"], summary["low"], summary["high"]) == (None, None, None)
     pair = json.loads(
         run_command("compare", "hexworld", "random", "optimal", *options),
         parse_constant=pytest.fail,

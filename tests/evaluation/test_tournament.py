@@ -152,8 +152,8 @@ def test_a_tournament_is_written_as_json(monkeypatch: pytest.MonkeyPatch, tmp_pa
     assert isinstance(output, str)
     assert output == interpret_command([*ARGUMENTS, "--episodes", "2", "--json", "-o", "cup.jsonl"])
     best, other = json.loads(output)["standings"]
-    assert (best["entrant"], best["mean return"], best["regret"]) == ("grim", -10.5, 0.0)
-    assert other["best reply to it"] == "always-defect"
+    assert (best["entrant"], best["mean_return"], best["regret"]) == ("grim", -10.5, 0.0)
+    assert other["best_reply_to_it"] == "always-defect"
 
 
 def test_all_entrants_play_against_the_exact_equilibrium() -> None:
@@ -181,7 +181,7 @@ def test_all_entrants_play_against_the_exact_equilibrium() -> None:
     ]
     rows = json.loads(str(interpret_command([*arguments, "--episodes", "3"])))
     assert rows["equilibrium"] == "nash"
-    assert all("exact regret" in row for row in rows["standings"])
+    assert all("exact_regret" in row for row in rows["standings"])
 
 
 def test_an_interrupted_tournament_reports_the_games_played() -> None:

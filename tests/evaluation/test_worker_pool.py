@@ -173,7 +173,7 @@ hunt = dmplay.load_problem("predator-prey")
 pair = [dmplay.load_agent(hunt, 0, "chase"), dmplay.load_agent(hunt, 1, "flee")]
 for _ in range(2):  # what is made once is made
     before = resource.getrusage(resource.RUSAGE_SELF).ru_minflt
-    dmplay.rollout(hunt, pair, episodes=10_000, turns=20)
+    dmplay.rollout(hunt, pair, episodes=10_000, turn_limit=20)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_minflt - before)
 """
 
@@ -211,12 +211,12 @@ ENDLESS_PROGRAM = """
 import sys
 from functools import partial
 from pathlib import Path
-from dmplay.worker_pool import done
+from dmplay.worker_pool import run_blocks
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
-from tests.support.worker_tasks import noted
+from tests.support.worker_tasks import touch_process_file
 if __name__ == "__main__":
-    list(done(partial(noted, Path(sys.argv[1])), range(100_000), size=1, workers=2))
+    list(run_blocks(partial(touch_process_file, Path(sys.argv[1])), range(100_000), size=1, workers=2))
 """
 
 
@@ -238,14 +238,14 @@ SLEEPING_PROGRAM = """
 import time
 from functools import partial
 from pathlib import Path
-from dmplay.worker_pool import done
+from dmplay.worker_pool import run_blocks
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
 def sleep(games):
     Path(f"asleep-{games.start}").touch()
     time.sleep(600 * (games.start > 0))
 if __name__ == "__main__":
-    for block, _ in done(sleep, range(100_000), size=1, workers=2):
+    for block, _ in run_blocks(sleep, range(100_000), size=1, workers=2):
         print("woke", flush=True)
 """
 

@@ -6,7 +6,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.errors import BadFile, BadParameter, BudgetExceeded
 from dmplay.formats import gambit_nfg
 from dmplay.registry.agents import load_roster
-from dmplay.registry.data_files import load_data_problem
+from dmplay.registry.problem_files import load_data_problem
 from tests.formats.sources import BALLET_TEXT, read_ballet
 
 SELTEN_TEXTS = [

@@ -276,7 +276,7 @@ def test_the_side_panel_of_a_game_shows_the_best_earlier_result() -> None:
     controller = GameController()
     controller.set_game(start_game(GameRequest("2048", seed=8, turns=2)))
     screen = PlayScreen(controller, Way(True, "", True, True, False))
-    record = player_records.record_for_game(controller.game)
+    record = player_records.find_game_record(controller.game)
     assert record
     assert record.best
     rows = compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain.split(

@@ -20,7 +20,7 @@ from dmplay.hints.hint_provider import (
     MAX_LISTED_VALUES,
     Hint,
     count_decimals,
-    count_fewest_decimals,
+    count_hint_decimals,
     format_fixed,
 )
 from dmplay.hints.review import ReviewedAction, review_actions
@@ -202,7 +202,7 @@ def test_values_have_enough_decimals_to_differ(values: list[float], expected: li
 def test_a_screen_omits_decimals_if_whole_numbers_differ_enough(
     values: list[float], expected: list[str]
 ) -> None:
-    assert [format_fixed(value, count_fewest_decimals(values)) for value in values] == expected
+    assert [format_fixed(value, count_hint_decimals(values)) for value in values] == expected
 
 
 @with_every_seat

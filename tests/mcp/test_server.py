@@ -32,7 +32,7 @@ class Loud(Tiger):
     def resolve_events(self, s, a, events):
         print("loud")
         1 / (not Path("bad").exists())
-        return super().move(s, a, events)
+        return super().resolve_events(s, a, events)
 """
 INVALID_LINES = {  # invalid lines, and the number of errors that each line causes
     "{": 1, "[]": 1, '"x"': 1, '{"jsonrpc": "2.0"}': 1, "\udcff": 1, "": 1, "[" * 10_000: 1,

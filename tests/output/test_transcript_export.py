@@ -193,7 +193,7 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
     run_dmplay(transcript_path.parent, "review", "g.dmt", "--write")
     assert transcript_path.read_text() == before
     data = json.loads(run_dmplay(transcript_path.parent, "review", "g.dmt", "--json").stdout)
-    assert data[0]["best"] == ["se"]
+    assert data["actions"][0]["best"] == ["se"]
 
 
 def test_a_review_reports_if_no_agent_knows_the_values(tmp_path: Path) -> None:

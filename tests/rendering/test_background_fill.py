@@ -6,7 +6,10 @@ import sys
 
 import pytest
 
-PRINT_FILLS_CODE = "import sys; from dmplay.terminal import fills; print(fills(sys.__stdout__))"
+PRINT_FILLS_CODE = (
+    "import sys; from dmplay.terminal import has_background_erase; "
+    "print(has_background_erase(sys.__stdout__))"
+)
 
 
 @pytest.mark.slow

@@ -53,9 +53,9 @@ class Asleep(Busy):
 
 class Deep(Busy):
     def think(self):
-        budget = Budget("thought", "none", work=np.inf)
+        budget = Budget("thought", "none", work_limit=np.inf)
         while True:
-            budget.spend(1, 0.42)
+            budget.spend_work(1, 0.42)
 """
 ENDLESS_AGENTS = ("Busy", "Asleep", "Deep")
 SIGNALS_AND_CODES = [(signal.SIGTERM, 143), (signal.SIGHUP, 129), (signal.SIGINT, 130)]
@@ -154,7 +154,7 @@ def test_a_game_whose_problem_never_returns_can_be_quit(folder: Path) -> None:
         "    def resolve_events(self, s, a, events):\n"
         "        while len(s) == 1:\n"
         "            pass\n"
-        "        return super().move(s, a, events)\n"
+        "        return super().resolve_events(s, a, events)\n"
     )
     arguments = ("./stuck.py:Stuck", "--seed", "7", "-o", "game.dmt")
     with Terminal(*arguments, folder=folder) as terminal:

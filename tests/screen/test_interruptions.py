@@ -50,12 +50,12 @@ def test_ctrl_c_ends_the_game_like_sigint(tmp_path: Path) -> None:
 EARLY_SIGNAL_CODE = """
 import os, signal
 from dmplay.__main__ import main
-from dmplay.screen.event_loop import Stage
-listens = Stage._signals
-def told(self, early):
+from dmplay.screen.event_loop import ScreenEventLoop
+handle_signals = ScreenEventLoop._handle_signals
+def send_early_signal(self, early_signals):
     os.kill(os.getpid(), signal.SIGHUP)
-    return listens(self, early)
-Stage._signals = told
+    return handle_signals(self, early_signals)
+ScreenEventLoop._handle_signals = send_early_signal
 main()
 """
 

@@ -13,7 +13,7 @@ from dmplay.game.setup import start_new_game
 from dmplay.screen.actions import run_typed_line
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line
-from dmplay.terminal import Terminal, TerminalOptions, choose_terminal
+from dmplay.terminal import Terminal, TerminalOptions, choose_terminal_settings
 from tests.support.screens import make_game, play_keys
 
 
@@ -129,7 +129,7 @@ def test_turns_that_agents_play_are_logged_without_covering_the_board() -> None:
 )
 def test_the_c_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) -> None:
     with Path("/dev/null").open("w+", encoding="utf-8") as stream:
-        assert choose_terminal(TerminalOptions(), env, stream, stream).ascii is ascii_
+        assert choose_terminal_settings(TerminalOptions(), env, stream, stream).ascii is ascii_
 
 
 @pytest.mark.parametrize(

@@ -357,10 +357,8 @@ def test_verify_review_and_export_report_the_mark(tmp_path: Path) -> None:
     assert (data["peeked"], data["help"]) == (True, {})
     controller = GameController(cli_interpreter=interpret_command)
     assert run_command_line(controller, "review", path).splitlines()[-1] == "peeked"
-    assert json.loads(run_command_line(controller, "review", path, "--json"))[-1] == {
-        "peeked": True,
-        "help": {},
-    }
+    review = json.loads(run_command_line(controller, "review", path, "--json"))
+    assert review == {"schema": 1, "actions": [], "peeked": True, "help": {}}
     assert json.loads(run_command_line(controller, "export", path, "--json"))["peeked"] is True
 
 
@@ -376,7 +374,7 @@ def test_the_list_of_saved_games_shows_marks_and_hint_counts() -> None:
     resume_game(ResumeRequest(game.transcript_path or Path())).finish()
     expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; help: agent 1"
     assert run_command_line(controller, "list", "games") == expected
-    (data,) = json.loads(run_command_line(controller, "list", "games", "--json"))
+    (data,) = json.loads(run_command_line(controller, "list", "games", "--json"))["games"]
     assert (data["peeked"], data["help"], data["path"]) == (
         True,
         {"agent": 1},

@@ -19,7 +19,7 @@ from dmplay.solvers import (
     backward_induction,
     backward_value_iteration,
     belief_bounds,
-    belief_grid,
+    belief_interpolation,
     belief_tree,
     best_response,
     best_response_dynamics,
@@ -171,7 +171,9 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "backward_value_iteration": lambda: backward_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(load_problem("hexworld")), 0.9
     ),
-    "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
+    "belief_interpolation": lambda: [
+        belief_interpolation.BeliefGrid(3, 4).points for _ in range(2)
+    ],
     "best_response_dynamics": lambda: best_response_dynamics.find_equilibrium(
         RandomGame(), transition_graph.build_reachable_graph(RandomGame())
     ),

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from dmplay.solvers.belief_grid import BeliefGrid
+from dmplay.solvers.belief_interpolation import BeliefGrid
 
 
 def test_two_states_at_resolution_two_give_three_points() -> None:
