@@ -216,7 +216,8 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
 from tests.support.worker_tasks import touch_process_file
 if __name__ == "__main__":
-    list(run_blocks(partial(touch_process_file, Path(sys.argv[1])), range(100_000), size=1, workers=2))
+    touch = partial(touch_process_file, Path(sys.argv[1]))
+    list(run_blocks(touch, range(100_000), size=1, workers=2))
 """
 
 
