@@ -13,7 +13,7 @@ from threading import Event, Lock, Thread
 from time import monotonic
 from typing import NamedTuple, TypeVar
 
-from dmplay.budget import ComputationStopped, report_progress_to
+from dmplay.work_budget import ComputationStopped, report_progress_to
 
 T = TypeVar("T")
 CANCEL_SECONDS = 1.0  # seconds after which a cancelled task that has not stopped is abandoned

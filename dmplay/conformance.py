@@ -11,7 +11,7 @@ from dmplay.chance import Array
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadPolicy
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
-from dmplay.registry import agents, module_exports, problems
+from dmplay.registry import agents, problem_modules, problems
 from dmplay.session import Session
 from dmplay.uniforms import SeededUniforms
 from dmplay.validation import invariants, random_play
@@ -137,7 +137,7 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
 def _check_agents(problem: Problem) -> Iterator[Violation]:
     """Yield the violations of the agents that the problem's module defines, in their seats."""
     for seat in range(len(problem.agents)):
-        for name in module_exports.module_agent_names(problem):
+        for name in problem_modules.module_agent_names(problem):
             try:
                 policy = agents.load_agent(problem, seat, name)
             except BadPolicy:  # this agent does not play this seat

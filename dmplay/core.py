@@ -12,7 +12,6 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
 import numpy as np
 
 from dmplay import source_locations
-from dmplay.budget import Budget
 from dmplay.chance import (
     Array,
     Bools,
@@ -24,6 +23,7 @@ from dmplay.chance import (
     sample_uniform_index,
 )
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
+from dmplay.work_budget import Budget
 
 ACTION_DECIMALS = 9  # decimals of a real-valued action, so that its text is exactly the number
 INTERVAL_GRID_SIZE = 21  # actions that represent an interval in a search

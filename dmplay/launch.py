@@ -11,10 +11,10 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.formatting import format_count
 from dmplay.gallery.gallery import SHELL_COMMAND, Gallery
 from dmplay.gallery.problem_list import list_problem_entries
-from dmplay.game.cli_results import PlayCommand, ShellCommand
 from dmplay.game.controller import GameController
+from dmplay.game.game_setup import start_game
+from dmplay.game.parsed_commands import PlayCommand, ShellCommand
 from dmplay.game.saves import MAX_SAVES
-from dmplay.game.setup import start_game
 from dmplay.registry import problems
 from dmplay.screen.full_screen import run_full_screen
 from dmplay.screen.play_screen import PlayScreen
@@ -68,10 +68,10 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
         elif terminal.full_screen and command.opens_gallery:
             code = _run_gallery(shell)
         elif terminal.full_screen:
-            from dmplay import prompt
+            from dmplay import interactive_shell
 
             print(SHELL_BANNER)
-            code = prompt.run_prompt(shell)
+            code = interactive_shell.run_prompt(shell)
         elif terminal.is_interactive:
             print(SHELL_BANNER)
             run_prompt_loop(shell)
@@ -101,10 +101,10 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
     """Play the chosen game on the full screen, or run the shell; return the exit code."""
     table = shell.controller
     if words == SHELL_COMMAND:
-        from dmplay import prompt
+        from dmplay import interactive_shell
 
         print(SHELL_BANNER)
-        code = prompt.run_prompt(shell)
+        code = interactive_shell.run_prompt(shell)
     else:
         table.run_cli_words(words)
         code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))

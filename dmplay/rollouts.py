@@ -12,14 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.batch_columns import stack_columns
-from dmplay.budget import (
-    DEFAULT_MEMORY_BYTES,
-    Budget,
-    ProgressCallback,
-    report_progress_to,
-    scale_progress,
-    scale_progress_part,
-)
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import (
     ACTION_DECIMALS,
@@ -36,8 +28,16 @@ from dmplay.core import (
     required_fields,
 )
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
-from dmplay.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_choices
+from dmplay.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
 from dmplay.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
+from dmplay.work_budget import (
+    DEFAULT_MEMORY_BYTES,
+    Budget,
+    ProgressCallback,
+    report_progress_to,
+    scale_progress,
+    scale_progress_part,
+)
 from dmplay.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
 
 MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
@@ -472,7 +472,7 @@ def _choose_for_seat(
     error_prefix: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals
 ) -> Array:
     """Return the actions that a policy chooses, one for each game; raise BadPolicy if invalid."""
-    return validate_choices(
+    return validate_policy_actions(
         policy, call_policy(error_prefix, policy.choose, memory, legal, u), len(u), error_prefix
     )
 

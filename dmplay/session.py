@@ -30,8 +30,8 @@ from dmplay.core import (
 from dmplay.dynamics import StateInfo, make_dynamics
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.formatting import describe_end_reason, format_count
-from dmplay.history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
 from dmplay.notebook_display import NotebookDisplay
+from dmplay.seat_history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
 from dmplay.tabular import Tabular
 from dmplay.uniforms import NATURE_STREAM
 
@@ -564,7 +564,7 @@ class SeatedPolicy:
         legal = session.legal_actions_mask(self.seat)
         legal_row = None if legal is None else readonly_copy(legal[None])
         choice = call_policy(self, self.policy.choose, self.current_memory(), legal_row, u)
-        return float(validate_choices(self.policy, choice, 1, self)[0])
+        return float(validate_policy_actions(self.policy, choice, 1, self)[0])
 
     def can_reproduce_turns(self, s: Array, turns: Turn) -> bool:
         """Return whether the policy chooses the recorded actions of the next turns `[T, ...]`.
@@ -616,7 +616,9 @@ class SeatedPolicy:
         return None if values is None else values[0]
 
 
-def validate_choices(policy: Policy, choice: object, rows: int, error_prefix: object) -> Array:
+def validate_policy_actions(
+    policy: Policy, choice: object, rows: int, error_prefix: object
+) -> Array:
     """Return a policy's choice as an array with an action for each row; else raise BadPolicy."""
     actions = np.asarray(choice)
     if actions.shape != (rows,) or actions.dtype.kind not in "biuf":

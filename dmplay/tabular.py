@@ -12,11 +12,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from dmplay.batch_columns import Column, split_columns, take_rows, take_values, to_batch, to_column
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.core import Outcome, Problem, enumerate_outcomes, make_readonly, next_state_indices
 from dmplay.errors import BadParameter
 from dmplay.sparse_matrix import SparseMatrix
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_CACHED_PROBABILITIES = 2**20  # maximum numbers of cached cumulative probabilities
 PROBABILITY_TOLERANCE = 1e-9  # probabilities that differ by at most this are equal

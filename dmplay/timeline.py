@@ -6,7 +6,6 @@ from math import ceil
 
 import numpy as np
 
-from dmplay.budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game.game import Game
 from dmplay.hints import review
@@ -15,6 +14,7 @@ from dmplay.hints.hint_provider import Hint, HintProvider, count_decimals, forma
 from dmplay.hints.review import ReviewedAction
 from dmplay.session import Turn
 from dmplay.views.canvas import BAR_LEVELS
+from dmplay.work_budget import ComputationStopped
 
 MAX_WORST_TURNS = 3  # worst turns that are named
 MIN_BAR_COLUMNS = 16  # minimum columns of the regret row that are left for its bars

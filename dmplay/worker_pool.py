@@ -21,9 +21,9 @@ from queue import SimpleQueue
 from threading import Thread
 from typing import Any, Generic, Literal, NamedTuple, TypeVar
 
-from dmplay.budget import scale_progress
 from dmplay.errors import BadParameter, LostGames
 from dmplay.signals import defer_signals
+from dmplay.work_budget import scale_progress
 
 R = TypeVar("R")
 BlockFunction = Callable[[range], R]  # computes the result of one block of episodes

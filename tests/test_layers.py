@@ -15,15 +15,15 @@ from tests.support.programs import list_loaded_modules
 TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
-    "errors", "source_locations", "safe_files", "budget", "background_tasks", "chance",
+    "errors", "source_locations", "safe_files", "work_budget", "background_tasks", "chance",
     "batch_columns", "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
     "sparse_matrix", "tabular", "validation", "belief", "notebook_display", "dynamics",
-    "history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
+    "seat_history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
     "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",
     "terminal", "styled_text", "rendering", "views", "simulation", "gym", "zoo", "figures",
     "solutions", "hints", "key_maps", "game", "timeline", "conformance", "player_records",
-    "evaluation", "shell", "screen", "gallery", "output", "prompt", "launch", "mcp", "cli",
-    "pytest_plugin", "__main__",
+    "evaluation", "shell", "screen", "gallery", "output", "interactive_shell", "launch", "mcp",
+    "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
@@ -37,7 +37,7 @@ ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
     "screen": {"rich", "prompt_toolkit"},
     "gallery": {"rich"},
     "output": {"rich"},
-    "prompt": {"prompt_toolkit"},
+    "interactive_shell": {"prompt_toolkit"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
@@ -172,9 +172,9 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"
         "from dmplay.screen.frame import compose_frame\n"
-        "from dmplay.game.requests "
+        "from dmplay.game.game_requests "
         "import GameRequest\nfrom "
-        "dmplay.game.setup "
+        "dmplay.game.game_setup "
         "import start_new_game\n"
         "from dmplay.game import controller\nfrom "
         "dmplay.screen import play_screen\n"

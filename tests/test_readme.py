@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.screen import frame
 from dmplay.screen.key_handlers import handle_key

@@ -18,9 +18,9 @@ from dmplay.chance import Bools, Reals
 from dmplay.core import Labels, Memory, Percept
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.narration import Narrator
-from dmplay.history import CHUNK_TURNS
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
+from dmplay.seat_history import CHUNK_TURNS
 from dmplay.session import SeatedPolicy, Turn
 from dmplay.uniforms import SeededUniforms
 from dmplay.views.view_cache import SeatSnapshot

@@ -11,7 +11,6 @@ from dmplay.agents.base import ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_planning import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
 from dmplay.agents.roster import Roster
-from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
@@ -22,6 +21,7 @@ from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp
 from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.sparse_mdp import SparseMdpSolution
 from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.work_budget import Budget
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map

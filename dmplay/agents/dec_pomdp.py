@@ -11,7 +11,6 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.roster import Roster
-from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -21,6 +20,7 @@ from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp, PlanLayer
 from dmplay.solvers.joint_plan import JointPlanSolution
 from dmplay.solvers.plan_graph import PlanGraph
 from dmplay.tabular import Tabular, tabulate
+from dmplay.work_budget import Budget
 
 DEFAULT_PLAN_TURNS = 4  # turns of a plan if the game has no end of its own
 MAX_PLAN_TURNS = 100  # maximum number of turns that are planned

@@ -12,7 +12,6 @@ from dmplay.agents._memoization import memoize
 from dmplay.agents._optimal import MdpOptimalPolicy
 from dmplay.agents.base import ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_planning import MAX_HORIZON
-from dmplay.budget import limit_total_work
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import (
     Memory,
@@ -30,6 +29,7 @@ from dmplay.solvers.shapley import ShapleyResult
 from dmplay.solvers.value_iteration import select_greedy_actions
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 from dmplay.validation import random_play
+from dmplay.work_budget import limit_total_work
 
 MAX_HISTORY_WORK, MAX_JOINT_ACTIONS = (
     5e6,

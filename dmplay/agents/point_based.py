@@ -11,13 +11,13 @@ import numpy as np
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.base import GreedyPolicy
 from dmplay.agents.belief_planning import MAX_HORIZON, NEGLIGIBLE_WEIGHT
-from dmplay.budget import has_total_work_limit, limit_total_work
 from dmplay.chance import Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers import alpha_vectors, point_based, sparse_pomdp
 from dmplay.solvers.point_based import PointBasedBounds, VectorsByAction
 from dmplay.tabular import tabulate
+from dmplay.work_budget import has_total_work_limit, limit_total_work
 
 MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors are tried first
 EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take
@@ -109,11 +109,11 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return a policy that plans the whole game, if that is possible in time."""
-        if turns in (None, self.planned_turns) or not self._can_plan_to_end(turns or 0):
+        if turns in (None, self.planned_turns) or not self._should_plan_to_end(turns or 0):
             return self
         return replace(self, horizon=turns)
 
-    def _can_plan_to_end(self, turns: int) -> bool:
+    def _should_plan_to_end(self, turns: int) -> bool:
         """Return whether the end of a game of `turns` turns matters and can be planned to."""
         has_few_states = (
             isinstance(self.problem.state_count, int)

@@ -14,8 +14,8 @@ from collections.abc import Sequence
 from time import monotonic
 
 from dmplay.bots.protocol import MAX_LINE_CHARACTERS
-from dmplay.budget import Budget
 from dmplay.errors import Forfeit
+from dmplay.work_budget import Budget
 
 POLL_SECONDS = 0.05  # seconds between checks that the program runs and the caller still waits
 # seconds to exit without being killed, and to distinguish a late answer from none

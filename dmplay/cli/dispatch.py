@@ -10,14 +10,14 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.errors import BadParameter
-from dmplay.game.cli_results import (
+from dmplay.game.controller import GameController
+from dmplay.game.parsed_commands import (
     BotServerConfig,
     CliResult,
     McpServerConfig,
     PlayCommand,
     Printout,
 )
-from dmplay.game.controller import GameController
 from dmplay.shell.commands import is_command
 from dmplay.terminal import Terminal, current_terminal, escape_unprintable
 

@@ -47,7 +47,7 @@ def _make_request(
     agent: str = "",
 ) -> Any:
     """Return the evaluation request for a problem and the values of the batch options."""
-    from dmplay.game.requests import GameRequest
+    from dmplay.game.game_requests import GameRequest
     from dmplay.output.evaluation_request import EvaluationRequest
 
     return EvaluationRequest(

@@ -47,8 +47,8 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.game.cli_results import PlayCommand
-    from dmplay.game.requests import GameRequest
+    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.parsed_commands import PlayCommand
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
@@ -106,8 +106,8 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
-    from dmplay.game.cli_results import PlayCommand
-    from dmplay.game.requests import ResumeRequest
+    from dmplay.game.game_requests import ResumeRequest
+    from dmplay.game.parsed_commands import PlayCommand
 
     file = file or saves.find_latest_unfinished()
     can_ask = current_terminal(terminal_options).can_ask
@@ -132,8 +132,8 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.game.cli_results import PlayCommand
-    from dmplay.game.requests import ReplayRequest
+    from dmplay.game.game_requests import ReplayRequest
+    from dmplay.game.parsed_commands import PlayCommand
 
     return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
 
@@ -158,8 +158,8 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.game.cli_results import PlayCommand
-    from dmplay.game.requests import BranchRequest
+    from dmplay.game.game_requests import BranchRequest
+    from dmplay.game.parsed_commands import PlayCommand
 
     request = BranchRequest(
         file,
@@ -189,7 +189,7 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.game.cli_results import ShellCommand
+    from dmplay.game.parsed_commands import ShellCommand
 
     if not current_terminal(terminal_options).can_ask and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
@@ -207,7 +207,7 @@ def bot(
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
     """
-    from dmplay.game.cli_results import BotServerConfig
+    from dmplay.game.parsed_commands import BotServerConfig
 
     return BotServerConfig(agent, problem)
 
@@ -237,6 +237,6 @@ def mcp(
       dmplay mcp
       dmplay mcp hexworld catch --hints --seed 7 -o games
     """
-    from dmplay.game.cli_results import McpServerConfig
+    from dmplay.game.parsed_commands import McpServerConfig
 
     return McpServerConfig(problems, hints, undo, belief, seed, turns, folder)

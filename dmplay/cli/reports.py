@@ -20,7 +20,7 @@ def list_(kind: options.ProblemKind = "", *, terminal_options: TerminalOptions) 
       dmplay list pomdp --json
       dmplay list games
     """
-    from dmplay.game.cli_results import Printout
+    from dmplay.game.parsed_commands import Printout
     from dmplay.output import problem_info, saved_games
 
     if kind == "games":
@@ -76,7 +76,7 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
-    from dmplay.game.requests import GameRequest
+    from dmplay.game.game_requests import GameRequest
     from dmplay.output import solution_report
     from dmplay.solutions.simulated import SimulationOptions
 
@@ -107,7 +107,7 @@ def convert(
       dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
       dmplay convert prisoners-dilemma -o dilemma.nfg
     """
-    from dmplay.game.requests import GameRequest
+    from dmplay.game.game_requests import GameRequest
     from dmplay.output.conversion import convert_problem
 
     game_request = GameRequest(problem, variant, set_)
@@ -183,7 +183,7 @@ def check(
       dmplay check ./tiger.py
       dmplay check ./shop.py:Shop --set price=9
     """
-    from dmplay.game.requests import GameRequest
+    from dmplay.game.game_requests import GameRequest
     from dmplay.output import check_report
 
     game_request = GameRequest(problem, variant, set_)
@@ -206,7 +206,7 @@ def guide(
       dmplay guide agents
       dmplay guide agents --raw
     """
-    from dmplay.game.cli_results import Printout
+    from dmplay.game.parsed_commands import Printout
     from dmplay.output import guide_pages
     from dmplay.registry import guide_topics
 

@@ -13,9 +13,9 @@ import typer
 from dmplay.cli import config_files
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.game.requests import GameRequest, parse_settings
+from dmplay.game.game_requests import GameRequest, parse_settings
+from dmplay.game.game_setup import assign_players
 from dmplay.game.seats import HUMAN, make_seat_policy
-from dmplay.game.setup import assign_players
 from dmplay.registry import problems
 from dmplay.registry.agents import names_user_code
 

@@ -29,7 +29,7 @@ def verify(
       dmplay verify transcripts --update
     """
     from dmplay.game import verification
-    from dmplay.game.cli_results import Printout
+    from dmplay.game.parsed_commands import Printout
 
     files = list(verification.iter_transcript_files(paths))
     diffs, update_errors = verification.rewrite_files(files, trusted=trust) if update else ([], [])
@@ -70,7 +70,7 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.game.requests import ReplayRequest
+    from dmplay.game.game_requests import ReplayRequest
     from dmplay.output.transcript_export import ExportOptions, export_transcript
     from dmplay.screen.viewport import Viewport
 
@@ -99,7 +99,7 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.game.requests import ReplayRequest
+    from dmplay.game.game_requests import ReplayRequest
     from dmplay.output.review_report import review_transcript
 
     return review_transcript(ReplayRequest(file, trust, peek), write=write, json=json)

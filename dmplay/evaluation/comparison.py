@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ProgressCallback
 from dmplay.chance import Reals
 from dmplay.core import ACTION_DECIMALS, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
@@ -16,6 +15,7 @@ from dmplay.evaluation.partial_rollouts import check_episode_count, run_rollouts
 from dmplay.evaluation.statistics import Estimate, compute_confidence_sequence, estimate_mean
 from dmplay.formatting import format_count
 from dmplay.rollouts import Rollout, RolloutSpec
+from dmplay.work_budget import ProgressCallback
 from dmplay.worker_pool import WorkerCount
 
 MIN_GAMES_TO_DECIDE = 100  # games before the first decision, because the interval is asymptotic

@@ -9,7 +9,6 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.budget import limit_total_work
 from dmplay.core import Policy
 from dmplay.errors import DmplayError
 from dmplay.evaluation.assignment import Assignment
@@ -24,6 +23,7 @@ from dmplay.transcript.disclosure import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import VerificationReport
+from dmplay.work_budget import limit_total_work
 
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ProgressCallback
 from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
@@ -18,6 +17,7 @@ from dmplay.evaluation.partial_rollouts import (
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean, five_number_summary
 from dmplay.rollouts import Rollout, RolloutSpec
+from dmplay.work_budget import ProgressCallback
 from dmplay.worker_pool import WorkerCount
 
 DEFAULT_EPISODES = 10_000  # if the caller sets no limit

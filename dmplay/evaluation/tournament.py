@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ProgressCallback, report_progress_to, scale_progress_part
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError, UnknownName
@@ -19,6 +18,7 @@ from dmplay.formatting import format_count
 from dmplay.rollouts import RolloutSpec
 from dmplay.solvers import regret_matching
 from dmplay.solvers.bimatrix_game import enumerate_equilibria
+from dmplay.work_budget import ProgressCallback, report_progress_to, scale_progress_part
 from dmplay.worker_pool import WorkerCount
 
 ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating

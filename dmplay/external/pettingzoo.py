@@ -131,14 +131,14 @@ class PettingZooEnvironment(ExternalEnvironment):
             return self._make_time_step(rewards)
         self._env.step(actions_by_agent[self._env.agent_selection])
         turn_rewards = dict(self._env.rewards)
-        while self._env.agents and self._is_done(self._env.agent_selection):
+        while self._env.agents and self._is_agent_done(self._env.agent_selection):
             self._env.step(None)
         return self._make_time_step(turn_rewards)
 
     def clone(self) -> None:
         """Return None: an environment cannot be cloned, only made anew."""
 
-    def _is_done(self, agent: str) -> bool:
+    def _is_agent_done(self, agent: str) -> bool:
         """Return whether an agent is terminated or truncated."""
         return bool(self._env.terminations[agent] or self._env.truncations[agent])
 

@@ -42,10 +42,12 @@ class _TreeReader:
         while pending:
             node_count += 1
             make_reading_budget().check_memory(float(BYTES_PER_NODE) * (node_count + len(pending)))
-            yield self._read_node(pending)
+            yield self._normalize_node(pending)
 
-    def _read_node(self, pending: list["_PathToNode"]) -> str:
-        """Return the line of the next node, and add the nodes below it to `pending`.
+    def _normalize_node(self, pending: list["_PathToNode"]) -> str:
+        """Read the next node and return it as a line in normal form; add its children to `pending`.
+
+        Names are dropped, information sets and outcomes are renumbered.
 
         A terminal node that chance alone leads to is preceded by a node of the first player.
         """

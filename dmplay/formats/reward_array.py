@@ -5,11 +5,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.formats.declarations import IndexSelection, make_reading_budget, to_index_array
 from dmplay.formats.statements import Statement, StatementGrammar
 from dmplay.sparse_matrix import SparseMatrix
+from dmplay.work_budget import ARRAY_CALL_WORK
 
 STATEMENT_COST = ARRAY_CALL_WORK / 100  # work to process one statement, in addition to its numbers
 

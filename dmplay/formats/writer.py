@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay import belief
-from dmplay.budget import Budget
 from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter
 from dmplay.formats.declarations import make_unique_labels
@@ -17,6 +16,7 @@ from dmplay.formats.preamble import DECLARATION_KEYS, START_LIST_KEYS
 from dmplay.formats.statements import VALUE_KEYWORDS
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import SparseTables, Tabular, tabulate
+from dmplay.work_budget import Budget
 
 RESERVED_WORDS = {
     *DECLARATION_KEYS,

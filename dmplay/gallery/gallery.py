@@ -6,7 +6,6 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.formatting import format_count
 from dmplay.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
@@ -21,6 +20,7 @@ from dmplay.shell.commands import PlayerQuit
 from dmplay.styled_text import to_rich_text
 from dmplay.terminal import Terminal, escape_unprintable
 from dmplay.transcript.reader import Transcript
+from dmplay.work_budget import ComputationStopped
 
 LIST_COLUMNS = 31  # columns of the list
 MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs

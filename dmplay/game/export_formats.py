@@ -45,7 +45,7 @@ KNOWN_EXTENSIONS = {
 }
 
 
-def check_extension(path: Path | None, format_name: str) -> None:
+def check_extension_fits_format(path: Path | None, format_name: str) -> None:
     """Raise BadParameter if a file's extension belongs to a different format.
 
     `.txt` is accepted for every text format.

@@ -9,13 +9,12 @@ from rich.text import Text
 
 from dmplay.agents.script import EndOfScript
 from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.budget import ComputationStopped
 from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.formatting import describe_end_reason, escape_newlines
+from dmplay.game.game_requests import GameRequest
 from dmplay.game.narration import Narrator
-from dmplay.game.requests import GameRequest
 from dmplay.hints.ghost import Ghost
 from dmplay.hints.hint_provider import HintProvider
 from dmplay.key_maps.keyboard import Keyboard
@@ -28,6 +27,7 @@ from dmplay.transcript.recorder import Recorder
 from dmplay.uniforms import SeededUniforms
 from dmplay.views.protocol import DrawOptions, draw_picture, load_view_module
 from dmplay.views.view_cache import SeatSnapshot
+from dmplay.work_budget import ComputationStopped
 
 NO_CHOICES: Mapping[int, float] = {}
 REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"

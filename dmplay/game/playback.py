@@ -5,7 +5,7 @@ from pathlib import Path
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.game.game import Game
-from dmplay.game.requests import format_settings
+from dmplay.game.game_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats
 from dmplay.game.verification import describe_problem_change, load_transcript_problem

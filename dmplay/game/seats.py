@@ -7,7 +7,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.agents.script import Script
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.requests import GameRequest
+from dmplay.game.game_requests import GameRequest
 from dmplay.game.saves import load_transcript
 from dmplay.key_maps.keyboard import parse_action_text
 from dmplay.registry import agents, problems

@@ -6,12 +6,12 @@ from itertools import product
 import numpy as np
 
 from dmplay.belief import apply_bayes_rule
-from dmplay.budget import Budget
 from dmplay.chance import Array, FiniteChance
 from dmplay.core import ContinuousStates, Problem, enumerate_possible_outcomes
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.session import Session, View
 from dmplay.views.protocol import Forecast
+from dmplay.work_budget import Budget
 
 N_SAMPLES = 200
 QUASI_RANDOM_STEPS = np.sqrt(

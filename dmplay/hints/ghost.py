@@ -5,13 +5,13 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.budget import Budget
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.registry import agents
 from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.terminal import escape_unprintable
 from dmplay.uniforms import NATURE_STREAM, SeededUniforms
+from dmplay.work_budget import Budget
 
 GHOST_NOTE_PREFIX = "# ghost: "  # beginning of the transcript note
 

@@ -8,7 +8,6 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.budget import limit_total_work
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -16,6 +15,7 @@ from dmplay.hints.forecast import forecast_outcomes, format_forecast
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session, Turn
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
+from dmplay.work_budget import limit_total_work
 
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values

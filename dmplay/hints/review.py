@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.budget import Budget, scale_progress_part
 from dmplay.chance import Reals
 from dmplay.formatting import align_columns, format_count
 from dmplay.hints.hint_provider import count_decimals, format_fixed
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session
 from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.work_budget import Budget, scale_progress_part
 
 REVIEW_NOTE_PREFIX = "# review "
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar

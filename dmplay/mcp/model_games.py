@@ -8,10 +8,10 @@ from dmplay.bots.protocol import JsonObject, describe_choices, encode_observatio
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import saves
-from dmplay.game.cli_results import McpServerConfig
 from dmplay.game.game import Game
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.parsed_commands import McpServerConfig
 from dmplay.output.problem_info import load_problem_info
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names

@@ -8,8 +8,8 @@ import numpy as np
 
 from dmplay.errors import BadParameter
 from dmplay.evaluation.run import RunResult
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.output.evaluation_request import SettingResult
 from dmplay.solutions.solution import Row
 

@@ -9,10 +9,10 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.evaluation.run import RunResult
 from dmplay.evaluation.statistics import Estimate
-from dmplay.game.cli_results import Printout
-from dmplay.game.requests import GameRequest, parse_settings
+from dmplay.game.game_requests import GameRequest, parse_settings
+from dmplay.game.game_setup import assign_players, check_turn_limit
+from dmplay.game.parsed_commands import Printout
 from dmplay.game.seats import HUMAN, make_seat_policy
-from dmplay.game.setup import assign_players, check_turn_limit
 from dmplay.registry import agents, problems
 from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.signals import INTERRUPTED_EXIT_CODE

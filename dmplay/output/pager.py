@@ -9,7 +9,7 @@ import sys
 from rich.cells import cell_len
 from rich.text import Text
 
-from dmplay.game.requests import split_words
+from dmplay.game.game_requests import split_words
 from dmplay.terminal import Terminal
 
 DEFAULT_PAGER = "less -RS"

@@ -7,7 +7,6 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.budget import report_progress_to
 from dmplay.core import Problem
 from dmplay.formatting import format_json_report
 from dmplay.output.progress import ProgressBar
@@ -17,6 +16,7 @@ from dmplay.safe_files import user_folder
 from dmplay.solutions.registry import solve_problem
 from dmplay.solutions.simulated import SimulationOptions, use_simulation_options
 from dmplay.solutions.solution import Solution
+from dmplay.work_budget import report_progress_to
 
 
 def load_or_solve(

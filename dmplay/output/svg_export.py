@@ -10,8 +10,8 @@ from rich.console import Console
 from rich.text import Text
 
 from dmplay.figures.registry import find_figure, load_figures
-from dmplay.game.cli_results import Printout
-from dmplay.game.export_formats import check_extension
+from dmplay.game.export_formats import check_extension_fits_format
+from dmplay.game.parsed_commands import Printout
 from dmplay.safe_files import write_file
 from dmplay.styled_text import to_ansi
 from dmplay.terminal import Terminal
@@ -95,7 +95,7 @@ def format_figure_list() -> str:
 def draw_figure(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
     """Return a figure to be printed, as SVG if asked for, or write it to a file as SVG."""
     title, draw = find_figure(name)
-    check_extension(output, "svg")
+    check_extension_fits_format(output, "svg")
     if svg or output:
         return write_or_print(output, [text_to_svg(draw(), title)], force=force)
     return Printout(draw(), paged=True)

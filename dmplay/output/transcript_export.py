@@ -13,11 +13,11 @@ from rich.text import Text
 
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
-from dmplay.game.cli_results import Printout
-from dmplay.game.export_formats import EXPORT_FORMATS, check_extension
+from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_format
 from dmplay.game.game import Game
+from dmplay.game.game_requests import GameRequest, ReplayRequest
+from dmplay.game.parsed_commands import Printout
 from dmplay.game.playback import Playback
-from dmplay.game.requests import GameRequest, ReplayRequest
 from dmplay.game.seats import list_human_seats
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.key_maps.keyboard import Keyboard
@@ -303,7 +303,7 @@ def export_transcript(
         raise BadParameter(
             f"--{options.typed_options[0]}: of a screen, which --{format_name} does not have"
         )
-    check_extension(output, format_name)
+    check_extension_fits_format(output, format_name)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     if output:
         check_not_source(output, game.transcript.path)

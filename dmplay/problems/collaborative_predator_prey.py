@@ -24,11 +24,11 @@ from dmplay.batch_columns import (
     take_values,
     to_column,
 )
-from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.hexgrid import format_hex, move_destinations
 from dmplay.problems._hex_hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
+from dmplay.work_budget import Budget
 
 CAPTURE_REWARD, MOVE_REWARD = 10.0, -1.0
 SENSE_LABELS = Labels(("prey", "nothing"))
@@ -84,12 +84,12 @@ class CollaborativePredatorPrey(HexHunt):
         around = self._neighbour_table.reshape(-1, 7)
         is_on_map = around[:, :6] != around[:, 6:]
         map_bits = (is_on_map << np.arange(6)).sum(axis=1)
-        predator_bits = self._direction_bits.reshape(-1, len(self.hexes))
+        predator_bits = self._neighbour_direction_bits.reshape(-1, len(self.hexes))
         free_bit = PREY_FREE_BIT * ~np.eye(len(self.hexes), dtype=bool)
         return np.asarray(map_bits[:, None] & ~predator_bits | free_bit).reshape(-1)
 
     @cached_property
-    def _direction_bits(self) -> Ints:
+    def _neighbour_direction_bits(self) -> Ints:
         """The bit of the direction from one hex to its neighbour, else 0: `[H, H]`, flat."""
         indices = np.arange(len(self.hexes))
         bits = np.zeros((len(indices), len(indices)), np.int64)
@@ -101,7 +101,7 @@ class CollaborativePredatorPrey(HexHunt):
     @cached_property
     def _sense_table(self) -> Ints:
         """The observation of a predator, by its hex and the prey's `[H, H]`, flat."""
-        neighbour_bits = self._direction_bits.reshape(-1, len(self.hexes))
+        neighbour_bits = self._neighbour_direction_bits.reshape(-1, len(self.hexes))
         is_far = (neighbour_bits == 0) & ~np.eye(len(self.hexes), dtype=bool)
         if not self.sighted:
             return np.asarray(is_far, np.int64).reshape(-1)

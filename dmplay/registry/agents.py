@@ -15,7 +15,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.agents.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
-from dmplay.registry import module_exports
+from dmplay.registry import problem_modules
 from dmplay.registry.builtin_names import problem_names, stem_to_name
 from dmplay.registry.parameter_parsing import parse_parameter
 from dmplay.registry.problem_sources import names_bot
@@ -24,6 +24,11 @@ from dmplay.registry.user_code import load_named_attribute, may_name_code
 from dmplay.source_locations import describe_error_location
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
+RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.1.0 -> today's
+    "draws": "uniform_count",
+    "begin": "initial_memory",
+    "update": "update_memory",
+}
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -43,7 +48,7 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
     return (
         merged
         if builtin_stem(problem)
-        else module_exports.merge_module_agents(problem, seat, merged)
+        else problem_modules.merge_module_agents(problem, seat, merged)
     )
 
 
@@ -81,7 +86,13 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
         if not hasattr(policy, member)
     ]
     if missing:
-        raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+        renamed = [
+            f"{old_name} is now called {new_name}"
+            for old_name, new_name in RENAMED_POLICY_MEMBERS.items()
+            if new_name in missing and hasattr(policy, old_name)
+        ]
+        message = "; ".join([f"not a policy, it lacks {', '.join(missing)}", *renamed])
+        raise BadPolicy(f"{name}: {message}")
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         raise BadPolicy(
             f"{name}: uniform_count: got {policy.uniform_count!r}, expected how many, 0 or more"
@@ -94,7 +105,7 @@ def names_user_code(problem: Problem, seat: int, name: str) -> bool:
 
     The code that it names is run only if it is trusted.
     """
-    agent_names = (*module_exports.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
+    agent_names = (*problem_modules.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
     return may_name_code(name) and name.partition(":")[0] not in agent_names
 
 
@@ -189,7 +200,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     """
     base, _, parameter_text = name.partition(":")
     agents = load_roster(problem, seat).agents
-    if base in module_exports.RESERVED_AGENT_NAMES:  # it is not a policy
+    if base in problem_modules.RESERVED_AGENT_NAMES:  # it is not a policy
         raise UnknownName("agent", name, [*agents, "bot:COMMAND"])
     if base not in agents:
         _raise_if_for_other_problems(problem, seat, base)

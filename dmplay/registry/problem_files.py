@@ -7,7 +7,7 @@ from pathlib import Path
 from dmplay import safe_files
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.registry import external
+from dmplay.registry import library_problems
 from dmplay.registry.problem_sources import LookupResult
 
 HASH_DIGITS = 16  # digits of a hash that identifies a file
@@ -22,7 +22,7 @@ def load_data_problem(name: str) -> LookupResult:
         raise BadParameter(f"{name}: {error.strerror}") from None
     origin = f"sha256:{hashlib.sha256(raw).hexdigest()[:HASH_DIGITS]}"
     if path.suffix.lower() == ".efg":  # read by OpenSpiel
-        result = external.load_external_problem(f"openspiel:efg_game(filename={name})")
+        result = library_problems.load_external_problem(f"openspiel:efg_game(filename={name})")
         return LookupResult(name, result.problem, f"{origin}, {result.origin}")
     try:
         return LookupResult(name, _parse_problem(name, raw), origin)

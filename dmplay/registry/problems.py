@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.registry import external, module_exports, problem_files, user_code
+from dmplay.registry import library_problems, problem_files, problem_modules, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
 from dmplay.registry.parameter_parsing import parse_parameter
@@ -114,9 +114,11 @@ def load_variants(name: str) -> dict[str, Problem]:
     if source.load_module is None:
         return {}
     module = source.load_module(name)
-    classes = module_exports.problem_classes(module)
-    standard = {"": module_exports.to_problem(name, *classes.values())} if len(classes) == 1 else {}
-    return standard | module_exports.module_variants(module)
+    classes = problem_modules.problem_classes(module)
+    standard = (
+        {"": problem_modules.to_problem(name, *classes.values())} if len(classes) == 1 else {}
+    )
+    return standard | problem_modules.module_variants(module)
 
 
 def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
@@ -223,7 +225,7 @@ def _load_installed(name: str) -> LookupResult:
         _installed_module(name),
     )
     if attribute_name and not variant:
-        return LookupResult(name, module_exports.to_problem(name, getattr(module, attribute_name)))
+        return LookupResult(name, problem_modules.to_problem(name, getattr(module, attribute_name)))
     return LookupResult(name, _problem_of_module(module, base, variant))
 
 
@@ -234,12 +236,14 @@ def _load_user_problem(name: str) -> LookupResult:
     attribute_name, _, variant = selection.partition(":")
     if not hasattr(module, attribute_name) and selection in (
         "",
-        *module_exports.module_variants(module),
+        *problem_modules.module_variants(module),
     ):
         return LookupResult(name, _problem_of_module(module, source, selection))
     if variant:
         return LookupResult(name, _problem_of_module(module, source, variant))
-    return LookupResult(name, module_exports.to_problem(name, user_code.load_named_attribute(name)))
+    return LookupResult(
+        name, problem_modules.to_problem(name, user_code.load_named_attribute(name))
+    )
 
 
 def is_problem_name(word: str) -> bool:
@@ -262,27 +266,27 @@ def _raise_unknown_problem(name: str) -> LookupResult:
 
 def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
     """Return the only problem of a module, or one of its variants."""
-    variants_by_name = module_exports.module_variants(module)
+    variants_by_name = problem_modules.module_variants(module)
     if variant and variant != "standard":
         if variant not in variants_by_name:
             raise UnknownName(
                 "variant", variant, ["standard", *variants_by_name], error_prefix=name
             )
         return variants_by_name[variant]
-    classes = module_exports.problem_classes(module)
+    classes = problem_modules.problem_classes(module)
     if len(classes) > 1:
         choices = " or ".join(f"{name}:{kind}" for kind in classes)
         raise BadParameter(f"{name}: got several problems, expected one, as {choices}")
     if not classes:
         raise BadParameter(f"{name} offers no Problem")
-    return module_exports.to_problem(name, *classes.values())
+    return problem_modules.to_problem(name, *classes.values())
 
 
 PROBLEM_SOURCES = (
     ProblemSource(_is_built_in, _load_builtin, _builtin_module, safe=True),
     ProblemSource(names_python_file, _load_user_problem, user_code.load_named_module),
     ProblemSource(names_data_file, problem_files.load_data_problem, safe=True),
-    ProblemSource(external.names_external_problem, external.load_external_problem),
+    ProblemSource(library_problems.names_external_problem, library_problems.load_external_problem),
     ProblemSource(
         _is_installed, _load_installed, _installed_module
     ),  # scanning entry points is slow

@@ -7,7 +7,6 @@ from rich.text import Text
 
 from dmplay import player_records
 from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.budget import ComputationStopped
 from dmplay.core import ContinuousStates
 from dmplay.errors import DmplayError
 from dmplay.formatting import format_score
@@ -24,6 +23,7 @@ from dmplay.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
 from dmplay.screen.viewport import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.terminal import Terminal
 from dmplay.timeline import GameTimeline, PostGameReview
+from dmplay.work_budget import ComputationStopped
 
 OVERLAYS = ("", "values", "policy", "states")
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints

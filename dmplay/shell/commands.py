@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.game.command_reply import format_reply
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.requests import split_words
+from dmplay.game.game_requests import split_words
 from dmplay.key_maps.key_bindings import KEY_SYMBOLS
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name

@@ -7,10 +7,10 @@ from dmplay.errors import BadParameter
 from dmplay.game.command_reply import format_reply
 from dmplay.game.controller import GameController
 from dmplay.game.export_formats import EXPORT_FORMATS
-from dmplay.game.requests import split_words
+from dmplay.game.game_requests import split_words
+from dmplay.game.game_setup import write_game_copy
 from dmplay.game.saves import copy_transcript
 from dmplay.game.seats import list_human_seats, make_seat_policy, name_in_transcript
-from dmplay.game.setup import write_game_copy
 from dmplay.registry import problems
 from dmplay.registry.parameter_parsing import parse_whole_number
 

@@ -4,7 +4,6 @@ import numpy as np
 
 from dmplay.agents.cart_pole import LinearQuadraticPolicy
 from dmplay.agents.mountain_car import VALUE_GRID, solve_on_grid
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.formatting import format_count
@@ -13,6 +12,7 @@ from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solutions.solution import Row, Solution, format_action_names
 from dmplay.solvers import collision_avoidance_grid, grid_value_iteration, linear_gaussian_policy
 from dmplay.solvers.value_iteration import mark_best_actions, select_greedy_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest
 MAX_DRIVE_TURNS = 1000

@@ -6,16 +6,16 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents import fully_observed
-from dmplay.budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, initial_state_distribution
 from dmplay.formatting import format_count, format_upper_bound
 from dmplay.solutions.simulated import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_action_names
-from dmplay.solvers import backward_value_iteration, transition_graph, value_iteration
+from dmplay.solvers import ordered_value_iteration, transition_graph, value_iteration
 from dmplay.solvers.transition_graph import TransitionGraph
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 
 MAX_SWEEPS = 10_000
 CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop
@@ -108,7 +108,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
     with scale_progress(0.3, 1.0):
-        optimum = backward_value_iteration.run_backward_value_iteration(
+        optimum = ordered_value_iteration.run_backward_value_iteration(
             graphs.pop(), problem.discount
         )
     state_graph = optimum.graph

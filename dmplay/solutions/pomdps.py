@@ -7,7 +7,6 @@ import numpy as np
 from dmplay import belief
 from dmplay.agents.belief_planning import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
-from dmplay.budget import limit_total_work
 from dmplay.chance import Ints
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -24,6 +23,7 @@ from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
+from dmplay.work_budget import limit_total_work
 
 MAX_VECTOR_STATES = 3  # states, up to which every vector is listed
 VECTOR_WORK_LIMIT = 4e9  # to list the vectors

@@ -10,7 +10,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.search import TreeSearch
-from dmplay.budget import scale_progress
 from dmplay.chance import Ints, Reals
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
@@ -19,6 +18,7 @@ from dmplay.formatting import append_noun, format_count, format_score
 from dmplay.registry.agents import default_agent, load_agent
 from dmplay.rollouts import rollout
 from dmplay.solutions.solution import Row, Solution
+from dmplay.work_budget import scale_progress
 from dmplay.worker_pool import WorkerCount
 
 DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1

@@ -9,7 +9,6 @@ import numpy as np
 from dmplay import belief
 from dmplay.agents.collaborative_predator_prey import HuntJointPlan, solve_fully_observed
 from dmplay.agents.dec_pomdp import solve_joint_plan
-from dmplay.budget import Budget, scale_progress, scale_progress_part
 from dmplay.chance import Reals
 from dmplay.core import Labels, Problem
 from dmplay.formatting import format_count
@@ -30,6 +29,7 @@ from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.dec_pomdp import PlanLayer
 from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
 from dmplay.tabular import Tables, tabulate
+from dmplay.work_budget import Budget, scale_progress, scale_progress_part
 
 MAX_PLAN_TURNS = 4  # of a joint plan
 MAX_SIMULATED_EPISODES, MAX_SIMULATED_TURNS = 200, 100  # of a simulated team

@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals, weighted_sum_columns
 from dmplay.solvers.double_description import BORDER_TOLERANCE
 from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_POLICY_ITERATIONS = 200  # iterations; the problems here need a handful
 WORK_LIMIT = 2e10  # operations

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.solvers.transition_graph import OUTCOMES_PER_BLOCK, TransitionGraph
 from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY, compute_tolerance
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values, at a scale of 1, at which the induction ends
 WORK_LIMIT, MAX_TURNS = 1e11, 10_000  # maximum operations, maximum turns

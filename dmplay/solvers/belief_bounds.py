@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK
 from dmplay.chance import Array, Ints, Reals
+from dmplay.work_budget import ARRAY_CALL_WORK
 
 # likeliest states stored per point, followed by its number of possible states
 LIKELIEST_STATE_COUNT = 3

@@ -11,8 +11,8 @@ from math import comb
 
 import numpy as np
 
-from dmplay.budget import Budget
 from dmplay.chance import Ints, Reals
+from dmplay.work_budget import Budget
 
 
 @dataclass(frozen=True)

@@ -9,10 +9,10 @@ from hashlib import blake2b
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.belief_bounds import BeliefBatch, BoundLayer
 from dmplay.solvers.sparse_pomdp import SparsePomdp
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one node
 # operations between two reports to the budget; that makes thousands of reports per second

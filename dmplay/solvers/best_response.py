@@ -5,7 +5,6 @@ from itertools import product
 
 import numpy as np
 
-from dmplay.budget import Budget
 from dmplay.chance import Reals
 from dmplay.core import (
     Problem,
@@ -14,6 +13,7 @@ from dmplay.core import (
     enumerate_possible_outcomes,
 )
 from dmplay.solvers.sparse_mdp import SparseMdp, group_outcomes, join_parts
+from dmplay.work_budget import Budget
 
 BYTES_PER_OUTCOME = 160  # bytes per outcome while outcomes are listed
 

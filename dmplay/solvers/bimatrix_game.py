@@ -9,12 +9,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.matrix_game import MatrixGame
 from dmplay.solvers.value_iteration import VALUE_TOLERANCE
 from dmplay.tabular import tabulate
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_SUPPORT_PAIRS = 100_000  # pairs of supports, up to which a game is enumerated
 

@@ -13,13 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.belief import Posterior, apply_bayes_rule
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals, weighted_sum
 from dmplay.solvers import alpha_vectors
 from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.solvers.belief_interpolation import BeliefGrid
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 BELIEF_DECIMALS = 12  # decimals: beliefs that are equal after rounding are one
 VALUE_DECIMALS = 9  # of a value; its last bits depend on which beliefs are searched together

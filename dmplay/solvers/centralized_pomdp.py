@@ -7,9 +7,9 @@ resort is the bound of the MDP in which the state is seen. Beliefs are expanded 
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.dec_pomdp import PROBABILITY_DECIMALS, DecPomdp
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_EXACT_HISTORIES = 300_000  # joint histories whose values are exact
 # for the fast informed bound; turns beyond it have the bound of the MDP

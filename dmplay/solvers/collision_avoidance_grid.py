@@ -5,10 +5,10 @@ from functools import lru_cache
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem, enumerate_outcomes
 from dmplay.problems.collision_avoidance import ADVISED_RATES
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 HEIGHTS = np.linspace(-200.0, 200.0, 21)  # m
 CLIMB_RATES = np.linspace(-10.0, 10.0, 21)  # m/s

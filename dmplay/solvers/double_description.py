@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 BORDER_TOLERANCE = 1e-10  # distance within which a ray lies on a border
 

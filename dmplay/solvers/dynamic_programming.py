@@ -10,11 +10,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
 from dmplay.solvers.value_iteration import VALUE_TOLERANCE
 from dmplay.tabular import Tables, joint_actions, tabulate
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_VALUE_BYTES = 8 * 20_000_000  # of the values of pairs of plans
 

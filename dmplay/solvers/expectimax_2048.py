@@ -13,11 +13,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from dmplay.board_2048 import BoardArray, Cells, pack_boards
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.problems.game_2048 import slide_and_score
 from dmplay.solvers.board_batch_2048 import count_tiles, mark_empty_cells, place_tiles, slide_boards
 from dmplay.solvers.ntuple_network_2048 import evaluate_boards
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MIN_PATH_PROBABILITY = (
     0.003  # probability of all tiles of a path together, below which it is not followed

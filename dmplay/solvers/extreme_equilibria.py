@@ -11,10 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import Budget
 from dmplay.chance import Bools, Reals
 from dmplay.solvers import double_description
 from dmplay.solvers.bimatrix_game import MixedProfile, find_enumerable_actions, normalize_payoffs
+from dmplay.work_budget import Budget
 
 
 class _ResponseVertices(NamedTuple):

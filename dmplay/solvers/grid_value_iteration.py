@@ -5,10 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
 from dmplay.tabular import joint_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 UNDISCOUNTED_TOLERANCE = 1e-3  # change of values by a sweep that ends the iteration
 # smaller, because distant rewards change discounted values only a little

@@ -6,13 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import Budget, scale_progress
 from dmplay.chance import Reals
 from dmplay.solvers import plan_graph
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.dec_pomdp import PROBABILITY_DECIMALS, AgentPlan, DecPomdp
 from dmplay.solvers.multiagent_a_star import MultiagentAStar
 from dmplay.solvers.plan_graph import PlanGraph
+from dmplay.work_budget import Budget, scale_progress
 
 EXACT_WORK_LIMIT = 5e9  # to find an optimal plan
 PART_WORK_LIMIT = 5e8  # to find an optimal plan of some turns

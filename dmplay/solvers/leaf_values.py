@@ -11,11 +11,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, FiniteChance, Ints, Reals
 from dmplay.core import Memory, Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.tabular import joint_actions, replace_illegal_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 # maximum outcomes of a problem, and outcomes listed at a time
 MAX_OUTCOMES, OUTCOMES_PER_BLOCK = 8_000_000, 2**17

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.bimatrix_game import (
@@ -20,6 +19,7 @@ from dmplay.solvers.bimatrix_game import (
     enumerate_equilibria_if_small,
 )
 from dmplay.solvers.zero_sum import normalize_weights
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 ZERO_TOLERANCE = 1e-11  # of systems whose entries are about 1
 WORK_LIMIT = 2e10

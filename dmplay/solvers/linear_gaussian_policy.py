@@ -5,9 +5,9 @@ A policy chooses a ~ N(theta1 s, theta2^2).
 
 from typing import NamedTuple
 
-from dmplay.budget import Budget
 from dmplay.errors import BadParameter
 from dmplay.problems.simple_regulator import SimpleRegulator
+from dmplay.work_budget import Budget
 
 
 class LinearGaussianPolicy(NamedTuple):

@@ -9,13 +9,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.solvers import best_response, sparse_mdp, value_iteration, zero_sum
 from dmplay.tabular import Tables, tabulate
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 
 CONVERGENCE_TOLERANCE = 1e-9  # change of the values that ends the iteration
 MAX_ROUNDS = 200

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.dec_pomdp import AgentPlan, PlanLayer, compute_joint_indices, list_joint_nodes
 from dmplay.solvers.occupancy_state import OccupancyState, merge_equivalent_histories
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 OPERATIONS_PER_EXPANSION = 10 * ARRAY_CALL_WORK  # to examine the actions of one node
 BYTES_PER_OPEN_PLAN = 400

@@ -10,7 +10,6 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.dec_pomdp import (
     AgentPlan,
@@ -20,6 +19,7 @@ from dmplay.solvers.dec_pomdp import (
     list_joint_nodes,
 )
 from dmplay.uniforms import generate_uniforms
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 PLAN_SEED = 1
 MAX_IDLE_SWEEPS = 2  # sweeps without improvement

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BudgetExceeded
@@ -26,6 +25,7 @@ from dmplay.solvers.belief_bounds import BoundLayer
 from dmplay.solvers.belief_tree import ActionBranch, BeliefTree
 from dmplay.solvers.sparse_pomdp import SparsePomdp, build_sparse_pomdp
 from dmplay.uniforms import make_generator
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 DEFAULT_WORK_LIMIT = 1e10  # operations
 MIN_GAP = 1e-6  # an absolute gap that is small enough, whatever the relative gap

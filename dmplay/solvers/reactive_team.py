@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.collaborative_predator_prey import (
@@ -18,6 +17,7 @@ from dmplay.problems.collaborative_predator_prey import (
     SENSE_LABELS,
     CollaborativePredatorPrey,
 )
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_STATES = 5000  # states
 ROUND_COUNT = 60

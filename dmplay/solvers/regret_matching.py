@@ -9,9 +9,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.solvers.value_iteration import VALUE_TOLERANCE
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_ROUNDS = 4096
 

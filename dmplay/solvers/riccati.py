@@ -4,9 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 DIFFERENCE_STEP = 1e-5  # step of the central differences
 CONVERGENCE_TOLERANCE = 1e-10  # relative change below which the cost counts as converged

@@ -6,10 +6,10 @@ from functools import cached_property
 from math import ceil, gcd, sqrt
 from typing import NamedTuple
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Interval, Memory, Problem
 from dmplay.solvers.opponent_model import OpponentModel, SeatPolicies
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 FIRST_WAVE_SIMULATIONS, MAX_WAVE_SIMULATIONS = (
     25,

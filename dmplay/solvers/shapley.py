@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
@@ -19,6 +18,7 @@ from dmplay.solvers import zero_sum
 from dmplay.solvers.transition_graph import TransitionGraph
 from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY
 from dmplay.solvers.zero_sum import MatrixGameSolutions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 TARGET_GAP = 1e-9  # between the bounds, for values of about 1
 ROUNDING_ERROR = 1e-15  # relative to the values; no gap is smaller

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import FiniteChance, Ints, Reals
 from dmplay.core import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.solvers.value_iteration import compute_tolerance, select_greedy_actions
 from dmplay.tabular import joint_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 OUTCOMES_PER_BLOCK = 2**17  # few enough to report progress after each block
 BYTES_PER_OUTCOME = 16

@@ -13,13 +13,13 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import belief
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers import sparse_mdp
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import replace_illegal_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 CONVERGENCE_TOLERANCE = 1e-4  # relative to the values
 MAX_SWEEPS = 10_000

@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import (
     Problem,
@@ -15,6 +14,7 @@ from dmplay.core import (
 )
 from dmplay.errors import BudgetExceeded
 from dmplay.tabular import Tabular, joint_actions
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 OUTCOMES_PER_BLOCK = 2**17  # outcomes listed in one go, few enough for frequent progress reports
 BYTES_PER_JOINT_ACTION, BYTES_PER_OUTCOME = (

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.solvers.double_description import (
     BORDER_TOLERANCE,
@@ -20,6 +19,7 @@ from dmplay.solvers.double_description import (
     find_facets,
     make_simplicial_cone,
 )
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 # larger values are scaled down, because BORDER_TOLERANCE is meant for values of about 1
 MAX_VALUE_BITS = 10
@@ -115,15 +115,15 @@ def _compute_line_envelope(vectors: Reals, budget: Budget) -> UpperEnvelope:
 
 def _drop_negligible_lines(lines: list[Line]) -> None:
     """Delete lines that rise above their neighbors' crossing by at most the tolerance, in place."""
-    rises = [_compute_rise_at(index, lines) for index in range(len(lines))]
+    rises = [_compute_rise_of_line(index, lines) for index in range(len(lines))]
     while min(rises) <= BORDER_TOLERANCE:
         lowest = rises.index(min(rises))
         del lines[lowest], rises[lowest]
         for index in range(max(lowest - 1, 0), min(lowest + 1, len(lines))):
-            rises[index] = _compute_rise_at(index, lines)
+            rises[index] = _compute_rise_of_line(index, lines)
 
 
-def _compute_rise_at(index: int, lines: list[Line]) -> float:
+def _compute_rise_of_line(index: int, lines: list[Line]) -> float:
     """Return the height of the line at an index above the crossing of its neighbors."""
     return _compute_rise_above_neighbors(
         lines[max(index - 1, 0) : index], lines[index], lines[index + 1 : index + 2]

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.errors import BudgetExceeded
 from dmplay.tabular import Tables
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_SWEEPS = 10_000  # without a discount
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop
@@ -38,7 +38,7 @@ def compute_optimal_q(tables: Tables, discount: float) -> Reals:
     until they converge.
     """
     if discount == 1.0:
-        return compute_action_values(tables, discount, _sweep_undiscounted(tables))
+        return compute_action_values(tables, discount, _iterate_undiscounted_values(tables))
     budget = _make_budget()
     state_count, action_count, _ = tables.transition.shape
     policy = mark_best_actions(
@@ -66,7 +66,7 @@ def compute_tolerance(values: Reals, min_tolerance: float = VALUE_TOLERANCE) -> 
     return max(min_tolerance, ROUNDING_ERROR * float(np.abs(values).max()))
 
 
-def _sweep_undiscounted(tables: Tables) -> Reals:
+def _iterate_undiscounted_values(tables: Tables) -> Reals:
     """Return undiscounted values `[S]`, swept until they converge or MAX_SWEEPS is reached.
 
     Raises BudgetExceeded if they still change after that.

@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Bools, Ints, Reals
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 ZERO_TOLERANCE = 1e-10  # for tableaux whose entries are about 1
 SECURITY_TOLERANCE, ROUNDING_ERROR = (

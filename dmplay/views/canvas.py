@@ -7,7 +7,7 @@ from itertools import accumulate, groupby
 from rich.style import Style
 from rich.text import Span, Text
 
-from dmplay.budget import Budget
+from dmplay.work_budget import Budget
 
 ASCII_TRANSLATION = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))

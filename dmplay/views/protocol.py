@@ -10,7 +10,7 @@ from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.registry import module_exports, problems
+from dmplay.registry import problem_modules, problems
 from dmplay.session import View
 from dmplay.views.canvas import measure_text, to_ascii
 
@@ -132,7 +132,10 @@ def load_view_module(problem: Problem) -> ViewModule:
     name = stem if stem and importlib.util.find_spec(f"dmplay.views.{stem}") else "generic"
     # A view module receives only views of its own problem, the one with its stem.
     view_module = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
-    user_view, user_keys = module_exports.module_view(problem), module_exports.module_keys(problem)
+    user_view, user_keys = (
+        problem_modules.module_view(problem),
+        problem_modules.module_keys(problem),
+    )
     if user_view is None and not user_keys:
         return view_module
     # imported here because it needs this module

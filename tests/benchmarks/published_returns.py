@@ -11,7 +11,6 @@ import dmplay
 from dmplay import belief
 from dmplay.agents.mountain_car import VALUE_GRID
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
-from dmplay.budget import Budget
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
@@ -30,6 +29,7 @@ from dmplay.solvers import (
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
 from dmplay.tabular import tabulate
+from dmplay.work_budget import Budget
 
 TRUTH_FOLDER = Path(__file__).parent.parent / "truth"
 

@@ -7,9 +7,9 @@ import pytest
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.evaluation.assignment import read_assignment
-from dmplay.game.cli_results import PlayCommand
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.parsed_commands import PlayCommand
 from dmplay.game.verification import verify_file
 from dmplay.transcript.reader import read_transcript as transcript
 

@@ -13,8 +13,8 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport, grade_files
 from dmplay.game import verification
 from dmplay.game.controller import GameController
-from dmplay.game.requests import BranchRequest, GameRequest
-from dmplay.game.setup import start_game, start_new_game
+from dmplay.game.game_requests import BranchRequest, GameRequest
+from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.output.grading_report import format_grades
 from dmplay.shell.commands import run_line
 

@@ -16,7 +16,7 @@ from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.run import run
-from dmplay.game.cli_results import Printout
+from dmplay.game.parsed_commands import Printout
 from dmplay.game.verification import verify_file
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram

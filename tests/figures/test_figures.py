@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.figures import registry
-from dmplay.game.export_formats import check_extension
+from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.output import svg_export
 from dmplay.views.canvas import measure_text, to_ascii
 from tests.support.glyphs import GLYPHS
@@ -49,11 +49,11 @@ def test_a_file_extension_of_another_format_is_rejected(tmp_path: Path) -> None:
         svg_export.draw_figure("T.2", tmp_path / name, svg=False)
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
     with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
-        check_extension(Path("g.svg"), "html")
+        check_extension_fits_format(Path("g.svg"), "html")
     with pytest.raises(BadParameter, match=r"it is written as JSON; name it g\.json"):
-        check_extension(Path("g.csv"), "json")
+        check_extension_fits_format(Path("g.csv"), "json")
     for name in ("g.csv", "g.txt", "g"):  # text formats accept .txt and no extension
-        check_extension(Path(name), "csv")
+        check_extension_fits_format(Path(name), "csv")
 
 
 def test_a_blank_figure_name_is_rejected() -> None:

@@ -9,9 +9,9 @@ from prompt_toolkit.document import Document
 
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import DmplayError
-from dmplay.game.cli_results import PlayCommand
 from dmplay.game.controller import GameController
-from dmplay.game.setup import start_game
+from dmplay.game.game_setup import start_game
+from dmplay.game.parsed_commands import PlayCommand
 from dmplay.rendering.painter import Painter
 from dmplay.screen.actions import run_typed_line
 from dmplay.screen.key_handlers import handle_key

@@ -17,8 +17,8 @@ from dmplay.gallery.problem_list import (
     list_problem_entries,
 )
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_game
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.rendering.painter import Painter

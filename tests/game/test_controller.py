@@ -9,9 +9,9 @@ import pytest
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.controller import GameController, next_numbered_path
+from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import GameRequest, ResumeRequest
-from dmplay.game.setup import start_new_game
 from dmplay.game.verification import verify_file
 from dmplay.shell.commands import run_line
 from dmplay.transcript.reader import read_transcript
@@ -141,7 +141,7 @@ def test_a_game_that_cannot_start_leaves_the_current_game_unchanged(tmp_path: Pa
 
 
 def test_a_resumed_game_can_be_restarted(tmp_path: Path) -> None:
-    from dmplay.game.setup import resume_game
+    from dmplay.game.game_setup import resume_game
 
     controller = create_controller(tmp_path, settings=["slip=0.1"])
     run_line(controller, "e")

@@ -8,8 +8,8 @@ import pytest
 
 from dmplay.game import saves
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.launch import print_epilogue
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit

@@ -19,8 +19,8 @@ from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.controller import GameController
 from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
-from dmplay.game.requests import GameRequest, ResumeRequest
-from dmplay.game.setup import start_game, start_new_game
+from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.verification import verify_file as verified
 from dmplay.rollouts import rollout
 from dmplay.session import Session

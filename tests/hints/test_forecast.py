@@ -9,7 +9,7 @@ from dmplay.chance import Reals
 from dmplay.core import enumerate_outcomes
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
+from dmplay.game.game_requests import GameRequest
 from dmplay.hints.forecast import N_SAMPLES, forecast_outcomes, format_forecast
 from dmplay.screen.actions import run_typed_line
 from dmplay.screen.key_handlers import handle_key

@@ -13,9 +13,9 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.game.game import Game
-from dmplay.game.requests import GameRequest
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.seats import HUMAN
-from dmplay.game.setup import start_new_game
 from dmplay.hints.hint_provider import (
     MAX_LISTED_VALUES,
     Hint,

@@ -10,9 +10,9 @@ import pytest
 from dmplay.cli.dispatch import execute_result, interpret_command
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.cli_results import McpServerConfig
-from dmplay.game.requests import ResumeRequest
-from dmplay.game.setup import start_game
+from dmplay.game.game_requests import ResumeRequest
+from dmplay.game.game_setup import start_game
+from dmplay.game.parsed_commands import McpServerConfig
 from dmplay.game.verification import verify_file
 from dmplay.mcp.model_games import MAX_GAMES, ModelGames
 from dmplay.shell.completion import name_lists

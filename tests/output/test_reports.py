@@ -10,9 +10,9 @@ import dmplay
 from dmplay.cli.dispatch import execute_result
 from dmplay.errors import UnknownName
 from dmplay.formatting import problem_summary
-from dmplay.game.cli_results import Printout
-from dmplay.game.requests import GameRequest, ReplayRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest, ReplayRequest
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.parsed_commands import Printout
 from dmplay.output import problem_info as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript

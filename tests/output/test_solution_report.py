@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.budget import report_progress_to
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.solutions import simulated, teams
 from dmplay.solutions.registry import solve_problem
 from dmplay.solutions.solution import Solution
+from dmplay.work_budget import report_progress_to
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_small_problem
 from tests.support.programs import run_dmplay

@@ -11,8 +11,8 @@ import pytest
 from rich.text import Text
 
 from dmplay.cli.dispatch import execute_result
-from dmplay.game.cli_results import Printout
-from dmplay.game.requests import ReplayRequest
+from dmplay.game.game_requests import ReplayRequest
+from dmplay.game.parsed_commands import Printout
 from dmplay.game.verification import verify_file
 from dmplay.output.svg_export import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript

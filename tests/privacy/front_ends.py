@@ -15,7 +15,7 @@ from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.prompt import toolbar_text
+from dmplay.interactive_shell import toolbar_text
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition
 from dmplay.screen.actions import run_typed_line

@@ -8,9 +8,9 @@ import pytest
 
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.controller import GameController
+from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.setup import start_game, start_new_game
 from dmplay.game.verification import rewrite_file, verify_file
 from dmplay.launch import print_epilogue
 from dmplay.registry.problem_sources import rebase_name

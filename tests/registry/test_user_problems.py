@@ -11,7 +11,6 @@ import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.agents import point_based
 from dmplay.agents.point_based import PointBasedOptimalPolicy
-from dmplay.budget import limit_total_work
 from dmplay.chance import Array, Bools, Categorical, Chance
 from dmplay.core import TextLine
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -30,6 +29,7 @@ from dmplay.solutions.simulated import (
 from dmplay.solvers import alpha_vectors, value_iteration
 from dmplay.solvers import point_based as solver
 from dmplay.uniforms import SeededUniforms
+from dmplay.work_budget import limit_total_work
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.interruption import run_with_call_limit
 from tests.support.literature_pomdps import make_four_by_three

@@ -13,8 +13,8 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.registry.builtin_names import name_to_stem
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition

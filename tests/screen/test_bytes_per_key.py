@@ -8,8 +8,8 @@ from statistics import median
 import pytest
 
 from dmplay.game.controller import GameController
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.registry.builtin_names import problem_names
 from dmplay.rendering.painter import Painter
 from dmplay.screen.key_handlers import handle_key

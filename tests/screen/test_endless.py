@@ -19,7 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dmplay.budget import Budget
+from dmplay.work_budget import Budget
 
 
 class Busy:

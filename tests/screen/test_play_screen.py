@@ -15,10 +15,10 @@ from dmplay.chance import Reals
 from dmplay.formatting import describe_end_reason
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import GameRequest, ResumeRequest
 from dmplay.game.seats import HUMAN
-from dmplay.game.setup import start_game, start_new_game
 from dmplay.game.verification import verify_file
 from dmplay.registry.builtin_names import problem_names
 from dmplay.screen.actions import autoplay_turn

@@ -8,8 +8,8 @@ import pytest
 from dmplay.cli.dispatch import interpret_command
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.verification import verify_file
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen

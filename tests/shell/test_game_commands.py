@@ -7,9 +7,9 @@ import pytest
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.controller import GameController
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
 from dmplay.screen.actions import run_typed_line
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line

@@ -13,7 +13,7 @@ from prompt_toolkit.document import Document
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 
-from dmplay import prompt
+from dmplay import interactive_shell
 from dmplay.cli.app import root_command
 from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import UnknownName
@@ -63,7 +63,7 @@ def type_at_prompt(keys: str, current_shell: Shell | None = None) -> int:
     """Type these keys at the prompt and return the exit code."""
     with create_pipe_input() as pipe, create_app_session(input=pipe, output=DummyOutput()):
         pipe.send_text(keys)
-        return prompt.run_prompt(current_shell or create_shell(), pipe, DummyOutput())
+        return interactive_shell.run_prompt(current_shell or create_shell(), pipe, DummyOutput())
 
 
 def list_transcripts(folder: Path) -> list[Path]:
@@ -221,12 +221,15 @@ def test_help_for_a_topic_explains_each_command(
 
 def test_the_prompt_and_the_toolbar_show_the_state_of_the_game(state_folder: Path) -> None:
     current_shell = create_shell()
-    assert (current_shell.prompt, prompt.toolbar_text(current_shell)) == ("dmplay> ", " F1 help")
+    assert (current_shell.prompt, interactive_shell.toolbar_text(current_shell)) == (
+        "dmplay> ",
+        " F1 help",
+    )
     current_shell.run_line("hw; e")
     assert current_shell.prompt == "dmplay [hexworld t1]> "
-    assert prompt.toolbar_text(current_shell) == " score 0.00 · at (8,2) · F1 help"
+    assert interactive_shell.toolbar_text(current_shell) == " score 0.00 · at (8,2) · F1 help"
     current_shell.run_line("play crying-baby --turns 1")
-    assert prompt.toolbar_text(current_shell) == " F1 help"
+    assert interactive_shell.toolbar_text(current_shell) == " F1 help"
     current_shell.run_line("feed")
     assert current_shell.prompt == "dmplay [crying-baby t1 over]> "
     current_shell.run_line("play prisoners-dilemma --vs human")

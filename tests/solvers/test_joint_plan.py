@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from dmplay.agents.dec_pomdp import JointPlan, OptimalJointPlan, can_plan_jointly, solve_joint_plan
-from dmplay.budget import Budget, limit_total_work
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.rollouts import rollout
 from dmplay.solvers import joint_plan, plan_graph
 from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp, PlanLayer
+from dmplay.work_budget import Budget, limit_total_work
 from tests.support.literature_dec_pomdps import (
     format_broadcast,
     format_dectiger,

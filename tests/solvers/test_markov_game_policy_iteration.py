@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.budget import report_progress_to
 from dmplay.errors import BadParameter
 from dmplay.solvers import markov_game_policy_iteration, zero_sum
 from dmplay.solvers.value_iteration import compute_action_values
 from dmplay.tabular import tabulate
+from dmplay.work_budget import report_progress_to
 
 
 @pytest.mark.slow

@@ -5,7 +5,6 @@ import pytest
 
 import dmplay
 from dmplay import belief
-from dmplay.budget import DEFAULT_MEMORY_BYTES, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BudgetExceeded
@@ -14,6 +13,7 @@ from dmplay.solvers import alpha_vectors, point_based
 from dmplay.solvers.point_based import PointBasedSolver
 from dmplay.solvers.sparse_pomdp import build_sparse_pomdp
 from dmplay.tabular import Tables, tabulate
+from dmplay.work_budget import DEFAULT_MEMORY_BYTES, Budget
 from tests.support.literature_pomdps import (
     make_cheese_maze,
     make_four_by_three,

@@ -5,13 +5,13 @@ import pytest
 
 import dmplay
 from dmplay.agents.collaborative_predator_prey import HuntJointPlan
-from dmplay.budget import Budget
 from dmplay.errors import BadPolicy
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.rollouts import rollout
 from dmplay.solvers import plan_graph, sparse_mdp
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.work_budget import Budget
 
 PROBLEM_NAME = "collaborative-predator-prey"
 

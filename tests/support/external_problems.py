@@ -7,8 +7,8 @@ import numpy as np
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game.requests import GameRequest
-from dmplay.game.setup import start_new_game
+from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_setup import start_new_game
 from dmplay.game.verification import verify_file
 from dmplay.rollouts import rollout
 

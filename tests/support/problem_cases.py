@@ -11,9 +11,9 @@ import dmplay
 from dmplay.agents.general import Random
 from dmplay.chance import Array, Reals
 from dmplay.core import Policy, Problem
-from dmplay.history import HistorySnapshot
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
+from dmplay.seat_history import HistorySnapshot
 from dmplay.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.validation import random_play
 

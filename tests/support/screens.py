@@ -14,7 +14,7 @@ from rich.text import Text
 
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.requests import GameRequest
+from dmplay.game.game_requests import GameRequest
 from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.key_maps.keyboard import Keyboard

@@ -5,9 +5,9 @@ from threading import Event
 
 import numpy as np
 
-from dmplay.budget import Budget
 from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import Memory, Percept
+from dmplay.work_budget import Budget
 from tests.support.user_problems import Heap
 
 RELEASE_EVENT = Event()  # when set, endless computations return

@@ -14,8 +14,8 @@ from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.setup import branch_game, resume_game, start_new_game
+from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.verification import format_reports, verify_file
 from dmplay.launch import print_epilogue
 from dmplay.shell.commands import run_line

@@ -8,9 +8,9 @@ from dmplay.cli.dispatch import interpret_command
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.setup import branch_game, resume_game, start_new_game
 from dmplay.game.verification import verify_file
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line

@@ -11,9 +11,9 @@ import pytest
 
 from dmplay import safe_files
 from dmplay.errors import BadTranscript, DmplayError
+from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.playback import Playback
-from dmplay.game.requests import GameRequest, ResumeRequest
-from dmplay.game.setup import resume_game, start_new_game
 from dmplay.game.verification import rewrite_file, verify_file
 from tests.support.interruption import run_with_call_limit
 

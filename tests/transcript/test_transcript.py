@@ -16,8 +16,8 @@ import dmplay
 from dmplay import safe_files
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.game import Game
-from dmplay.game.requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.setup import branch_game, resume_game, start_new_game
+from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.verification import rewrite_file, verify_file
 from dmplay.transcript import format as transcript_format
 from dmplay.transcript import reader

@@ -11,13 +11,11 @@ import pytest
 import dmplay
 from dmplay import solvers
 from dmplay.agents.mountain_car import VALUE_GRID
-from dmplay.budget import Budget, ComputationStopped, report_progress_to
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     alpha_vectors,
     backward_induction,
-    backward_value_iteration,
     belief_bounds,
     belief_interpolation,
     belief_tree,
@@ -38,6 +36,7 @@ from dmplay.solvers import (
     linear_gaussian_policy,
     markov_game_policy_iteration,
     multiagent_a_star,
+    ordered_value_iteration,
     plan_graph,
     point_based,
     predator_prey_model,
@@ -56,6 +55,7 @@ from dmplay.solvers import (
 )
 from dmplay.solvers.dec_pomdp import DecPomdp
 from dmplay.tabular import Tables, tabulate
+from dmplay.work_budget import Budget, ComputationStopped, report_progress_to
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
 from tests.support.problem_cases import load_problem
 from tests.support.random_problems import RandomGame, RandomRivalGame
@@ -168,7 +168,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "backward_induction": lambda: backward_induction.run_backward_induction(
         Nim(), transition_graph.build_reachable_graph(Nim()), None
     ),
-    "backward_value_iteration": lambda: backward_value_iteration.run_backward_value_iteration(
+    "ordered_value_iteration": lambda: ordered_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(load_problem("hexworld")), 0.9
     ),
     "belief_interpolation": lambda: [

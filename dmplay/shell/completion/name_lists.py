@@ -21,10 +21,10 @@ def complete_problems(word: str = "") -> list[str]:
 
         return [f"{base}:{variant}" for variant in problems.load_variants(base) if variant]
     if colon:
-        from dmplay.registry import external
+        from dmplay.registry import library_problems
 
-        if external.names_external_problem(word):
-            return external.list_external_problems(word)
+        if library_problems.names_external_problem(word):
+            return library_problems.list_external_problems(word)
     from dmplay.registry.entry_points import entry_point_targets
 
     return [*problem_names(), *sorted(entry_point_targets())]

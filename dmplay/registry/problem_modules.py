@@ -3,7 +3,7 @@
 class Grid(Problem): ...                      a problem, or several
 VARIANTS = {"wide": Grid(width=20)}           other instances, by name
 AGENTS = {"careful": Careful}                 agents by name, or a `Roster` that also has roles
-LOOK = view                                   a module with the functions of a view, or some of them
+VIEW = view                                   a module with the functions of a view, or some of them
 KEYS = {"l": "left"}                          the action of each key
 """
 
@@ -21,6 +21,26 @@ from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 
 # names that a player can have besides those of agents
+# First names of the members of Problem and Tabular in version 0.1.0, and their names today.
+RENAMED_METHODS = {
+    "opening": "initial_chance",
+    "place": "initial_states",
+    "move": "resolve_events",
+    "notation": "format_state",
+    "parse": "parse_state",
+    "legal": "legal_actions_mask",
+    "called": "action_labels",
+    "carry": "joint_belief_update",
+    "waiting": "inactive_agents",
+    "story": "description",
+    "picture": "draw_state",
+    "glimpse": "draw_observation",
+}
+RENAMED_ATTRIBUTES = {
+    "states": "state_count",
+    "names": "state_names",
+    "start_belief": "initial_belief",
+}
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 
 
@@ -67,6 +87,17 @@ def to_problem(name: str, value: object) -> Problem:
 
 def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     """Return a problem with default parameters; raise BadParameter if its class is incomplete."""
+    members = {
+        # An annotated name is a parameter of the problem, and may be called anything.
+        name: value
+        for name, value in vars(kind).items()
+        if name not in vars(kind).get("__annotations__", {})
+    }
+    for name, value in members.items():
+        renamed = RENAMED_METHODS if inspect.isfunction(value) else RENAMED_ATTRIBUTES
+        if name in renamed:
+            location = source_locations.locate_definition(kind, name)
+            raise BadParameter(f"{location} {kind.__name__}.{name} is now called {renamed[name]}")
     if inspect.isabstract(kind):
         missing = ", ".join(sorted(kind.__abstractmethods__))
         message = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
@@ -156,7 +187,7 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
         and issubclass(agent_class, SeatPolicy)
         and is_dataclass(agent_class)
     ):
-        expected = "expected a frozen dataclass of dmplay.agents.base.Seated"
+        expected = "expected a frozen dataclass of dmplay.agents.base.SeatPolicy"
         raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))
@@ -167,8 +198,11 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
 
 
 def module_view(problem: Problem) -> Any:
-    """Return the view that a problem's module defines in LOOK; None if it defines none."""
-    return getattr(_user_module(problem), "VIEW", None)
+    """Return the view that a problem's module defines in VIEW; None if it defines none."""
+    module = _user_module(problem)
+    if hasattr(module, "LOOK") and not hasattr(module, "VIEW"):
+        raise BadParameter(f"{module_file(problem)}: LOOK is now called VIEW")
+    return getattr(module, "VIEW", None)
 
 
 def module_keys(problem: Problem) -> dict[str, str]:

@@ -2,8 +2,8 @@
 
 import pytest
 
-from dmplay.budget import Budget, ComputationStopped, limit_total_work, report_progress_to
 from dmplay.errors import BudgetExceeded
+from dmplay.work_budget import Budget, ComputationStopped, limit_total_work, report_progress_to
 
 
 def test_an_exceeded_budget_raises_one_line_with_the_remedy() -> None:

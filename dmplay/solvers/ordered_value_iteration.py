@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.budget import ARRAY_CALL_WORK, Budget
 from dmplay.chance import Array, Ints, Reals
 from dmplay.errors import BudgetExceeded
 from dmplay.solvers.transition_graph import (
@@ -23,6 +22,7 @@ from dmplay.solvers.transition_graph import (
     gather_ranges,
 )
 from dmplay.solvers.value_iteration import ENDLESS_GAME_MESSAGE
+from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 TARGET_GAP = 1e-8  # between the bounds, at a scale of 1
 ROUNDING_ERROR = 4e-15  # relative to the values; no bounds are closer

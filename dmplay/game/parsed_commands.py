@@ -8,7 +8,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.errors import BadParameter
-from dmplay.game.requests import AnyGameRequest, GameRequest, ReplayRequest
+from dmplay.game.game_requests import AnyGameRequest, GameRequest, ReplayRequest
 from dmplay.terminal import TerminalOptions
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()

@@ -10,9 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.formatting import describe_end_reason, format_count
 from dmplay.game import saves
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
-from dmplay.game.narration import render_transcript_frame
-from dmplay.game.playback import Playback
-from dmplay.game.requests import (
+from dmplay.game.game_requests import (
     AnyGameRequest,
     BranchRequest,
     GameRequest,
@@ -21,6 +19,8 @@ from dmplay.game.requests import (
     parse_settings,
     request_from_header,
 )
+from dmplay.game.narration import render_transcript_frame
+from dmplay.game.playback import Playback
 from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash
 from dmplay.game.seats import (
     HUMAN,
