@@ -20,7 +20,6 @@ from dmplay.agents.roster import Roster
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 
-# names that a player can have besides those of agents
 # First names of the members of Problem and Tabular in version 0.1.0, and their names today.
 RENAMED_METHODS = {
     "opening": "initial_chance",
@@ -41,6 +40,7 @@ RENAMED_ATTRIBUTES = {
     "names": "state_names",
     "start_belief": "initial_belief",
 }
+# names that a player can have besides those of agents
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 
 
