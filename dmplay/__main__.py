@@ -76,7 +76,7 @@ def _report_os_error(error: OSError) -> int:
 
     The code is TERMINAL_LOST_CODE if standard error cannot be written.
     """
-    from dmplay.terminal import escape_unprintable
+    from dmplay.terminal_capabilities import escape_unprintable
 
     file_prefix = f"{error.filename}: " if error.filename else ""
     try:
@@ -92,7 +92,7 @@ def _report_system_exit(error: SystemExit) -> int:
     A SystemExit raised by dmplay itself is raised again.
     """
     from dmplay.source_locations import describe_exit_location
-    from dmplay.terminal import escape_unprintable
+    from dmplay.terminal_capabilities import escape_unprintable
 
     location = describe_exit_location(error)
     if not location:

@@ -11,12 +11,12 @@ from dmplay.chance import Array
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadPolicy
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
-from dmplay.registry import agents, problem_modules, problems
+from dmplay.registry import agents, problem_module_exports, problems
 from dmplay.session import Session
 from dmplay.uniforms import SeededUniforms
 from dmplay.validation import invariants, random_play
 from dmplay.validation.legal_action_leak import check_legal_action_leak
-from dmplay.validation.playable import CHECK_STAGES
+from dmplay.validation.playability_checks import CHECK_STAGES
 from dmplay.validation.policy_checks import check_policy_choices
 from dmplay.validation.random_play import (
     SEED,
@@ -137,7 +137,7 @@ def _check_dynamics(problem: Problem) -> Iterator[Violation]:
 def _check_agents(problem: Problem) -> Iterator[Violation]:
     """Yield the violations of the agents that the problem's module defines, in their seats."""
     for seat in range(len(problem.agents)):
-        for name in problem_modules.module_agent_names(problem):
+        for name in problem_module_exports.module_agent_names(problem):
             try:
                 policy = agents.load_agent(problem, seat, name)
             except BadPolicy:  # this agent does not play this seat

@@ -26,7 +26,7 @@ from dmplay.shell.commands import PlayerQuit
 from dmplay.shell.completion.completer import CommandCompleter
 from dmplay.shell.shell import Shell
 from dmplay.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 
 MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar
 

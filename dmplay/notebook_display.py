@@ -10,7 +10,9 @@ class NotebookDisplay:
     """A game that a notebook shows as its board, as text and as HTML."""
 
     def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
-        mime_bundle: dict[str, str] = import_module("dmplay.output.notebook").mime_bundle(self)
+        mime_bundle: dict[str, str] = import_module("dmplay.output.notebook_rendering").mime_bundle(
+            self
+        )
         return mime_bundle
 
     def _repr_html_(self) -> str:

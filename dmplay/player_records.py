@@ -23,7 +23,7 @@ from dmplay.core import Problem
 from dmplay.errors import DmplayError
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
 from dmplay.game.saves import saves_folder
-from dmplay.hints.ghost import GHOST_NOTE_PREFIX
+from dmplay.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import EVENT_KEYS, HUMAN_PLAYER, NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
@@ -212,7 +212,9 @@ def _is_new_best(record: ProblemRecord) -> bool:
 
 def _is_verified(path: Path) -> bool:
     """Return whether `dmplay verify` accepts a transcript."""
-    from dmplay.game.verification import verify_file  # imported here because it is needed only now
+    from dmplay.game.transcript_files import (
+        verify_file,  # imported here because it is needed only now
+    )
 
     return verify_file(
         path, trusted=True

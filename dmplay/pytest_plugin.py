@@ -12,7 +12,7 @@ from shlex import quote
 import pytest
 
 from dmplay.errors import DmplayError, TranscriptMismatch
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 
 TRANSCRIPT_SUFFIX = ".dmt"
 
@@ -53,15 +53,15 @@ class TranscriptItem(pytest.Item):
 
     def runtest(self) -> None:
         """Verify the transcript; raise TranscriptMismatch with the report if it fails."""
-        from dmplay.game import verification
+        from dmplay.game import transcript_files
 
         trusted = bool(self.config.getini("dmplay_trust"))
         path = Path(os.path.relpath(self.path))
         if self.config.getoption("--dmplay-update"):
-            diff = verification.rewrite_file(path, trusted=trusted)
+            diff = transcript_files.rewrite_file(path, trusted=trusted)
             if diff:
                 self.add_report_section("call", "rewritten", escape_unprintable(diff))
-        report = verification.verify_file(path, trusted=trusted)
+        report = transcript_files.verify_file(path, trusted=trusted)
         self.add_report_section("call", "compared", escape_unprintable(report.summary))
         if not report.is_ok:
             accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"

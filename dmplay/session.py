@@ -27,11 +27,11 @@ from dmplay.core import (
     make_readonly,
     readonly_copy,
 )
-from dmplay.dynamics import StateInfo, make_dynamics
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.formatting import describe_end_reason, format_count
 from dmplay.notebook_display import NotebookDisplay
 from dmplay.seat_history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
+from dmplay.single_game_dynamics import StateInfo, make_dynamics
 from dmplay.tabular import Tabular
 from dmplay.uniforms import NATURE_STREAM
 

@@ -14,7 +14,7 @@ from hypothesis.internal.conjecture import providers
 from hypothesis.internal.constants_ast import Constants
 
 from dmplay.agents import cart_pole, mountain_car
-from dmplay.solutions import continuous
+from dmplay.solutions import continuous_problems
 from dmplay.solvers.grid_value_iteration import RectangularGrid
 
 gc.set_threshold(5_000, 9_999)  # objects that live long are collected once, at the end
@@ -64,6 +64,6 @@ def coarse(monkeypatch: pytest.MonkeyPatch) -> None:
     Use it for tests that hold at any resolution.
     """
     grid = RectangularGrid(mountain_car.VALUE_GRID.low, mountain_car.VALUE_GRID.high, (61, 47))
-    for module in (mountain_car, continuous):
+    for module in (mountain_car, continuous_problems):
         monkeypatch.setattr(module, "VALUE_GRID", grid)
     monkeypatch.setattr(cart_pole, "LOOKAHEAD_TURNS", 4)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from tests.support.games import assert_verified, record_game, replace_in_file
 from tests.support.programs import (
     SmallDisk,

@@ -17,13 +17,13 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "source_locations", "safe_files", "work_budget", "background_tasks", "chance",
     "batch_columns", "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
-    "sparse_matrix", "tabular", "validation", "belief", "notebook_display", "dynamics",
+    "sparse_matrix", "tabular", "validation", "belief", "notebook_display", "single_game_dynamics",
     "seat_history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
     "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",
-    "terminal", "styled_text", "rendering", "views", "simulation", "gym", "zoo", "figures",
-    "solutions", "hints", "key_maps", "game", "timeline", "conformance", "player_records",
-    "evaluation", "shell", "screen", "gallery", "output", "interactive_shell", "launch", "mcp",
-    "cli", "pytest_plugin", "__main__",
+    "terminal_capabilities", "styled_text", "rendering", "views", "simulation", "gym", "zoo",
+    "figures", "solutions", "hints", "key_maps", "game", "post_game_timeline", "conformance",
+    "player_records", "evaluation", "shell", "screen", "gallery", "output", "interactive_shell",
+    "game_launcher", "mcp", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
@@ -128,7 +128,7 @@ def test_every_module_has_a_layer() -> None:
                 "multiprocessing",
                 "importlib.metadata",
                 "dmplay.formats.cassandra",
-                "dmplay.bots.bot",
+                "dmplay.bots.bot_policy",
                 "dmplay.rollouts",
             },
         ),
@@ -160,23 +160,23 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
     """Draw a frame of the gallery, which needs only the views of shown problems, and of a game."""
     never = {
         "prompt_toolkit", "dmplay.agents.game_2048", "dmplay.views.game_2048",
-        "dmplay.agents.hexworld", "dmplay.solvers.alpha_vectors",
+        "dmplay.agents.hexworld", "dmplay.solvers.exact_pomdp",
     }  # fmt: skip
     code = (
         "from pathlib import Path\n"
-        "from dmplay.terminal import Terminal\n"
-        "from dmplay.screen.viewport import FrameState, Viewport\n"
+        "from dmplay.terminal_capabilities import Terminal\n"
+        "from dmplay.screen.frame_state import FrameState, Viewport\n"
         "from dmplay.gallery.gallery import Gallery\n"
         "from dmplay.gallery.problem_list import list_problem_entries\n"
         "from dmplay.screen import full_screen\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"
         "from dmplay.screen.frame import compose_frame\n"
-        "from dmplay.game.game_requests "
+        "from dmplay.game.launch_requests "
         "import GameRequest\nfrom "
         "dmplay.game.game_setup "
         "import start_new_game\n"
-        "from dmplay.game import controller\nfrom "
+        "from dmplay.game import game_series\nfrom "
         "dmplay.screen import play_screen\n"
         "game = start_new_game(GameRequest('hexworld', "
         "seed=7, record_path=Path('/dev/null')))\n"

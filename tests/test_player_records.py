@@ -8,9 +8,9 @@ from threading import Thread
 import pytest
 
 from dmplay import player_records, safe_files
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import BranchRequest, GameRequest, ReplayRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, write_game_copy
+from dmplay.game.launch_requests import BranchRequest, GameRequest, ReplayRequest, ResumeRequest
 from dmplay.output.records_report import report_records
 from dmplay.player_records import ProblemRecord, load_records
 from dmplay.shell.commands import run_line

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from tests.crash_tests.kill_moments import Fuse
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, run_wrapped

@@ -15,7 +15,7 @@ from dmplay.registry.problems import load_problem
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import SparseTables, tabulate
 from dmplay.transcript.format import collect_turn_facts
-from dmplay.validation.playable import check_playable
+from dmplay.validation.playability_checks import check_playable
 from dmplay.views import generic
 from dmplay.views.protocol import DrawOptions, fit_board
 

@@ -13,7 +13,7 @@ from dmplay.errors import DmplayError
 from dmplay.output import check_report
 from dmplay.shell import commands
 from dmplay.source_locations import describe_error_location
-from dmplay.validation.playable import RESERVED_WORDS
+from dmplay.validation.playability_checks import RESERVED_WORDS
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_problem
 from tests.support.user_problems import WALK_SOURCE, Heap, Key, RevealingVault, Vault

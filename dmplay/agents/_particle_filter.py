@@ -12,7 +12,7 @@ import numpy as np
 
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Memory, Percept, Problem
-from dmplay.solvers.opponent_model import OpponentModel
+from dmplay.solvers.simulated_opponents import OpponentModel
 from dmplay.uniforms import generate_uniforms
 
 N_PARTICLES = 500  # per row

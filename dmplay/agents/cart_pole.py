@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.problems.cart_pole import CartPole

@@ -9,8 +9,8 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
-from dmplay.agents.belief_planning import GreedyBeliefPolicy, RemainingHorizonPolicy
-from dmplay.agents.roster import Roster
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.greedy_belief_policies import GreedyBeliefPolicy, RemainingHorizonPolicy
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals, weighted_sum
 from dmplay.core import Memory, Problem
 from dmplay.solvers.bounded_search import BoundedSearch

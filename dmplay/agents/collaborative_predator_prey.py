@@ -7,18 +7,18 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, SeatPolicy
-from dmplay.agents.belief_planning import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.agents.roster import Roster
+from dmplay.agents.greedy_belief_policies import GreedyBeliefPolicy
 from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
-from dmplay.solvers import plan_graph, reactive_team, sparse_mdp
-from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp
-from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers import joint_plan_improvement, reactive_team_policies, sparse_mdp
+from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp
 from dmplay.solvers.sparse_mdp import SparseMdpSolution
 from dmplay.solvers.value_iteration import select_greedy_actions
 from dmplay.work_budget import Budget
@@ -182,7 +182,7 @@ class HuntJointPlan(JointPlan):
 def _check_team(problem: CollaborativePredatorPrey, agent: str) -> None:
     """Raise BadPolicy for teams without rules or plans, with the name of the agent."""
     try:
-        reactive_team.check_supported(problem)
+        reactive_team_policies.check_supported(problem)
     except BadParameter as error:
         raise BadPolicy(f"{agent}: {error}") from None
 
@@ -196,8 +196,8 @@ def _improve_plans(
     budget = Budget(
         "the plan of a hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
     )
-    return plan_graph.improve_plans(
-        team, plan_graph.sample_random_plans(team, turns, nodes, PLAN_SEED), budget
+    return joint_plan_improvement.improve_plans(
+        team, joint_plan_improvement.sample_random_plans(team, turns, nodes, PLAN_SEED), budget
     )
 
 
@@ -210,7 +210,7 @@ def solve_fully_observed(problem: CollaborativePredatorPrey) -> SparseMdpSolutio
 @memoize
 def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
     """Return the best rules found for a team without memory."""
-    return reactive_team.optimize_reactive_team(problem).policies
+    return reactive_team_policies.optimize_reactive_team(problem).policies
 
 
 def _can_plan(problem: Problem) -> bool:

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.solvers import collision_avoidance_grid

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.agents._optimal import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem
 

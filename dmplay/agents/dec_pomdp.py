@@ -9,16 +9,16 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.formatting import format_count
-from dmplay.solvers import joint_plan
-from dmplay.solvers.dec_pomdp import AgentPlan, DecPomdp, PlanLayer
-from dmplay.solvers.joint_plan import JointPlanSolution
-from dmplay.solvers.plan_graph import PlanGraph
+from dmplay.solvers import joint_plan_search
+from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
+from dmplay.solvers.joint_plan_improvement import PlanGraph
+from dmplay.solvers.joint_plan_search import JointPlanSolution
 from dmplay.tabular import Tabular, tabulate
 from dmplay.work_budget import Budget
 
@@ -129,7 +129,7 @@ def _stack_layers(parts: Sequence[Array]) -> Array:
 @memoize
 def solve_joint_plan(problem: Problem, turns: int) -> JointPlanSolution:
     """Return the best joint plan found for `turns` turns, the same for every seat."""
-    return joint_plan.find_joint_plan(DecPomdp.from_problem(problem), turns)
+    return joint_plan_search.find_joint_plan(DecPomdp.from_problem(problem), turns)
 
 
 def can_plan_jointly(problem: Problem) -> bool:

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import GreedyPolicy, ReactivePolicy, SeatPolicy
-from dmplay.agents.roster import Roster
 from dmplay.board_2048 import DOWN, LEFT, RIGHT, UP
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Percept, Problem, parameter, requires_fields

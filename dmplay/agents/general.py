@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.agents.search import TreeSearch
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem

@@ -1,7 +1,7 @@
 """Policies for hex world."""
 
-from dmplay.agents._optimal import MdpOptimalPolicy
-from dmplay.agents.roster import Roster
+from dmplay.agents._single_agent_planning import MdpOptimalPolicy
+from dmplay.agents.available_agents import Roster
 from dmplay.core import Problem
 
 

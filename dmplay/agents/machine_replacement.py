@@ -7,14 +7,14 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy
-from dmplay.agents.belief_planning import MAX_HORIZON, RemainingHorizonPolicy
-from dmplay.agents.roster import Roster
+from dmplay.agents.greedy_belief_policies import MAX_HORIZON, RemainingHorizonPolicy
 from dmplay.chance import Array, Bools, Reals, weighted_sum
 from dmplay.core import Memory, Problem, parameter
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
@@ -57,7 +57,7 @@ class Optimal(RemainingHorizonPolicy):
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
         """Return Q `[B, A]` of beliefs with `turns_left` rewards to come."""
-        return alpha_vectors.compute_action_values(
+        return exact_pomdp.compute_action_values(
             _solve_stages(self.problem, self.horizon)[left - 1], b
         )
 
@@ -65,7 +65,7 @@ class Optimal(RemainingHorizonPolicy):
 @memoize
 def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
     """Return the alpha vectors for 1 to `horizon` turns left."""
-    return alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
+    return exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
 
 
 @dataclass(frozen=True)

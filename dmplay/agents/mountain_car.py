@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED

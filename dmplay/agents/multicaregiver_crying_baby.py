@@ -9,16 +9,16 @@ from typing import Self
 import numpy as np
 
 from dmplay import belief
-from dmplay.agents._joint_plan import PartnerBeliefFilter, SharedObservationPlan
+from dmplay.agents._shared_observation_plan import PartnerBeliefFilter, SharedObservationPlan
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import GreedyPolicy, SeatPolicy
 from dmplay.agents.crying_baby import FeedWhenCrying
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Percept, Problem, enumerate_outcomes, parameter
 from dmplay.errors import BadPolicy
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import Tables
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
@@ -95,7 +95,7 @@ class BestResponse(GreedyPolicy, SeatPolicy):
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
         """The alpha vectors of the POMDP without end."""
-        return alpha_vectors.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
+        return exact_pomdp.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
 
     @cached_property
     def _belief_filter(self) -> PartnerBeliefFilter:
@@ -130,7 +130,7 @@ class BestResponse(GreedyPolicy, SeatPolicy):
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action against that partner."""
-        return alpha_vectors.compute_action_values(self._alpha_vectors, memory[0])
+        return exact_pomdp.compute_action_values(self._alpha_vectors, memory[0])
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return the best response to the first opponent that can be modelled, else this policy."""

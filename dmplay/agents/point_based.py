@@ -10,11 +10,11 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.base import GreedyPolicy
-from dmplay.agents.belief_planning import MAX_HORIZON, NEGLIGIBLE_WEIGHT
+from dmplay.agents.greedy_belief_policies import MAX_HORIZON, NEGLIGIBLE_WEIGHT
 from dmplay.chance import Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers import alpha_vectors, point_based, sparse_pomdp
+from dmplay.solvers import exact_pomdp, point_based, sparse_pomdp
 from dmplay.solvers.point_based import PointBasedBounds, VectorsByAction
 from dmplay.tabular import tabulate
 from dmplay.work_budget import has_total_work_limit, limit_total_work
@@ -211,9 +211,9 @@ def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:
     """Return bounds from all alpha vectors, the lower one equal to the upper one."""
     tables, initial_joint = tabulate(problem), sparse_pomdp.compute_initial_joint(problem)
     if horizon is None:
-        stages = [alpha_vectors.solve_infinite_horizon(tables, problem.discount)]
+        stages = [exact_pomdp.solve_infinite_horizon(tables, problem.discount)]
     else:
-        stages = alpha_vectors.solve_finite_horizon(tables, problem.discount, horizon)
+        stages = exact_pomdp.solve_finite_horizon(tables, problem.discount, horizon)
     plans = [tuple(item.alpha_vectors for item in stage.plans_by_action) for stage in stages]
     plan_values = [initial_joint @ vectors.T for vectors in plans[-1]]
     value = float(np.max([item.max(axis=1) for item in plan_values], axis=0).sum())

@@ -9,14 +9,14 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents._memoization import memoize
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, StationaryPolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import Memory, parameter
 from dmplay.errors import BadPolicy
 from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import best_response, markov_game_policy_iteration, sparse_mdp
+from dmplay.solvers import induced_mdp, markov_game_policy_iteration, sparse_mdp
 from dmplay.solvers.value_iteration import select_greedy_actions
 
 MAX_QUICK_OUTCOMES = 300_000  # outcomes of all states and moves that can be enumerated in a moment
@@ -124,7 +124,7 @@ class BestResponse(StationaryPolicy):
 def _solve_best_response(agent: BestResponse) -> Reals:
     """Return Q `[S, 6]` of the best response to the other seats' policies."""
     policies = [agent.action_probabilities(seat) for seat in range(agent.problem.walker_count)]
-    model = best_response.build_induced_mdp(agent.problem, agent.seat, policies)
+    model = induced_mdp.build_induced_mdp(agent.problem, agent.seat, policies)
     return sparse_mdp.compute_optimal_q(model, agent.problem.discount)
 
 

@@ -11,17 +11,17 @@ import numpy as np
 from dmplay import belief
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
+from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import PolicyLookup
-from dmplay.agents.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.chance import Array, Bools, Ints, Reals, sample_masked_index
 from dmplay.core import Memory, Percept, Policy, enumerate_outcomes, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers import leaf_values, uct
 from dmplay.solvers.leaf_values import LeafValues
-from dmplay.solvers.opponent_model import OpponentModel, SeatPolicies, make_start_state
 from dmplay.solvers.search_config import GOLDEN_RATIO, LeafEvaluator, SearchConfig, SearchRequest
 from dmplay.solvers.search_tree_batch import TreeBatch
 from dmplay.solvers.search_tree_reuse import extract_subtrees, pack_trees
+from dmplay.solvers.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
 from dmplay.solvers.uct import UctResult
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.uniforms import expand_uniforms

@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Normal, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.problems.simple_regulator import SimpleRegulator

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, HierarchicalSoftmax, Nash
+from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.agents.roster import Roster
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM

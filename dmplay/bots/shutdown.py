@@ -6,11 +6,11 @@ import re
 from pathlib import Path
 
 from dmplay import safe_files
-from dmplay.bots.bot import Bot
+from dmplay.bots.bot_policy import Bot
 from dmplay.bots.protocol import JsonObject
 from dmplay.errors import DmplayError
 from dmplay.session import Session
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 
 
 def close_bots(session: Session, game_name: str) -> list[Path]:

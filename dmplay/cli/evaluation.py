@@ -8,7 +8,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal import TerminalOptions, current_terminal
+from dmplay.terminal_capabilities import TerminalOptions, current_terminal
 
 EpisodeCount = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
 CsvFlag = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
@@ -47,7 +47,7 @@ def _make_request(
     agent: str = "",
 ) -> Any:
     """Return the evaluation request for a problem and the values of the batch options."""
-    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.launch_requests import GameRequest
     from dmplay.output.evaluation_request import EvaluationRequest
 
     return EvaluationRequest(
@@ -101,7 +101,7 @@ def run(
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
     from dmplay.output import evaluation_report
-    from dmplay.output.episode_transcripts import TranscriptSelection
+    from dmplay.output.episode_recording import TranscriptSelection
 
     request = _make_request(problem, batch_options, terminal_options, agent)
     selection = TranscriptSelection(record, every, worst, best)

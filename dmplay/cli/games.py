@@ -7,7 +7,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal import TerminalOptions, current_terminal
+from dmplay.terminal_capabilities import TerminalOptions, current_terminal
 
 
 @options.with_terminal_options()
@@ -47,7 +47,7 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.launch_requests import GameRequest
     from dmplay.game.parsed_commands import PlayCommand
 
     if str(record) == "-" and not quiet:
@@ -106,7 +106,7 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
-    from dmplay.game.game_requests import ResumeRequest
+    from dmplay.game.launch_requests import ResumeRequest
     from dmplay.game.parsed_commands import PlayCommand
 
     file = file or saves.find_latest_unfinished()
@@ -132,7 +132,7 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
-    from dmplay.game.game_requests import ReplayRequest
+    from dmplay.game.launch_requests import ReplayRequest
     from dmplay.game.parsed_commands import PlayCommand
 
     return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
@@ -158,7 +158,7 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
-    from dmplay.game.game_requests import BranchRequest
+    from dmplay.game.launch_requests import BranchRequest
     from dmplay.game.parsed_commands import PlayCommand
 
     request = BranchRequest(

@@ -8,7 +8,7 @@ import typer
 from dmplay.cli import options
 from dmplay.cli.evaluation import CsvFlag, output_format
 from dmplay.errors import BadParameter
-from dmplay.terminal import TerminalOptions
+from dmplay.terminal_capabilities import TerminalOptions
 
 
 def assign(
@@ -38,7 +38,7 @@ def assign(
       dmplay assign prisoners-dilemma --vs grim --turns 20 --games 2 -o dilemma
     """
     from dmplay.evaluation.assignment import write_assignment
-    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.launch_requests import GameRequest
     from dmplay.uniforms import new_seed
 
     if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):

@@ -43,7 +43,7 @@ def run_command_line() -> int:
     try:
         return _run_command(show_gallery=has_no_arguments)
     except (DmplayError, USAGE_ERROR) as error:
-        from dmplay.terminal import escape_unprintable
+        from dmplay.terminal_capabilities import escape_unprintable
 
         print(f"error: {escape_unprintable(format_error(error))}", file=sys.stderr)
         return SYSTEM_ERROR_EXIT_CODE if isinstance(error, OSError) else USAGE_EXIT_CODE
@@ -51,7 +51,7 @@ def run_command_line() -> int:
         raise KeyboardInterrupt from None
     except Exception as error:  # raised in a user-defined problem or agent
         from dmplay.source_locations import describe_error_location
-        from dmplay.terminal import escape_unprintable
+        from dmplay.terminal_capabilities import escape_unprintable
 
         location = "" if os.environ.get("DMPLAY_DEBUG") else describe_error_location(error)
         if not location:
@@ -73,7 +73,7 @@ def _run_command(*, show_gallery: bool) -> int:
         raise BrokenPipeError from None
     if isinstance(result, int):  # exit code of the help
         return result
-    from dmplay.cli.dispatch import execute_result
+    from dmplay.cli.parsed_command_runner import execute_result
 
     return execute_result(result._replace(opens_gallery=True) if show_gallery else result)
 

@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.registry.guide_topics import list_topics
 from dmplay.shell.completion import name_lists
-from dmplay.terminal import TerminalOptions
+from dmplay.terminal_capabilities import TerminalOptions
 
 
 def problem_in_context(ctx: typer.Context) -> str:
@@ -44,9 +44,11 @@ def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, A
         """Return the option's value, filtered if it comes from a settings file."""
         if ctx.resilient_parsing or option_source(ctx, str(option.name)) != "DEFAULT_MAP":
             return tuple(value) if isinstance(value, list) else value
-        from dmplay.cli import settings_filters
+        from dmplay.cli import inapplicable_settings
 
-        return settings_filters.OPTION_FILTERS[kind](ctx, option, value, problem_in_context(ctx))
+        return inapplicable_settings.OPTION_FILTERS[kind](
+            ctx, option, value, problem_in_context(ctx)
+        )
 
     return callback
 

@@ -8,7 +8,7 @@ import typer
 
 from dmplay.cli import config_files, options
 from dmplay.errors import BadParameter
-from dmplay.terminal import TerminalOptions, current_terminal
+from dmplay.terminal_capabilities import TerminalOptions, current_terminal
 
 
 @options.with_terminal_options("json", "color", "width")
@@ -76,9 +76,9 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
-    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.launch_requests import GameRequest
     from dmplay.output import solution_report
-    from dmplay.solutions.simulated import SimulationOptions
+    from dmplay.solutions.simulated_returns import SimulationOptions
 
     game_request = GameRequest(problem, variant, set_)
     simulation_options = SimulationOptions(
@@ -107,8 +107,8 @@ def convert(
       dmplay convert hexworld --set slip=0.2 -o hexworld.mdp
       dmplay convert prisoners-dilemma -o dilemma.nfg
     """
-    from dmplay.game.game_requests import GameRequest
-    from dmplay.output.conversion import convert_problem
+    from dmplay.game.launch_requests import GameRequest
+    from dmplay.output.problem_export import convert_problem
 
     game_request = GameRequest(problem, variant, set_)
     return convert_problem(
@@ -183,7 +183,7 @@ def check(
       dmplay check ./tiger.py
       dmplay check ./shop.py:Shop --set price=9
     """
-    from dmplay.game.game_requests import GameRequest
+    from dmplay.game.launch_requests import GameRequest
     from dmplay.output import check_report
 
     game_request = GameRequest(problem, variant, set_)

@@ -3,7 +3,7 @@
 import sys
 from contextlib import redirect_stdout
 
-from dmplay.bots.bot_server import BotServer, SeatFactory, serve_lines
+from dmplay.bots.policy_server import BotServer, SeatFactory, serve_lines
 from dmplay.bots.protocol import JsonObject
 from dmplay.core import Policy, Problem
 from dmplay.external.optional_libraries import import_library
@@ -20,7 +20,7 @@ def serve_bot(agent: str, problem_name: str) -> int:
 
 def serve_mcp(config: McpServerConfig) -> int:
     """Serve games to a language model over MCP on standard streams; return the exit code."""
-    from dmplay.mcp.model_games import ModelGames
+    from dmplay.mcp.language_model_games import ModelGames
 
     # Output that a problem prints must not mix with the MCP messages.
     with redirect_stdout(sys.stderr):

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
-from dmplay.terminal import TerminalOptions, current_terminal
+from dmplay.terminal_capabilities import TerminalOptions, current_terminal
 
 MISMATCH_EXIT_CODE = 3
 
@@ -28,14 +28,16 @@ def verify(
       dmplay verify transcripts
       dmplay verify transcripts --update
     """
-    from dmplay.game import verification
+    from dmplay.game import transcript_files
     from dmplay.game.parsed_commands import Printout
 
-    files = list(verification.iter_transcript_files(paths))
-    diffs, update_errors = verification.rewrite_files(files, trusted=trust) if update else ([], [])
-    reports = [verification.verify_file(file, trusted=trust) for file in files]
+    files = list(transcript_files.iter_transcript_files(paths))
+    diffs, update_errors = (
+        transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
+    )
+    reports = [transcript_files.verify_file(file, trusted=trust) for file in files]
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
-    rows = [*diffs, *verification.format_reports(reports, accepted, json=json, quiet=quiet)]
+    rows = [*diffs, *transcript_files.format_reports(reports, accepted, json=json, quiet=quiet)]
     code = 0 if all(accepted) else MISMATCH_EXIT_CODE
     return Printout("\n".join(rows), stderr_text="\n".join(update_errors), exit_code=code)
 
@@ -70,9 +72,9 @@ def export(
       dmplay export game.dmt --film -o film.svg
       dmplay export game.dmt --csv
     """
-    from dmplay.game.game_requests import ReplayRequest
+    from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.transcript_export import ExportOptions, export_transcript
-    from dmplay.screen.viewport import Viewport
+    from dmplay.screen.frame_state import Viewport
 
     ascii_ = (
         current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options
@@ -99,7 +101,7 @@ def review(
       dmplay review game.dmt
       dmplay review game.dmt --write
     """
-    from dmplay.game.game_requests import ReplayRequest
+    from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.review_report import review_transcript
 
     return review_transcript(ReplayRequest(file, trust, peek), write=write, json=json)

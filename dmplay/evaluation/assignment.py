@@ -16,14 +16,14 @@ from pathlib import Path
 from shlex import quote
 
 from dmplay.errors import BadFile, BadParameter, UnknownName
-from dmplay.game.game_requests import GameRequest, request_from_header
 from dmplay.game.game_setup import MAX_SEED, assign_players
+from dmplay.game.launch_requests import GameRequest, request_from_header
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import HUMAN, load_resumed_players, make_header, make_seat_policy
 from dmplay.registry import problems
 from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
 from dmplay.safe_files import read_bytes, write_file
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import format_lines
 from dmplay.transcript.header import Header, collect_header_facts
 from dmplay.transcript.line_parser import parse_line

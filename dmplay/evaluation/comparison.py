@@ -11,7 +11,10 @@ from dmplay.chance import Reals
 from dmplay.core import ACTION_DECIMALS, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
 from dmplay.evaluation.control_variate import build_control_variate
-from dmplay.evaluation.partial_rollouts import check_episode_count, run_rollouts_until_interrupted
+from dmplay.evaluation.interruptible_rollouts import (
+    check_episode_count,
+    run_rollouts_until_interrupted,
+)
 from dmplay.evaluation.statistics import Estimate, compute_confidence_sequence, estimate_mean
 from dmplay.formatting import format_count
 from dmplay.rollouts import Rollout, RolloutSpec

@@ -14,12 +14,12 @@ from dmplay.errors import DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE
 from dmplay.game.seats import HUMAN, list_human_seats
-from dmplay.game.verification import load_transcript_problem, verify_file
-from dmplay.hints.ghost import GHOST_NOTE_PREFIX
+from dmplay.game.transcript_files import load_transcript_problem, verify_file
+from dmplay.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.hints.review import ReviewedAction, review_actions
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS, is_concealed
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import VerificationReport

@@ -12,7 +12,10 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError, UnknownName
-from dmplay.evaluation.partial_rollouts import check_episode_count, run_rollouts_until_interrupted
+from dmplay.evaluation.interruptible_rollouts import (
+    check_episode_count,
+    run_rollouts_until_interrupted,
+)
 from dmplay.evaluation.statistics import Estimate, estimate_mean
 from dmplay.formatting import format_count
 from dmplay.rollouts import RolloutSpec

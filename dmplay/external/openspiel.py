@@ -20,7 +20,7 @@ from dmplay.external.history_problem import MAX_SEED, ExternalEnvironment, Exter
 from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
 from dmplay.formats.gambit_efg import normalize_efg
 from dmplay.uniforms import expand_uniforms
-from dmplay.validation.playable import RESERVED_WORDS
+from dmplay.validation.playability_checks import RESERVED_WORDS
 
 PIP_EXTRA = "openspiel"
 # types of games in which every player knows the state

@@ -13,7 +13,7 @@ from dmplay.formats.probability_array import ProbabilityArray
 from dmplay.formats.reward_array import RewardArray
 from dmplay.formats.statements import StatementGrammar, find_first_statement, iter_statements
 from dmplay.tabular import SparseTables
-from dmplay.validation.playable import RESERVED_WORDS
+from dmplay.validation.playability_checks import RESERVED_WORDS
 
 # the single observation if states are visible
 SINGLE_OBSERVATION = Declaration("observation", ["0"])

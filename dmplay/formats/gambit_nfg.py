@@ -12,7 +12,7 @@ from dmplay.errors import BadFile
 from dmplay.formats.declarations import make_reading_budget, make_unique_labels
 from dmplay.formats.file_problems import NormalFormGame, PayoffTable
 from dmplay.formats.lexer import EXPECTED_NUMBER, MAX_NUMBER, SourceText, is_number, parse_integer
-from dmplay.validation.playable import RESERVED_WORDS
+from dmplay.validation.playability_checks import RESERVED_WORDS
 
 TOKEN_PATTERN = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES_PER_PAYOFF = 100  # bytes of a payoff while it is read

@@ -15,10 +15,10 @@ from dmplay.game.game import Game
 from dmplay.player_records import ProblemRecord, find_record, load_records
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition
-from dmplay.screen.viewport import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
+from dmplay.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.shell.commands import PlayerQuit
 from dmplay.styled_text import to_rich_text
-from dmplay.terminal import Terminal, escape_unprintable
+from dmplay.terminal_capabilities import Terminal, escape_unprintable
 from dmplay.transcript.reader import Transcript
 from dmplay.work_budget import ComputationStopped
 

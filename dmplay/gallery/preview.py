@@ -10,7 +10,7 @@ from dmplay.formatting import format_count, format_score
 from dmplay.player_records import GameResult, ProblemRecord
 from dmplay.registry import agents, problems
 from dmplay.session import Session, View
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.transcript.reader import Transcript
 from dmplay.uniforms import SeededUniforms
 from dmplay.views.canvas import split_rows

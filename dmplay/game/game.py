@@ -13,16 +13,16 @@ from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.formatting import describe_end_reason, escape_newlines
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
-from dmplay.hints.ghost import Ghost
+from dmplay.hints.ghost_agent import Ghost
 from dmplay.hints.hint_provider import HintProvider
-from dmplay.key_maps.keyboard import Keyboard
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.registry.problem_sources import names_bot
 from dmplay.session import SeatedPolicy, Session, View
 from dmplay.signals import TURN_GATE
-from dmplay.terminal import escape_unprintable
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS, has_hidden_information
+from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
 from dmplay.uniforms import SeededUniforms
 from dmplay.views.protocol import DrawOptions, draw_picture, load_view_module

@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.formatting import describe_end_reason, format_count
 from dmplay.game import saves
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
-from dmplay.game.game_requests import (
+from dmplay.game.launch_requests import (
     AnyGameRequest,
     BranchRequest,
     GameRequest,
@@ -30,14 +30,14 @@ from dmplay.game.seats import (
     make_seat_policy,
     name_in_transcript,
 )
-from dmplay.game.verification import describe_problem_change, load_transcript_problem
-from dmplay.hints.ghost import Ghost, create_ghost, find_ghost_name
+from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
+from dmplay.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import resolve_key_maps
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.registry import agents, problem_sources, problems
 from dmplay.safe_files import check_not_source, write_file
 from dmplay.session import Session
-from dmplay.transcript.disclosure import (
+from dmplay.transcript.concealment import (
     GameKey,
     disclose_transcript,
     is_concealed,

@@ -4,9 +4,9 @@ from collections.abc import Mapping, Sequence
 
 from dmplay.formatting import describe_end_reason, format_count, score_label
 from dmplay.game import turn_facts
-from dmplay.hints.ghost import Ghost
+from dmplay.hints.ghost_agent import Ghost
 from dmplay.session import Session
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
 from dmplay.views.protocol import DrawOptions, expand_for_picture, fit_board, load_view_module
 from dmplay.views.view_cache import SeatSnapshot, ViewCache

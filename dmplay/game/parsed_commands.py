@@ -8,8 +8,8 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.errors import BadParameter
-from dmplay.game.game_requests import AnyGameRequest, GameRequest, ReplayRequest
-from dmplay.terminal import TerminalOptions
+from dmplay.game.launch_requests import AnyGameRequest, GameRequest, ReplayRequest
+from dmplay.terminal_capabilities import TerminalOptions
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
 

@@ -5,17 +5,17 @@ from pathlib import Path
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.game.game import Game
-from dmplay.game.game_requests import format_settings
+from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats
-from dmplay.game.verification import describe_problem_change, load_transcript_problem
+from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.notebook_display import NotebookDisplay
 from dmplay.session import Session
-from dmplay.transcript.batch_replay import BatchReplayer
-from dmplay.transcript.disclosure import disclose_transcript
+from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.replay import start_session
+from dmplay.transcript.turn_batch_replay import BatchReplayer
 
 
 class Playback(NotebookDisplay, Game):

@@ -7,9 +7,9 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.agents.script import Script
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.saves import load_transcript
-from dmplay.key_maps.keyboard import parse_action_text
+from dmplay.key_maps.action_input import parse_action_text
 from dmplay.registry import agents, problems
 from dmplay.registry.problem_sources import (
     CURRENT_FOLDER,
@@ -18,8 +18,8 @@ from dmplay.registry.problem_sources import (
     transcript_folder,
 )
 from dmplay.safe_files import read_bytes
-from dmplay.terminal import escape_unprintable
-from dmplay.transcript.disclosure import disclose_transcript
+from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.format import EXTERNAL_PLAYERS, HUMAN_PLAYER
 from dmplay.transcript.header import HEADER_LINES, Header
 from dmplay.transcript.replay import replay

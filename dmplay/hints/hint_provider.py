@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.core import Interval, Policy
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.hints.forecast import forecast_outcomes, format_forecast
+from dmplay.hints.outcome_forecast import forecast_outcomes, format_forecast
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session, Turn
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay

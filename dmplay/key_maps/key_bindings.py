@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from dmplay.core import Labels, Problem
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.registry import problem_modules, problems
+from dmplay.registry import problem_module_exports, problems
 from dmplay.registry.builtin_names import stem_to_name
 from dmplay.views.protocol import load_view_module
 
@@ -57,8 +57,8 @@ def resolve_key_maps(problem: Problem, preferences: KeyPreferences) -> KeyMaps:
             f"--keys: got {preferences.preset!r}, expected one of {', '.join(KEY_PRESETS)}"
         )
     view_module, labels = load_view_module(problem), problem.actions[0].labels
-    for key in problem_modules.module_keys(problem):
-        _reject_reserved_key(key, f"{problem_modules.module_file(problem)}: KEYS")
+    for key in problem_module_exports.module_keys(problem):
+        _reject_reserved_key(key, f"{problem_module_exports.module_file(problem)}: KEYS")
     second_player_keys: Mapping[str, str] = getattr(view_module, "SECOND_PLAYER_KEYS", {})
     types_numbers = hasattr(view_module, "NUMBER_STEPS")  # Digits write a number.
     preset_keys = _select_preset_keys(

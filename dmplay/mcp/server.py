@@ -14,12 +14,12 @@ from dmplay import __version__
 from dmplay.bots.protocol import JsonObject
 from dmplay.errors import DmplayError, UnknownName
 from dmplay.formatting import escape_newlines
-from dmplay.launch import report_write_errors
-from dmplay.mcp.model_games import GameStatus, ModelGames
+from dmplay.game_launcher import report_write_errors
+from dmplay.mcp.language_model_games import GameStatus, ModelGames
 from dmplay.mcp.stdio_streams import StdioStreams
 from dmplay.signals import exit_on_signals
 from dmplay.source_locations import describe_error_location
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 
 INSTRUCTIONS = """\
 Play decision problems. list names them, info tells the rules of one, new begins a game and gives

@@ -10,11 +10,11 @@ from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
-from dmplay.evaluation.run import RunResult, run
+from dmplay.evaluation.return_summary import RunResult, run
 from dmplay.formatting import append_noun, format_count, format_json_report, format_score
-from dmplay.game.game_requests import parse_settings
+from dmplay.game.launch_requests import parse_settings
 from dmplay.game.parsed_commands import Printout
-from dmplay.output.episode_transcripts import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
+from dmplay.output.episode_recording import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     Lineup,

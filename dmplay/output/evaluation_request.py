@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
-from dmplay.evaluation.run import RunResult
+from dmplay.evaluation.return_summary import RunResult
 from dmplay.evaluation.statistics import Estimate
-from dmplay.game.game_requests import GameRequest, parse_settings
 from dmplay.game.game_setup import assign_players, check_turn_limit
+from dmplay.game.launch_requests import GameRequest, parse_settings
 from dmplay.game.parsed_commands import Printout
 from dmplay.game.seats import HUMAN, make_seat_policy
 from dmplay.registry import agents, problems

@@ -8,7 +8,7 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
 from dmplay.formatting import escape_newlines, format_count, format_json_report
-from dmplay.game import verification
+from dmplay.game import transcript_files
 from dmplay.game.parsed_commands import Printout
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_table
@@ -46,7 +46,7 @@ def report_grades(
     The games are compared with an assignment if one is given. The exit code is
     INTERRUPTED_EXIT_CODE if some files were not graded.
     """
-    files = [*verification.iter_transcript_files(paths)]
+    files = [*transcript_files.iter_transcript_files(paths)]
     required = read_assignment(assignment) if assignment else None
     with ProgressBar(
         f"grading {format_count(len(files), 'file')}", quiet=bool(output_format), motion=motion

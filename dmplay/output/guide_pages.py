@@ -13,7 +13,7 @@ from rich.text import Text
 from rich.theme import Theme
 
 from dmplay.registry.guide_topics import list_topics, read_topic, topic_title
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 
 MAX_COLUMNS = 100  # columns, because longer lines are hard to read
 CODE_INDENT = 4  # columns before code

@@ -21,7 +21,7 @@ from dmplay.rendering.html_markup import (
     render_html_rows,
 )
 from dmplay.session import belief_size
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.view_cache import IdentityCache, SeatSnapshot
 

@@ -16,7 +16,7 @@ from dmplay.game.parsed_commands import Printout
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.terminal import TerminalOptions
+from dmplay.terminal_capabilities import TerminalOptions
 
 PIPE_COLUMNS = 100  # columns of a table written to a pipe
 COLUMN_GAP = 1  # columns between two columns of a table

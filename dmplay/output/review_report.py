@@ -2,7 +2,7 @@
 
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_json_report
-from dmplay.game.game_requests import ReplayRequest
+from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
 from dmplay.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table, review_actions

@@ -13,8 +13,8 @@ from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
 from dmplay.safe_files import user_folder
-from dmplay.solutions.registry import solve_problem
-from dmplay.solutions.simulated import SimulationOptions, use_simulation_options
+from dmplay.solutions.method_choice import solve_problem
+from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
 from dmplay.solutions.solution import Solution
 from dmplay.work_budget import report_progress_to
 

@@ -14,7 +14,7 @@ from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.game.parsed_commands import Printout
 from dmplay.safe_files import write_file
 from dmplay.styled_text import to_ansi
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.views.canvas import measure_text, to_ascii
 
 # Rich's own template, without the fonts that it loads from the network.

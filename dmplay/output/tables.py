@@ -7,7 +7,7 @@ from math import isfinite
 
 from dmplay.formatting import align_columns
 from dmplay.solutions.solution import Row
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 
 MISSING_CELL = "-"  # for a number that is not finite
 

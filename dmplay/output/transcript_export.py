@@ -15,18 +15,18 @@ from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_format
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest, ReplayRequest
+from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.parsed_commands import Printout
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.output.html_export import render_page
 from dmplay.output.svg_export import text_to_svg, write_or_print
 from dmplay.output.svg_export import texts_to_animated_svg as pictures
 from dmplay.safe_files import check_not_source
 from dmplay.screen.frame import Frame, ScreenRows, compose_frame
-from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
+from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.styled_text import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.transcript.header import collect_header_facts

@@ -11,11 +11,11 @@ from importlib import import_module
 from importlib.util import find_spec
 from typing import Any
 
+from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.roster import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
-from dmplay.registry import problem_modules
+from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names, stem_to_name
 from dmplay.registry.parameter_parsing import parse_parameter
 from dmplay.registry.problem_sources import names_bot
@@ -39,7 +39,7 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
     """
     module_name = builtin_stem(problem)
     if not module_name or find_spec(f"dmplay.agents.{module_name}") is None:
-        module_name = "user_defined"
+        module_name = "user_defined_problems"
     specific, general = (
         _load_module_roster(module_name, problem, seat),
         _load_module_roster("general", problem, seat),
@@ -48,7 +48,7 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
     return (
         merged
         if builtin_stem(problem)
-        else problem_modules.merge_module_agents(problem, seat, merged)
+        else problem_module_exports.merge_module_agents(problem, seat, merged)
     )
 
 
@@ -105,7 +105,7 @@ def names_user_code(problem: Problem, seat: int, name: str) -> bool:
 
     The code that it names is run only if it is trusted.
     """
-    agent_names = (*problem_modules.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
+    agent_names = (*problem_module_exports.RESERVED_AGENT_NAMES, *load_roster(problem, seat).agents)
     return may_name_code(name) and name.partition(":")[0] not in agent_names
 
 
@@ -200,7 +200,7 @@ def _make_roster_agent(problem: Problem, seat: int, name: str) -> SeatPolicy:
     """
     base, _, parameter_text = name.partition(":")
     agents = load_roster(problem, seat).agents
-    if base in problem_modules.RESERVED_AGENT_NAMES:  # it is not a policy
+    if base in problem_module_exports.RESERVED_AGENT_NAMES:  # it is not a policy
         raise UnknownName("agent", name, [*agents, "bot:COMMAND"])
     if base not in agents:
         _raise_if_for_other_problems(problem, seat, base)
@@ -272,7 +272,7 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
 
     Pairs `KEY=VALUE,` before the command are its parameters.
     """
-    from dmplay.bots.bot import Bot  # imported only if a program plays
+    from dmplay.bots.bot_policy import Bot  # imported only if a program plays
 
     command, options = name.partition(":")[2], {}
     while command.startswith(("clock=", "belief=")):

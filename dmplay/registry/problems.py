@@ -20,7 +20,7 @@ from typing import NamedTuple
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError, UnknownName
-from dmplay.registry import library_problems, problem_files, problem_modules, user_code
+from dmplay.registry import library_problems, problem_files, problem_module_exports, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
 from dmplay.registry.parameter_parsing import parse_parameter
@@ -35,7 +35,7 @@ from dmplay.registry.problem_sources import (
     rebase_name,
 )
 from dmplay.source_locations import describe_error_location
-from dmplay.validation.playable import check_playable
+from dmplay.validation.playability_checks import check_playable
 
 FORMATS_PACKAGE, EXTERNAL_PACKAGE = "dmplay.formats.", "dmplay.external."
 
@@ -114,11 +114,13 @@ def load_variants(name: str) -> dict[str, Problem]:
     if source.load_module is None:
         return {}
     module = source.load_module(name)
-    classes = problem_modules.problem_classes(module)
+    classes = problem_module_exports.problem_classes(module)
     standard = (
-        {"": problem_modules.to_problem(name, *classes.values())} if len(classes) == 1 else {}
+        {"": problem_module_exports.to_problem(name, *classes.values())}
+        if len(classes) == 1
+        else {}
     )
-    return standard | problem_modules.module_variants(module)
+    return standard | problem_module_exports.module_variants(module)
 
 
 def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Problem:
@@ -225,7 +227,9 @@ def _load_installed(name: str) -> LookupResult:
         _installed_module(name),
     )
     if attribute_name and not variant:
-        return LookupResult(name, problem_modules.to_problem(name, getattr(module, attribute_name)))
+        return LookupResult(
+            name, problem_module_exports.to_problem(name, getattr(module, attribute_name))
+        )
     return LookupResult(name, _problem_of_module(module, base, variant))
 
 
@@ -236,13 +240,13 @@ def _load_user_problem(name: str) -> LookupResult:
     attribute_name, _, variant = selection.partition(":")
     if not hasattr(module, attribute_name) and selection in (
         "",
-        *problem_modules.module_variants(module),
+        *problem_module_exports.module_variants(module),
     ):
         return LookupResult(name, _problem_of_module(module, source, selection))
     if variant:
         return LookupResult(name, _problem_of_module(module, source, variant))
     return LookupResult(
-        name, problem_modules.to_problem(name, user_code.load_named_attribute(name))
+        name, problem_module_exports.to_problem(name, user_code.load_named_attribute(name))
     )
 
 
@@ -266,20 +270,20 @@ def _raise_unknown_problem(name: str) -> LookupResult:
 
 def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
     """Return the only problem of a module, or one of its variants."""
-    variants_by_name = problem_modules.module_variants(module)
+    variants_by_name = problem_module_exports.module_variants(module)
     if variant and variant != "standard":
         if variant not in variants_by_name:
             raise UnknownName(
                 "variant", variant, ["standard", *variants_by_name], error_prefix=name
             )
         return variants_by_name[variant]
-    classes = problem_modules.problem_classes(module)
+    classes = problem_module_exports.problem_classes(module)
     if len(classes) > 1:
         choices = " or ".join(f"{name}:{kind}" for kind in classes)
         raise BadParameter(f"{name}: got several problems, expected one, as {choices}")
     if not classes:
         raise BadParameter(f"{name} offers no Problem")
-    return problem_modules.to_problem(name, *classes.values())
+    return problem_module_exports.to_problem(name, *classes.values())
 
 
 PROBLEM_SOURCES = (

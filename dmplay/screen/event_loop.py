@@ -22,12 +22,12 @@ from prompt_toolkit.keys import Keys
 
 from dmplay.background_tasks import CANCEL_SECONDS, BackgroundTask, TaskInfo
 from dmplay.rendering.painter import Painter
-from dmplay.screen.actions import autoplay_turn, clock_rate, run_typed_line, tick_clock
 from dmplay.screen.busy_keys import QUIT_KEYS, BusyKeyAction, classify_busy_key
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.modes import Mode
+from dmplay.screen.play_operations import autoplay_turn, clock_rate, run_typed_line, tick_clock
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.protocols import FullScreen, KeyDrivenScreen
+from dmplay.screen.screen_protocols import FullScreen, KeyDrivenScreen
 from dmplay.shell.commands import PlayerQuit
 from dmplay.signals import (
     INTERRUPTED_EXIT_CODE,

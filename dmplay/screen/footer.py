@@ -10,7 +10,7 @@ from rich.text import Text
 from dmplay.game.game import Game
 from dmplay.hints.hint_provider import Hint, count_hint_decimals, format_fixed
 from dmplay.key_maps.key_bindings import KEY_SYMBOLS
-from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
 from dmplay.shell.commands import find_command
 from dmplay.views.canvas import BAR_LEVELS
 from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL

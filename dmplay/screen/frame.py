@@ -13,11 +13,11 @@ from dmplay.game.game import Game
 from dmplay.hints.hint_provider import Hint
 from dmplay.screen import heading
 from dmplay.screen.footer import format_footer
+from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
 from dmplay.screen.text_wrapping import format_panel, wrap_lines
-from dmplay.screen.viewport import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.styled_text import ScreenLine, to_rich_text
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.views.canvas import measure_text, split_styled_rows
 from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 from dmplay.views.view_cache import SeatSnapshot

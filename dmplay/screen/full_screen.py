@@ -5,8 +5,8 @@ import sys
 
 from dmplay.rendering.painter import Painter
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.protocols import KeyDrivenScreen
-from dmplay.terminal import has_background_erase, mute_typed_keys
+from dmplay.screen.screen_protocols import KeyDrivenScreen
+from dmplay.terminal_capabilities import has_background_erase, mute_typed_keys
 
 
 def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:

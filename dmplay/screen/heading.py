@@ -5,11 +5,11 @@ from functools import lru_cache
 
 from dmplay.formatting import describe_end_reason, format_score, score_label
 from dmplay.game.game import Game
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.text_wrapping import wrap_lines
-from dmplay.screen.viewport import Viewport
 from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.styled_text import ScreenLine
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.views.view_cache import SeatSnapshot
 
 CLAUSE_SEPARATOR = "; "  # between clauses of the goal

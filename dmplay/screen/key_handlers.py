@@ -5,7 +5,9 @@ from math import copysign, inf, isinf
 from typing import NamedTuple
 
 from dmplay.game.game import Game
-from dmplay.screen.actions import (
+from dmplay.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
+from dmplay.screen.modes import Mode, ModeEvent
+from dmplay.screen.play_operations import (
     GAME_OVER_MESSAGE,
     change_speed,
     play_action,
@@ -15,9 +17,7 @@ from dmplay.screen.actions import (
     step_agents,
     toggle_pause,
 )
-from dmplay.screen.modes import Mode, ModeEvent
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import KEY_HINT_TURNS, NEXT_PAGE_KEYS
 from dmplay.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 
 SPEED_FACTOR = 1.5  # speed factor of one key press

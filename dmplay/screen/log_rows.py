@@ -7,10 +7,10 @@ from rich.text import Text
 
 from dmplay.game.game import Game
 from dmplay.game.turn_facts import format_facts
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.text_wrapping import wrap_line, wrap_lines
-from dmplay.screen.viewport import Viewport
 from dmplay.styled_text import ScreenLine
-from dmplay.terminal import escape_unprintable
+from dmplay.terminal_capabilities import escape_unprintable
 
 MIN_LOG_ROWS = 2  # rows
 

@@ -11,18 +11,18 @@ from dmplay.core import ContinuousStates
 from dmplay.errors import DmplayError
 from dmplay.formatting import format_score
 from dmplay.game.command_reply import Page, TurnReports
-from dmplay.game.controller import GameController
 from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.post_game_timeline import GameTimeline, PostGameReview
 from dmplay.rendering.painter import Painter
 from dmplay.screen import frame
 from dmplay.screen.animation import TurnAnimation
+from dmplay.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.screen.number_input import NumberInput
 from dmplay.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
-from dmplay.screen.viewport import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
-from dmplay.terminal import Terminal
-from dmplay.timeline import GameTimeline, PostGameReview
+from dmplay.terminal_capabilities import Terminal
 from dmplay.work_budget import ComputationStopped
 
 OVERLAYS = ("", "values", "policy", "states")

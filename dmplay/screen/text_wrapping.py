@@ -6,7 +6,7 @@ from functools import lru_cache
 
 from rich.text import Text
 
-from dmplay.screen.viewport import Viewport
+from dmplay.screen.frame_state import Viewport
 
 MAX_LABEL_COLUMNS = 8  # maximum width of labels that are padded, so that their values align
 MIN_LAST_COLUMN = 20  # columns that the last column of a line needs to be wrapped inside itself

@@ -8,15 +8,15 @@ from typing import NamedTuple
 
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.game.command_reply import format_reply
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.game_requests import split_words
+from dmplay.game.game_series import GameController
+from dmplay.game.launch_requests import split_words
 from dmplay.key_maps.key_bindings import KEY_SYMBOLS
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
-from dmplay.shell import controller_commands as of_table
 from dmplay.shell import game_commands as of_game
-from dmplay.shell.lesson import lesson_lines
+from dmplay.shell import game_management_commands as of_table
+from dmplay.shell.help_introduction import lesson_lines
 
 CommandFunction = Callable[[GameController, str], str]
 INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates

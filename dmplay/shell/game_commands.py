@@ -11,7 +11,7 @@ from dmplay.formatting import describe_end_reason, format_count
 from dmplay.game.command_reply import TurnReports, format_reply
 from dmplay.game.game import Game
 from dmplay.hints.hint_provider import HintProvider
-from dmplay.key_maps.keyboard import describe_number_range
+from dmplay.key_maps.action_input import describe_number_range
 from dmplay.registry.parameter_parsing import parse_whole_number
 from dmplay.transcript.format import format_lines
 

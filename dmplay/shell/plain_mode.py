@@ -11,11 +11,11 @@ from dmplay.background_tasks import TaskCancelled
 from dmplay.bots.protocol import describe_choices
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.command_reply import Page
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
 from dmplay.shell.commands import PlayerQuit, iter_commands_until_handover, run_line, split_commands
-from dmplay.terminal import Terminal, clear_screen, escape_unprintable
-from dmplay.terminal import read_line as typed_line
+from dmplay.terminal_capabilities import Terminal, clear_screen, escape_unprintable
+from dmplay.terminal_capabilities import read_line as typed_line
 
 
 class Reporter:

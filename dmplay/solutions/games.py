@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dmplay.agents import fully_observed
+from dmplay.agents import fully_observable_problems
 from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.formatting import format_count, format_upper_bound
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solutions.mdps import format_start_values, select_listed_states
-from dmplay.solutions.simulated import resolve_horizon
+from dmplay.solutions.simulated_returns import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_mixed_strategy
 from dmplay.solvers import (
     best_response_dynamics,
@@ -132,7 +132,7 @@ def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
 def solve_zero_sum_game(problem: Problem) -> Solution:
     """Return the values and strategies of a Markov game of two agents with opposed rewards."""
     horizon = resolve_horizon(problem.horizon)
-    result = fully_observed.solve_zero_sum(problem, horizon)
+    result = fully_observable_problems.solve_zero_sum(problem, horizon)
     turns_left = None if horizon is None else horizon - 1
     listed = select_listed_states(problem, result.graph)
     listed_live = listed[np.isin(listed, result.graph.nonterminal_states)]

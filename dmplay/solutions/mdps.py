@@ -5,13 +5,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents import fully_observed
+from dmplay.agents import fully_observable_problems
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, initial_state_distribution
 from dmplay.formatting import format_count, format_upper_bound
-from dmplay.solutions.simulated import resolve_horizon
+from dmplay.solutions.simulated_returns import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_action_names
-from dmplay.solvers import ordered_value_iteration, transition_graph, value_iteration
+from dmplay.solvers import backward_value_iteration, transition_graph, value_iteration
 from dmplay.solvers.transition_graph import TransitionGraph
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
@@ -41,7 +41,7 @@ def solve_mdp(problem: Problem) -> Solution:
     if len(problem.enumerate_states()) * effective_turns > MAX_STATE_TURNS:
         value_text = f"what {span} are worth takes too much to tell; try fewer"
     else:
-        finite = fully_observed.solve_by_backward_induction(problem, effective_turns)
+        finite = fully_observable_problems.solve_by_backward_induction(problem, effective_turns)
         value_text = (
             f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
             f"of {span}"
@@ -108,7 +108,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
     with scale_progress(0.3, 1.0):
-        optimum = ordered_value_iteration.run_backward_value_iteration(
+        optimum = backward_value_iteration.run_backward_value_iteration(
             graphs.pop(), problem.discount
         )
     state_graph = optimum.graph
@@ -129,7 +129,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
 def solve_finite_horizon(problem: Problem) -> Solution:
     """Return the values and best actions of a game that ends, for the seat that decides."""
     horizon = resolve_horizon(problem.horizon)
-    result = fully_observed.solve_by_backward_induction(problem, horizon)
+    result = fully_observable_problems.solve_by_backward_induction(problem, horizon)
     next_values = result.get_values(None if horizon is None else horizon - 1)
     q = result.graph.compute_action_values(
         np.arange(len(result.graph.rewards)), problem.discount, next_values

@@ -5,22 +5,22 @@ from dataclasses import replace
 import numpy as np
 
 from dmplay import belief
-from dmplay.agents.belief_planning import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
+from dmplay.agents.greedy_belief_policies import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
 from dmplay.chance import Ints
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.formatting import format_count, format_upper_bound
 from dmplay.registry import agents
-from dmplay.solutions.simulated import (
+from dmplay.solutions.simulated_returns import (
     DEFAULT_TURNS,
     resolve_horizon,
     resolve_work,
     solve_by_simulation,
 )
 from dmplay.solutions.solution import Row, Solution, format_action_names
-from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.work_budget import limit_total_work
@@ -56,12 +56,12 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
     is_default = turns == DEFAULT_TURNS == problem.horizon and not plans_whole_game
     is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
     if problem.discount < 1.0 and (turns is None or is_default or is_long):
-        stage: AlphaVectorStage = alpha_vectors.solve_infinite_horizon(tables, problem.discount)
+        stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
         method = "alpha vectors, without end"
     else:
-        stage = alpha_vectors.solve_finite_horizon(
-            tables, problem.discount, turns or DEFAULT_TURNS
-        )[-1]
+        stage = exact_pomdp.solve_finite_horizon(tables, problem.discount, turns or DEFAULT_TURNS)[
+            -1
+        ]
         method = f"alpha vectors, {format_count(turns or DEFAULT_TURNS, 'turn')}"
     states = [problem.format_state(s) for s in problem.enumerate_states()]
     rows: list[Row] = [

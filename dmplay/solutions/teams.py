@@ -15,19 +15,19 @@ from dmplay.formatting import format_count
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.registry import agents
-from dmplay.solutions.simulated import DEFAULT_TURNS, resolve_horizon, simulate_games
+from dmplay.solutions.simulated_returns import DEFAULT_TURNS, resolve_horizon, simulate_games
 from dmplay.solutions.solution import Row, Solution
 from dmplay.solvers import (
-    alpha_vectors,
-    dynamic_programming,
-    plan_graph,
-    reactive_team,
+    exact_pomdp,
+    joint_plan_dynamic_programming,
+    joint_plan_improvement,
+    reactive_team_policies,
     sparse_mdp,
     value_iteration,
 )
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.dec_pomdp import PlanLayer
-from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.dec_pomdp_model import PlanLayer
 from dmplay.tabular import Tables, tabulate
 from dmplay.work_budget import Budget, scale_progress, scale_progress_part
 
@@ -55,9 +55,9 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
     b, tables = belief.initial_belief(problem), tabulate(problem)
     team = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
     with scale_progress_part(0, 2):
-        stages = dynamic_programming.run_dynamic_programming(problem, MAX_PLAN_TURNS)
+        stages = joint_plan_dynamic_programming.run_dynamic_programming(problem, MAX_PLAN_TURNS)
     with scale_progress_part(1, 2):
-        planner_stages = alpha_vectors.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
+        planner_stages = exact_pomdp.solve_finite_horizon(team, problem.discount, MAX_PLAN_TURNS)
     rows: list[Row] = []
     for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):
         pair_values = np.einsum("s,sij->ij", b, stage.pair_values)
@@ -88,7 +88,7 @@ def _format_infinite_horizon_bound(problem: Problem, team: Tables, b: Reals) -> 
     """Return text on the value of one planner without a last turn; '' without a discount."""
     if problem.discount >= 1.0:
         return ""
-    vectors = alpha_vectors.solve_infinite_horizon(team, problem.discount).alpha_vectors
+    vectors = exact_pomdp.solve_infinite_horizon(team, problem.discount).alpha_vectors
     return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
 
 
@@ -173,7 +173,7 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
 def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:
     """Yield the values of rules and plans for two hunters, and of a planner that bounds them."""
     with scale_progress_part(0, 3):
-        value = reactive_team.optimize_reactive_team(problem).mean_value
+        value = reactive_team_policies.optimize_reactive_team(problem).mean_value
     yield TeamValue("reactive", value, "exact, if the first state is sensed too")
     if problem.sighted:
         return
@@ -190,7 +190,7 @@ def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]
     )
     with scale_progress_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=HUNT_PLAN_NODES).plans
-    plan_value = plan_graph.evaluate_plans(hunting_team, plans, budget)
+    plan_value = joint_plan_improvement.evaluate_plans(hunting_team, plans, budget)
     yield TeamValue(
         f"joint-plan:nodes={HUNT_PLAN_NODES}",
         plan_value,

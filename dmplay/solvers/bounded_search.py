@@ -14,9 +14,9 @@ import numpy as np
 
 from dmplay.belief import Posterior, apply_bayes_rule
 from dmplay.chance import Bools, Ints, Reals, weighted_sum
-from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
-from dmplay.solvers.belief_interpolation import BeliefGrid
+from dmplay.solvers import exact_pomdp
+from dmplay.solvers.belief_grid import BeliefGrid
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
@@ -69,14 +69,14 @@ class BoundedSearch:
     @cached_property
     def _exact_stages(self) -> list[AlphaVectorStage]:
         """The last stages, as exact alpha vectors."""
-        return alpha_vectors.solve_finite_horizon(self.tables, self.discount, EXACT_STAGE_COUNT)
+        return exact_pomdp.solve_finite_horizon(self.tables, self.discount, EXACT_STAGE_COUNT)
 
     @cached_property
     def _bounds_by_stage(self) -> list[GridBounds]:
         """The bounds computed so far, beginning with the earliest exact stage."""
         b, vectors = self.grid.points, self._exact_stages[-1].alpha_vectors
         best = np.argmax(weighted_sum(b, vectors.T), axis=1)
-        return [GridBounds(alpha_vectors.compute_belief_values(vectors, b), vectors[best])]
+        return [GridBounds(exact_pomdp.compute_belief_values(vectors, b), vectors[best])]
 
     def compute_bounds(self, turns: int) -> GridBounds:
         """Return the bounds with this number of rewards to come, at least EXACT_STAGE_COUNT."""
@@ -102,7 +102,7 @@ class BoundedSearch:
                 beliefs, turns_left, search_all_actions=turns_left == turns
             )
             levels.append(level)
-        q = alpha_vectors.compute_action_values(
+        q = exact_pomdp.compute_action_values(
             self._exact_stages[min(turns, EXACT_STAGE_COUNT) - 1], beliefs
         )
         for level in levels[::-1]:

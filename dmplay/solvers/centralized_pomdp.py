@@ -8,7 +8,7 @@ resort is the bound of the MDP in which the state is seen. Beliefs are expanded 
 import numpy as np
 
 from dmplay.chance import Ints, Reals
-from dmplay.solvers.dec_pomdp import PROBABILITY_DECIMALS, DecPomdp
+from dmplay.solvers.dec_pomdp_model import PROBABILITY_DECIMALS, DecPomdp
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_EXACT_HISTORIES = 300_000  # joint histories whose values are exact

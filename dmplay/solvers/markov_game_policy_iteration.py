@@ -13,7 +13,7 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
-from dmplay.solvers import best_response, sparse_mdp, value_iteration, zero_sum
+from dmplay.solvers import induced_mdp, sparse_mdp, value_iteration, zero_sum
 from dmplay.tabular import Tables, tabulate
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 
@@ -98,7 +98,7 @@ def _evaluate_seat(
     problem: Problem, policies: tuple[Reals, Reals], seat: int
 ) -> tuple[Reals, Reals, float]:
     """Return a seat's values `[S]`, action values `[S, A]`, and regret in the worst state."""
-    model = best_response.build_induced_mdp(problem, seat, policies)
+    model = induced_mdp.build_induced_mdp(problem, seat, policies)
     values = sparse_mdp.evaluate_policy(model, problem.discount, policies[seat])
     gains = sparse_mdp.compute_optimal_q(model, problem.discount).max(axis=1) - values
     return (

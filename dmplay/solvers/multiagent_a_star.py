@@ -15,7 +15,12 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.dec_pomdp import AgentPlan, PlanLayer, compute_joint_indices, list_joint_nodes
+from dmplay.solvers.dec_pomdp_model import (
+    AgentPlan,
+    PlanLayer,
+    compute_joint_indices,
+    list_joint_nodes,
+)
 from dmplay.solvers.occupancy_state import OccupancyState, merge_equivalent_histories
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Ints, Reals
-from dmplay.solvers.dec_pomdp import PROBABILITY_DECIMALS
+from dmplay.solvers.dec_pomdp_model import PROBABILITY_DECIMALS
 
 
 class OccupancyState(NamedTuple):

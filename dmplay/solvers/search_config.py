@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Interval, Memory, Problem
-from dmplay.solvers.opponent_model import OpponentModel, SeatPolicies
+from dmplay.solvers.simulated_opponents import OpponentModel, SeatPolicies
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 FIRST_WAVE_SIMULATIONS, MAX_WAVE_SIMULATIONS = (

@@ -16,10 +16,10 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Problem
-from dmplay.solvers.opponent_model import OpponentModel
 from dmplay.solvers.search_config import SearchConfig, SearchRequest
 from dmplay.solvers.search_tree_batch import TreeBatch
 from dmplay.solvers.search_tree_reuse import restore_trees
+from dmplay.solvers.simulated_opponents import OpponentModel
 from dmplay.work_budget import Budget
 
 MIN_LEAD_ERRORS = 3.0  # by which another action must lead the usual one

@@ -9,7 +9,7 @@ from pathlib import Path
 from dmplay import safe_files
 from dmplay.errors import BadParameter
 from dmplay.session import Session
-from dmplay.transcript.disclosure import RESUMABLE_END_REASONS
+from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import (
     FrameRenderer,
     TurnFormatter,

@@ -4,10 +4,10 @@ from collections.abc import Collection, Sequence
 
 from dmplay.core import Policy, Problem
 from dmplay.session import DEFAULT_TURN_LIMIT, EpisodeUniforms, Session
-from dmplay.transcript.batch_replay import BatchReplayer
 from dmplay.transcript.draws_and_actions import read_uniforms
 from dmplay.transcript.format import HUMAN_PLAYER, resolve_turn_limit
 from dmplay.transcript.reader import Transcript
+from dmplay.transcript.turn_batch_replay import BatchReplayer
 
 
 def start_session(

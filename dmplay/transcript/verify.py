@@ -9,7 +9,6 @@ import numpy as np
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
 from dmplay.session import Session, Turn
-from dmplay.transcript.batch_replay import BatchReplayer, apply_block, split_turns
 from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     FrameRenderer,
@@ -23,8 +22,9 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.header import collect_header_facts
 from dmplay.transcript.reader import Block, Entry, Transcript
+from dmplay.transcript.regeneration import rewrite_end
 from dmplay.transcript.replay import start_session
-from dmplay.transcript.rewrite import rewrite_end
+from dmplay.transcript.turn_batch_replay import BatchReplayer, apply_block, split_turns
 from dmplay.transcript.verification_report import Finding, VerificationReport, make_finding
 from dmplay.uniforms import NATURE_STREAM, SeededUniforms
 

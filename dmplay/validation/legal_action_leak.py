@@ -17,7 +17,7 @@ from dmplay.core import (
 )
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.validation.random_play import MAX_ENUMERATED_STATES
-from dmplay.validation.tables import PROBABILITY_TOLERANCE
+from dmplay.validation.table_checks import PROBABILITY_TOLERANCE
 from dmplay.validation.violation import CheckResult, CheckResults
 
 

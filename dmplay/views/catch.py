@@ -7,8 +7,8 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._bars import draw_belief_bars, format_bar, format_belief, format_sparkline
-from dmplay.views._hints import (
+from dmplay.views._belief_bars import draw_belief_bars, format_bar, format_belief, format_sparkline
+from dmplay.views._regrets_and_forecasts import (
     format_forecast_rows,
     format_regret_rows,
     format_significant,

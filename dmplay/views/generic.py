@@ -11,8 +11,12 @@ from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.session import DEFAULT_TURN_LIMIT, View
 from dmplay.source_locations import locate_definition
-from dmplay.views._bars import draw_belief_bars, format_likeliest_states, list_state_probabilities
-from dmplay.views._hints import (
+from dmplay.views._belief_bars import (
+    draw_belief_bars,
+    format_likeliest_states,
+    list_state_probabilities,
+)
+from dmplay.views._regrets_and_forecasts import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,

@@ -16,7 +16,12 @@ from rich.text import Text
 from dmplay.formatting import format_count
 from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
 from dmplay.solvers.value_iteration import mark_best_actions
-from dmplay.views._hints import format_condition, format_regret, format_regret_bar, sort_regrets
+from dmplay.views._regrets_and_forecasts import (
+    format_condition,
+    format_regret,
+    format_regret_bar,
+    sort_regrets,
+)
 from dmplay.views.canvas import Canvas, format_to_width
 from dmplay.views.canvas import measure_text as measured
 from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast

@@ -9,16 +9,17 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
-from dmplay.solvers.alpha_vectors import (
-    AlphaVectorStage,
-    compute_action_values,
-    solve_finite_horizon,
-)
+from dmplay.solvers.exact_pomdp import AlphaVectorStage, compute_action_values, solve_finite_horizon
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby
-from dmplay.views._bars import draw_belief_bars, draw_true_state, format_belief, format_sparkline
-from dmplay.views._hints import (
+from dmplay.views._belief_bars import (
+    draw_belief_bars,
+    draw_true_state,
+    format_belief,
+    format_sparkline,
+)
+from dmplay.views._regrets_and_forecasts import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,

@@ -10,7 +10,7 @@ from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
-from dmplay.registry import problem_modules, problems
+from dmplay.registry import problem_module_exports, problems
 from dmplay.session import View
 from dmplay.views.canvas import measure_text, to_ascii
 
@@ -133,8 +133,8 @@ def load_view_module(problem: Problem) -> ViewModule:
     # A view module receives only views of its own problem, the one with its stem.
     view_module = cast(ViewModule, importlib.import_module(f"dmplay.views.{name}"))
     user_view, user_keys = (
-        problem_modules.module_view(problem),
-        problem_modules.module_keys(problem),
+        problem_module_exports.module_view(problem),
+        problem_module_exports.module_keys(problem),
     )
     if user_view is None and not user_keys:
         return view_module

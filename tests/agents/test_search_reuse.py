@@ -11,8 +11,8 @@ from dmplay.agents.search import N_RESULT_ARRAYS, TreeSearch
 from dmplay.chance import Array, Ints
 from dmplay.core import Labels, Memory, Percept, Policy
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.game.game_requests import BranchRequest, ResumeRequest
 from dmplay.game.game_setup import branch_game, resume_game
+from dmplay.game.launch_requests import BranchRequest, ResumeRequest
 from dmplay.solvers.search_config import SearchConfig
 from dmplay.solvers.search_tree_reuse import extract_subtrees
 from tests.support.games import assert_verified, record_game

@@ -17,17 +17,17 @@ from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPre
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.registry.agents import load_roster
 from dmplay.solvers import (
-    alpha_vectors,
-    best_response,
     bimatrix_game,
+    exact_pomdp,
     grid_value_iteration,
-    linear_gaussian_policy,
+    induced_mdp,
+    linear_gaussian_evaluation,
     markov_game_policy_iteration,
     sparse_mdp,
     value_iteration,
 )
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.tabular import tabulate
 from dmplay.work_budget import Budget
 
@@ -102,7 +102,7 @@ def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:
         return _bound_collaborative_hunt(problem)
     tables = tabulate(problem)
     team_tables = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
-    vectors = alpha_vectors.solve_infinite_horizon(team_tables, problem.discount).alpha_vectors
+    vectors = exact_pomdp.solve_infinite_horizon(team_tables, problem.discount).alpha_vectors
     value = float((vectors @ belief.initial_belief(problem)).max())
     return ReferenceReturn(value, "optimum of one planner who hears", "joint-plan")
 
@@ -126,14 +126,14 @@ def _average_by_trapezoids(values: Reals) -> Reals:
 
 def _solve_simple_regulator(problem: Problem) -> float:
     assert isinstance(problem, SimpleRegulator)
-    value = linear_gaussian_policy.evaluate_finite_horizon(
-        problem, linear_gaussian_policy.OPTIMAL_POLICY, problem.horizon or 0
+    value = linear_gaussian_evaluation.evaluate_finite_horizon(
+        problem, linear_gaussian_evaluation.OPTIMAL_POLICY, problem.horizon or 0
     )
     return value.compute_gaussian_mean(0.3, 0.1)
 
 
 def _solve_crying_baby(problem: Problem) -> float:
-    stage = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+    stage = exact_pomdp.solve_infinite_horizon(tabulate(problem), problem.discount)
     return float((stage.alpha_vectors @ belief.initial_belief(problem)).max())
 
 
@@ -152,7 +152,7 @@ def _solve_predator_prey(problem: Problem, seat: int) -> ReferenceReturn:
             np.eye(6)[policy.choose(policy.initial_memory(states), None, np.zeros((1, 0)))]
         )
     q = sparse_mdp.compute_optimal_q(
-        best_response.build_induced_mdp(problem, seat, strategies), problem.discount
+        induced_mdp.build_induced_mdp(problem, seat, strategies), problem.discount
     )
     start = belief.initial_belief(problem)
     equilibrium_value = (

@@ -9,9 +9,9 @@ from dataclasses import fields
 import pytest
 
 import dmplay
-from dmplay.bots.bot import Bot, BotState
-from dmplay.bots.bot_server import BotServer
+from dmplay.bots.bot_policy import Bot, BotState
 from dmplay.bots.conversation import MAX_OPEN_REQUESTS
+from dmplay.bots.policy_server import BotServer
 from dmplay.bots.shutdown import close_bots
 from dmplay.cli.servers import make_seat_factory
 from dmplay.core import Policy, Problem

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from tests.bots import abuser
 from tests.support.games import assert_verified, read_values
 

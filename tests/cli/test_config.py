@@ -16,11 +16,11 @@ from hypothesis import strategies as st
 from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.cli.settings import config_defaults, configurable_options, iter_effective_settings
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.parsed_commands import PlayCommand
 from tests.support import programs
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.evaluation.assignment import read_assignment
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.parsed_commands import PlayCommand
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.transcript.reader import read_transcript as transcript
 
 ASSIGNMENT_TEXT = """dmplay: 1

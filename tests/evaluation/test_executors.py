@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
 from dmplay.rollouts import Rollout, rollout

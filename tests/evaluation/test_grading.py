@@ -8,13 +8,13 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport, grade_files
-from dmplay.game import verification
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import BranchRequest, GameRequest
+from dmplay.game import transcript_files
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.output.grading_report import format_grades
 from dmplay.shell.commands import run_line
 
@@ -41,7 +41,7 @@ def edit_transcript(path: Path, before: str, after: str, *, update_checksum: boo
     assert before in content
     path.write_text(content.replace(before, after))
     if update_checksum:
-        verification.rewrite_file(path)
+        transcript_files.rewrite_file(path)
 
 
 @pytest.fixture(scope="module")
@@ -82,7 +82,7 @@ def report(folder: Path) -> GradingReport:
     """The grades of these games, checked against an assignment."""
     (folder / "walks").write_text(ASSIGNMENT_TEXT)
     return grade_files(
-        [*verification.iter_transcript_files([folder])], read_assignment(folder / "walks")
+        [*transcript_files.iter_transcript_files([folder])], read_assignment(folder / "walks")
     )
 
 

@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
-from dmplay.evaluation.run import run
+from dmplay.evaluation.return_summary import run
 from dmplay.game.parsed_commands import Printout
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram
 from dmplay.registry.guide_topics import read_topic

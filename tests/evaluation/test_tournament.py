@@ -20,7 +20,7 @@ import dmplay
 from dmplay import safe_files
 from dmplay.agents.general import Random
 from dmplay.chance import Array, Bools, Reals
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.evaluation.statistics import Estimate

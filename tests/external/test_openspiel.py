@@ -10,12 +10,12 @@ from dmplay import conformance
 from dmplay.conformance import check
 from dmplay.core import WAIT_LABEL
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.output.problem_info import load_problem_info
 from dmplay.registry.agents import load_roster
 from dmplay.session import SeatedPolicy, Session
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.uniforms import SeededUniforms
 from dmplay.views import generic
 from tests.support.external_problems import ExternalProblemResult, check_external_problem

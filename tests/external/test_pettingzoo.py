@@ -7,8 +7,8 @@ import pytest
 import dmplay
 from dmplay.conformance import check
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.session import Session
 from tests.support.external_problems import check_external_problem
 

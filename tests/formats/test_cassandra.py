@@ -9,7 +9,7 @@ from dmplay.errors import BadFile
 from dmplay.formats import cassandra
 from dmplay.formats.file_problems import FileProblem
 from dmplay.formats.lexer import SourceText, TokenSpan
-from dmplay.solvers import alpha_vectors
+from dmplay.solvers import exact_pomdp
 from dmplay.tabular import tabulate
 from tests.formats.sources import TIGER_TEXT, read_tiger
 
@@ -85,7 +85,7 @@ def test_the_arrays_are_those_of_the_file() -> None:
 
 def test_the_tiger_problem_has_nine_alpha_vectors() -> None:
     problem = read_tiger()
-    stage = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+    stage = exact_pomdp.solve_infinite_horizon(tabulate(problem), problem.discount)
     assert len(stage.alpha_vectors) == 9
     np.testing.assert_allclose((stage.alpha_vectors @ [0.5, 0.5]).max(), 19.3713683744, atol=1e-9)
 

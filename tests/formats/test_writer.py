@@ -9,7 +9,7 @@ from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.formats import cassandra, gambit_nfg
 from dmplay.formats.writer import iter_problem_lines, make_valid_names
-from dmplay.output.conversion import convert_problem
+from dmplay.output.problem_export import convert_problem
 from dmplay.registry.problems import full_description, load_problem
 from dmplay.session import Session
 from dmplay.tabular import tabulate

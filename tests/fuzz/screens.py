@@ -7,18 +7,18 @@ import traceback
 from prompt_toolkit.completion import CompleteEvent
 from prompt_toolkit.document import Document
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import DmplayError
-from dmplay.game.controller import GameController
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
 from dmplay.game.parsed_commands import PlayCommand
 from dmplay.rendering.painter import Painter
-from dmplay.screen.actions import run_typed_line
 from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_operations import run_typed_line
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import PlayerQuit
 from dmplay.shell.completion.completer import CommandCompleter
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 

@@ -16,18 +16,18 @@ from dmplay.gallery.problem_list import (
     ProblemEntry,
     list_problem_entries,
 )
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.rendering.painter import Painter
 from dmplay.screen import event_loop
 from dmplay.screen.frame import compose_frame
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import Viewport
 from dmplay.shell.commands import PlayerQuit, run_line
-from dmplay.terminal import Terminal as Way
+from dmplay.terminal_capabilities import Terminal as Way
 from dmplay.views.protocol import DrawOptions
 from tests.support.screens import KEY_SEQUENCES, EmulatedPainter, EmulatedScreen
 from tests.support.terminals import (

@@ -5,14 +5,14 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
-from dmplay.game.verification import verify_file
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
+from dmplay.game.transcript_files import verify_file
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 from dmplay.game import saves
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
-from dmplay.launch import print_epilogue
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game_launcher import print_epilogue
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit
 

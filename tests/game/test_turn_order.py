@@ -16,16 +16,16 @@ from dmplay.chance import Array, Bools, Reals
 from dmplay.conformance import check
 from dmplay.core import Memory
 from dmplay.errors import BadParameter, IllegalAction
-from dmplay.game.controller import GameController
 from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
-from dmplay.game.verification import verify_file as verified
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
+from dmplay.game.transcript_files import verify_file as verified
 from dmplay.rollouts import rollout
 from dmplay.session import Session
 from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.transcript.format import collect_turn_facts
 from tests.support.games import read_values
 from tests.support.turn_based_games import Nim, Peek

@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli import main
-from dmplay.cli.dispatch import execute_result, interpret_command
+from dmplay.cli.parsed_command_runner import execute_result, interpret_command
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
 from dmplay.output.svg_export import render_for_terminal
 from dmplay.registry.guide_topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support.document_examples import TIGER_SOURCE, DocumentRunner, parse_blocks
 from tests.support.terminals import Terminal as Tty
 

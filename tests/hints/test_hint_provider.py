@@ -13,8 +13,8 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Policy
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN
 from dmplay.hints.hint_provider import (
     MAX_LISTED_VALUES,

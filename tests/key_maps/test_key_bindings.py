@@ -4,20 +4,20 @@ import pytest
 
 import dmplay
 from dmplay.errors import DmplayError
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
 from dmplay.game.seats import HUMAN
+from dmplay.key_maps.action_input import describe_number_range, find_action_by_key
 from dmplay.key_maps.key_bindings import (
     DEFAULT_KEY_PREFERENCES,
     KEY_PRESETS,
     KeyPreferences,
     resolve_key_maps,
 )
-from dmplay.key_maps.keyboard import describe_number_range, find_action_by_key
 from dmplay.output.problem_info import load_problem_info
 from dmplay.registry.builtin_names import problem_names
 from dmplay.screen.footer import format_footer
-from dmplay.screen.viewport import Viewport
+from dmplay.screen.frame_state import Viewport
 from dmplay.shell.commands import COMMANDS, run_line
 from dmplay.views.protocol import load_view_module
 from tests.support.screens import KEY_SEQUENCES, make_game, play_keys

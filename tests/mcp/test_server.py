@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from dmplay.game.parsed_commands import McpServerConfig
-from dmplay.mcp.model_games import MAX_GAMES, ModelGames
+from dmplay.mcp.language_model_games import MAX_GAMES, ModelGames
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment

@@ -7,8 +7,8 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
 from dmplay.solvers.double_description import BORDER_TOLERANCE
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.upper_envelope import UpperEnvelope, compute_upper_envelope
 
 Edge = frozenset[int]  # indices of two corners of the envelope

@@ -4,8 +4,8 @@ import pytest
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import alpha_vectors
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from tests.oracles.belief_regions import find_pieces
 
 MANUFACTURE_ACTION = 0
@@ -56,14 +56,14 @@ def test_an_action_that_is_nowhere_best_has_no_piece() -> None:
 
 def test_the_pieces_of_all_actions_cover_the_triangle() -> None:
     machine = MachineReplacement()
-    for stage in alpha_vectors.solve_finite_horizon(machine.tables, 1.0, 20)[1::3]:
+    for stage in exact_pomdp.solve_finite_horizon(machine.tables, 1.0, 20)[1::3]:
         shares = [piece.share for a in range(4) for piece in find_pieces(stage, a)]
         assert sum(shares) == pytest.approx(1, abs=1e-9)
 
 
 def test_manufacture_has_two_pieces_fourteen_turns_before_the_end() -> None:
     machine = MachineReplacement()
-    last_stage = alpha_vectors.solve_finite_horizon(machine.tables, 1.0, 14)[-1]
+    last_stage = exact_pomdp.solve_finite_horizon(machine.tables, 1.0, 14)[-1]
     main, small = find_pieces(last_stage, MANUFACTURE_ACTION)
     assert small.share == pytest.approx(0.0073042520578980395, abs=1e-12)
     assert len(small.outline) == 4

@@ -12,7 +12,7 @@ from dmplay.core import checked_state_indices, initial_state_distribution
 from dmplay.matrix_game import MatrixGame
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import alpha_vectors, best_response, bimatrix_game, sparse_mdp
+from dmplay.solvers import bimatrix_game, exact_pomdp, induced_mdp, sparse_mdp
 from dmplay.tabular import tabulate
 from tests.oracles.openspiel_trees import GameTree
 
@@ -32,7 +32,7 @@ def best_response_value(game: Any, seat: int, others: Any) -> float:
 )
 def test_a_best_response_to_chance_equals_the_finite_horizon_plan(turns: int, value: float) -> None:
     problem = CryingBaby()
-    stage = alpha_vectors.solve_finite_horizon(tabulate(problem), problem.discount, turns)[-1]
+    stage = exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, turns)[-1]
     assert (stage.alpha_vectors @ problem.initial_belief).max() == APPROX(value)
     assert best_response_value(GameTree(problem, turns).game(), 0, {}) == APPROX(value)
 
@@ -94,7 +94,7 @@ def test_a_best_response_in_a_markov_game_has_the_value_of_our_solver() -> None:
     problem, turns, prey = PredatorPrey(hexes=((0, 0), (1, 0))), 2, 1
     game = GameTree(problem, turns).game()
     chances, states = initial_state_distribution(problem)
-    model = best_response.build_induced_mdp(problem, prey, [np.full((4, 6), 1 / 6)] * 2)
+    model = induced_mdp.build_induced_mdp(problem, prey, [np.full((4, 6), 1 / 6)] * 2)
     values = np.zeros(4)
     for _ in range(turns):
         values = sparse_mdp.compute_action_values(model, problem.discount, values).max(axis=1)

@@ -7,17 +7,17 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.cli.dispatch import execute_result
+from dmplay.cli.parsed_command_runner import execute_result
 from dmplay.errors import UnknownName
 from dmplay.formatting import problem_summary
-from dmplay.game.game_requests import GameRequest, ReplayRequest
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.parsed_commands import Printout
 from dmplay.output import problem_info as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript
 from dmplay.output.tables import format_table
-from dmplay.terminal import TerminalOptions
+from dmplay.terminal_capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
 
 # Table F.1 as printed: agents, states, actions, observations, discount.

@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
-from dmplay.solutions import simulated, teams
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions import simulated_returns, teams
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.solutions.solution import Solution
 from dmplay.work_budget import report_progress_to
 from tests.support.document_examples import TIGER_SOURCE
@@ -69,7 +69,7 @@ def test_a_simple_game_has_its_only_equilibrium(name: str, strategy: str) -> Non
 @pytest.fixture
 def few_games(monkeypatch: pytest.MonkeyPatch) -> None:
     """Reduce the number of simulated games and the size of plans and bounds."""
-    monkeypatch.setattr(simulated, "DEFAULT_EPISODES", 10)
+    monkeypatch.setattr(simulated_returns, "DEFAULT_EPISODES", 10)
     monkeypatch.setattr(teams, "MAX_SIMULATED_EPISODES", 10)
     limits = (("HUNT_PLAN_NODES", 1), ("MAX_SIMULATED_TURNS", 20), ("INFORMED_BOUND_WORK", 0))
     for name, value in limits:

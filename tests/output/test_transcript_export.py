@@ -10,10 +10,10 @@ from xml.etree import ElementTree
 import pytest
 from rich.text import Text
 
-from dmplay.cli.dispatch import execute_result
-from dmplay.game.game_requests import ReplayRequest
+from dmplay.cli.parsed_command_runner import execute_result
+from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.parsed_commands import Printout
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.output.svg_export import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript
 from tests.support.games import read_transcript, record_game

@@ -10,22 +10,22 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import DmplayError
 from dmplay.game import saves
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
 from dmplay.interactive_shell import toolbar_text
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition
-from dmplay.screen.actions import run_typed_line
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.modes import Mode
+from dmplay.screen.play_operations import run_typed_line
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import PlayerQuit
 from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.shell.shell import Shell
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.privacy.indistinguishable_pairs import OPEN_GAMES, Pair, Side
 
 TRANSCRIPT_PATH = Path("game.dmt")

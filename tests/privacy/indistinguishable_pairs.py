@@ -14,8 +14,8 @@ from dmplay.agents.general import Random
 from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.uniforms import NATURE_STREAM, generate_uniforms
 from tests.support.problem_cases import (
     CASE_NAMES,

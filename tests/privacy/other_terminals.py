@@ -10,8 +10,8 @@ import pytest
 
 from dmplay.cli import main
 from dmplay.cli.app import root_command
-from dmplay.cli.dispatch import interpret_command
-from dmplay.game.controller import GameController
+from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.game.game_series import GameController
 from tests.privacy.command_arguments import PROGRAM_ARGUMENTS, STDIN_TEXT
 from tests.privacy.front_ends import (
     TRANSCRIPT_PATH,

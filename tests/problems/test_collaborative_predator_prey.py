@@ -7,7 +7,7 @@ import dmplay
 from dmplay import Labels, belief
 from dmplay.core import Percept, Policy, Problem
 from dmplay.errors import BadPolicy, BudgetExceeded, ImpossibleObservation
-from dmplay.game.controller import GameController
+from dmplay.game.game_series import GameController
 from dmplay.hexgrid import format_hex
 from dmplay.problems._hex_hunt import STANDARD_HEXES
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey

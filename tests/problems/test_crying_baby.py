@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._optimal import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
 from dmplay.core import Percept
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.problems.crying_baby import CryingBaby

@@ -5,8 +5,8 @@ import dmplay
 from dmplay.errors import BadParameter
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.session import Session
-from dmplay.solvers import linear_gaussian_policy
-from dmplay.solvers.linear_gaussian_policy import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.solvers import linear_gaussian_evaluation
+from dmplay.solvers.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
 
 PROBLEM = SimpleRegulator()
 
@@ -52,7 +52,7 @@ def test_the_mean_return_of_the_gaussian_agent_matches_its_value() -> None:
     policy = LinearGaussianPolicy(-0.9, 0.05)
     agent = dmplay.load_agent(PROBLEM, 0, "gaussian:theta1=-0.9,theta2=0.05")
     result = dmplay.rollout(PROBLEM, [agent], episodes=20_000, seed=3)
-    predicted = linear_gaussian_policy.evaluate_finite_horizon(
+    predicted = linear_gaussian_evaluation.evaluate_finite_horizon(
         PROBLEM, policy, 20
     ).compute_gaussian_mean(0.3, 0.1)
     error = result.returns.std() / np.sqrt(len(result.returns))
@@ -60,15 +60,15 @@ def test_the_mean_return_of_the_gaussian_agent_matches_its_value() -> None:
 
 
 def test_an_infinite_horizon_value_requires_a_discount_and_a_stable_policy() -> None:
-    assert linear_gaussian_policy.evaluate_infinite_horizon(PROBLEM, OPTIMAL_POLICY).evaluate_at(
-        0.0
-    ) == pytest.approx(-0.09)
+    assert linear_gaussian_evaluation.evaluate_infinite_horizon(
+        PROBLEM, OPTIMAL_POLICY
+    ).evaluate_at(0.0) == pytest.approx(-0.09)
     for problem, policy in (
         (SimpleRegulator(discount=1.0), OPTIMAL_POLICY),
         (PROBLEM, LinearGaussianPolicy(0.1, 0.0)),
     ):
         with pytest.raises(BadParameter, match="minus infinity"):
-            linear_gaussian_policy.evaluate_infinite_horizon(problem, policy)
+            linear_gaussian_evaluation.evaluate_infinite_horizon(problem, policy)
 
 
 def test_an_action_is_a_number_of_the_interval() -> None:

@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.verification import rewrite_file, verify_file
-from dmplay.launch import print_epilogue
+from dmplay.game.transcript_files import rewrite_file, verify_file
+from dmplay.game_launcher import print_epilogue
 from dmplay.registry.problem_sources import rebase_name
 from dmplay.registry.problems import load_problem, requires_trust, resolve_problem
 from dmplay.transcript.reader import read_transcript

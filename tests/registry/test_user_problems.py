@@ -20,13 +20,13 @@ from dmplay.hints import hint_provider as advising
 from dmplay.matrix_game import MatrixGame
 from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
 from dmplay.session import Session
-from dmplay.solutions import registry
-from dmplay.solutions.simulated import (
+from dmplay.solutions import method_choice
+from dmplay.solutions.simulated_returns import (
     SimulationOptions,
     solve_by_simulation,
     use_simulation_options,
 )
-from dmplay.solvers import alpha_vectors, value_iteration
+from dmplay.solvers import exact_pomdp, value_iteration
 from dmplay.solvers import point_based as solver
 from dmplay.uniforms import SeededUniforms
 from dmplay.work_budget import limit_total_work
@@ -205,7 +205,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
 
 
 def test_an_illegal_action_is_neither_valued_nor_best() -> None:
-    solution = registry.solve_problem(Key())
+    solution = method_choice.solve_problem(Key())
     assert [(row["state"], row["best"]) for row in solution.rows] == [
         ("before", "take"), ("with the key", "open"), ("done", "take wait open"),
     ]  # fmt: skip
@@ -257,7 +257,7 @@ def test_only_legal_actions_are_chosen_in_a_repeated_game() -> None:
         assert dmplay.rollout(
             RestrictedDilemma(), policies, episodes=1, turn_limit=2
         ).turn_counts.tolist() == [2]
-    assert registry.solve_problem(RestrictedDilemma()).rows[0]["agent1"] == "talk"
+    assert method_choice.solve_problem(RestrictedDilemma()).rows[0]["agent1"] == "talk"
 
 
 @dataclass(frozen=True)
@@ -282,7 +282,7 @@ def test_no_belief_value_is_shown_if_legal_actions_reveal_the_state() -> None:
     for kind, agents in ((Vault, {"optimal", "search"}), (RevealingVault, {"search"})):
         assert {"optimal", "search"} & set(load_roster(kind()).agents) == agents
     with use_simulation_options(SimulationOptions(episodes=2)):
-        assert registry.solve_problem(RevealingVault()).method.startswith("simulation")
+        assert method_choice.solve_problem(RevealingVault()).method.startswith("simulation")
 
 
 def test_illegal_first_actions_are_not_listed_with_hidden_states(
@@ -291,7 +291,7 @@ def test_illegal_first_actions_are_not_listed_with_hidden_states(
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
     for problem, first in ((Vault(), ["listen", "take"]), (LockedDoors(), ["listen"])):
         with limit_total_work(1e8):
-            solution = registry.solve_problem(problem)
+            solution = method_choice.solve_problem(problem)
         assert solution.method.startswith("point-based, ")
         assert [row["first"] for row in solution.rows] == first
         assert solution.rows[0]["best"] == "*"
@@ -299,14 +299,14 @@ def test_illegal_first_actions_are_not_listed_with_hidden_states(
 
 def test_a_long_game_without_a_discount_is_bounded() -> None:
     with use_simulation_options(SimulationOptions(turns=150)), limit_total_work(1e8):
-        solution = registry.solve_problem(make_four_by_three(1.0))
+        solution = method_choice.solve_problem(make_four_by_three(1.0))
     assert solution.method == "point-based, 150 turns"
     assert solution.result.startswith("value ")
     with (
         use_simulation_options(SimulationOptions(turns=2000)),
         pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
     ):
-        registry.solve_problem(make_four_by_three(1.0))
+        method_choice.solve_problem(make_four_by_three(1.0))
 
 
 def test_an_endless_game_is_simulated_for_a_limited_number_of_turns() -> None:
@@ -317,7 +317,7 @@ def test_an_endless_game_is_simulated_for_a_limited_number_of_turns() -> None:
 def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "DEFAULT_WORK_LIMIT", 2e7)
     with use_simulation_options(SimulationOptions(work=2.0)):
-        result = registry.solve_problem(make_four_by_three(0.95)).result
+        result = method_choice.solve_problem(make_four_by_three(0.95)).result
     assert result.endswith("; more work brings them closer: --work 20")
     with (
         use_simulation_options(options := SimulationOptions(work=2.0)),
@@ -326,20 +326,20 @@ def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPat
             match=r"^--work: nothing is brought between two bounds here; the",
         ),
     ):
-        options.check_options_used(registry.solve_problem(Lamp()).method)
+        options.check_options_used(method_choice.solve_problem(Lamp()).method)
 
 
 def test_turns_beyond_the_discount_have_the_value_of_an_endless_game() -> None:
     with use_simulation_options(SimulationOptions(turns=10**8)):
-        assert registry.solve_problem(Lamp()).result.endswith(
+        assert method_choice.solve_problem(Lamp()).result.endswith(
             "; value 0.5 at the start of 100000000 turns"
         )
-        result = registry.solve_problem(Lamp(discount=0.999999)).result
+        result = method_choice.solve_problem(Lamp(discount=0.999999)).result
     assert result.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
 
 
 def test_observations_that_depend_on_the_previous_state_are_planned_for() -> None:
-    solution = registry.solve_problem(CoinFlip())
+    solution = method_choice.solve_problem(CoinFlip())
     assert solution.method == "point-based, 5 turns"
     assert solution.result.startswith("value 4.0951 at the start; ")
     assert [row["best"] for row in solution.rows] == ["*", ""]
@@ -348,7 +348,7 @@ def test_observations_that_depend_on_the_previous_state_are_planned_for() -> Non
 def test_a_problem_with_too_many_plans_is_solved_with_bounds(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(alpha_vectors, "WORK_LIMIT", 1000)
+    monkeypatch.setattr(exact_pomdp, "WORK_LIMIT", 1000)
     agent = dmplay.load_agent(FourHiddenStates(discount=1.0), 0, "optimal")
     assert agent.action_values(agent.initial_memory(np.full(1, -1))) is not None
     with pytest.raises(BudgetExceeded, match="there are too many plans; search needs none"):

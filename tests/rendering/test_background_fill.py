@@ -7,7 +7,7 @@ import sys
 import pytest
 
 PRINT_FILLS_CODE = (
-    "import sys; from dmplay.terminal import has_background_erase; "
+    "import sys; from dmplay.terminal_capabilities import has_background_erase; "
     "print(has_background_erase(sys.__stdout__))"
 )
 

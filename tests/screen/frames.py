@@ -12,15 +12,15 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.builtin_names import name_to_stem
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support import pictures
 from tests.support.document_examples import PROJECT_ROOT
 

@@ -7,15 +7,15 @@ from statistics import median
 
 import pytest
 
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.builtin_names import problem_names
 from dmplay.rendering.painter import Painter
+from dmplay.screen.frame_state import KEY_HINT_TURNS
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import KEY_HINT_TURNS
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 
 MAX_MEDIAN_BYTES = 300  # sent after a key press
 KEY_COUNT = 40

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from dmplay.game.controller import GameController
+from dmplay.game.game_series import GameController
 from dmplay.screen.footer import format_footer
+from dmplay.screen.frame_state import FrameState, Viewport
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import FrameState, Viewport
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support.screens import make_game, play_keys
 
 

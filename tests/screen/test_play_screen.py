@@ -13,24 +13,24 @@ from rich.cells import cell_len
 import dmplay
 from dmplay.chance import Reals
 from dmplay.formatting import describe_end_reason
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import HUMAN
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.registry.builtin_names import problem_names
-from dmplay.screen.actions import autoplay_turn
 from dmplay.screen.footer import format_footer
 from dmplay.screen.frame import compose_frame
+from dmplay.screen.frame_state import FrameState, Viewport
 from dmplay.screen.key_handlers import handle_key as do
+from dmplay.screen.play_operations import autoplay_turn
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.screen.text_wrapping import format_panel, wrap_lines
-from dmplay.screen.viewport import FrameState, Viewport
 from dmplay.session import Session
 from dmplay.shell.commands import COMMANDS, run_line
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.uniforms import SeededUniforms
 from tests.support.screens import (
     KEY_SEQUENCES,

@@ -1,12 +1,12 @@
 """Tests of real time: it waits for a key, counts down, starts slowly and speeds up."""
 
-from dmplay.game.controller import GameController
-from dmplay.screen.actions import clock_rate, tick_clock
+from dmplay.game.game_series import GameController
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_operations import clock_rate, tick_clock
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.screen.realtime_clock import CLOCK_START_HINT
-from dmplay.screen.viewport import Viewport
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support.screens import make_game
 
 

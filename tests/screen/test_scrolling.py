@@ -5,14 +5,14 @@ import re
 
 import pytest
 
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
 from dmplay.rendering.painter import ENABLE_INPUT_REPORTS
 from dmplay.screen.frame import compose_frame
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import Viewport
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from tests.support.screens import KEY_SEQUENCES, make_game, play_keys
 
 WHEEL_UP, WHEEL_DOWN = "\x1b[<64;10;10M", "\x1b[<65;10;10M"

@@ -10,14 +10,14 @@ import pytest
 
 from dmplay.background_tasks import TaskCancelled, TaskInfo, run_cancellable
 from dmplay.chance import Array, Chance
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
 from dmplay.game.seats import HUMAN
 from dmplay.registry import problems
 from dmplay.screen.busy_keys import BusyKeyAction, classify_busy_key
 from dmplay.session import Session
 from dmplay.shell.plain_mode import SentenceReporter, play_by_lines
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.uniforms import SeededUniforms
 from tests.support.screens import ScreenRun, make_session_game, play_keys, press_keys
 from tests.support.slow_agents import PROGRESS_EVENT, RELEASE_EVENT, SlowAgent, SlowHeap

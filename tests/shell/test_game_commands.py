@@ -4,16 +4,16 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game.controller import GameController
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
-from dmplay.screen.actions import run_typed_line
+from dmplay.screen.play_operations import run_typed_line
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line
-from dmplay.terminal import Terminal, TerminalOptions, choose_terminal_settings
+from dmplay.terminal_capabilities import Terminal, TerminalOptions, choose_terminal_settings
 from tests.support.screens import make_game, play_keys
 
 

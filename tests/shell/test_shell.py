@@ -15,16 +15,16 @@ from prompt_toolkit.output import DummyOutput
 
 from dmplay import interactive_shell
 from dmplay.cli.app import root_command
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import UnknownName
-from dmplay.game.controller import GameController
-from dmplay.game.verification import verify_file
+from dmplay.game.game_series import GameController
+from dmplay.game.transcript_files import verify_file
 from dmplay.registry.builtin_names import problem_names
 from dmplay.shell.commands import COMMANDS, COMMANDS_BY_TOPIC, run_line
 from dmplay.shell.completion.completer import CommandCompleter, complete_line
 from dmplay.shell.shell import Shell
-from dmplay.terminal import Terminal as Wished
-from dmplay.terminal import TerminalOptions
+from dmplay.terminal_capabilities import Terminal as Wished
+from dmplay.terminal_capabilities import TerminalOptions
 from dmplay.transcript.reader import read_transcript
 from tests.support.games import read_values
 from tests.support.programs import run_dmplay

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, Outcome, Problem, load_agent, rollout
-from dmplay.agents.fully_observed import solve_by_backward_induction
+from dmplay.agents.fully_observable_problems import solve_by_backward_induction
 from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import WAIT_LABEL, parameter
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.output.evaluation_request import EvaluationRequest, make_lineup
 from dmplay.registry.agents import find_hint_provider, load_roster
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import backward_induction, transition_graph
 from tests.support.random_problems import RandomGame, RandomProblem
 from tests.support.tic_tac_toe import Toe

@@ -10,7 +10,7 @@ import pytest
 from dmplay import load_agent, rollout
 from dmplay.chance import Reals
 from dmplay.errors import BadPolicy
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import best_response_dynamics, transition_graph
 from dmplay.work_budget import limit_total_work
 from tests.support.random_problems import RandomGame, with_two_or_ten_seeds

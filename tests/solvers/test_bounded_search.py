@@ -5,7 +5,7 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.catch import Catch
-from dmplay.solvers import alpha_vectors
+from dmplay.solvers import exact_pomdp
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.tabular import Tables, tabulate
 
@@ -59,8 +59,8 @@ def test_search_values_match_the_alpha_vectors(seed: int) -> None:
     b = np.random.default_rng(seed).dirichlet(np.ones(states), 20)
     b = np.vstack([b, np.eye(states)])
     search = BoundedSearch(model, discount, grid_resolution=4)
-    for turns, stage in enumerate(alpha_vectors.solve_finite_horizon(model, discount, 4), 1):
-        expected = alpha_vectors.compute_action_values(stage, b)
+    for turns, stage in enumerate(exact_pomdp.solve_finite_horizon(model, discount, 4), 1):
+        expected = exact_pomdp.compute_action_values(stage, b)
         np.testing.assert_allclose(search.compute_action_values(b, turns), expected, atol=2e-9)
 
 

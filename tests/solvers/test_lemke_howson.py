@@ -5,7 +5,7 @@ import pytest
 
 from dmplay import load_agent, rollout
 from dmplay.chance import Reals
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import bimatrix_game, lemke_howson
 from tests.support.random_problems import Large
 

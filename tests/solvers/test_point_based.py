@@ -9,7 +9,7 @@ from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BudgetExceeded
 from dmplay.formats.file_problems import FileProblem
-from dmplay.solvers import alpha_vectors, point_based
+from dmplay.solvers import exact_pomdp, point_based
 from dmplay.solvers.point_based import PointBasedSolver
 from dmplay.solvers.sparse_pomdp import build_sparse_pomdp
 from dmplay.tabular import Tables, tabulate
@@ -68,7 +68,7 @@ def test_bounds_contain_the_exact_value_and_the_agent_earns_it() -> None:
 
 def test_bounds_are_valid_at_every_belief_and_their_gap_only_shrinks() -> None:
     for problem in (make_tiger(0.75), make_random_problem(5, 0.6)):
-        exact = alpha_vectors.solve_infinite_horizon(tabulate(problem), problem.discount)
+        exact = exact_pomdp.solve_infinite_horizon(tabulate(problem), problem.discount)
         search, gap = make_solver(problem), np.inf
         for _ in range(12):
             assert search.gap <= gap + 1e-9
@@ -76,7 +76,7 @@ def test_bounds_are_valid_at_every_belief_and_their_gap_only_shrinks() -> None:
             search.run_trial_or_game(0.0)
         tree = search.tree
         b = np.array([tree.get_dense_belief(node) for node in range(len(tree.turns_left))])
-        values = alpha_vectors.compute_belief_values(exact.alpha_vectors, b)
+        values = exact_pomdp.compute_belief_values(exact.alpha_vectors, b)
         assert (tree.lower_bounds[: len(b)] <= values + exact.gap + 1e-9).all()
         assert (tree.upper_bounds[: len(b)] >= values - 1e-9).all()
         assert len(b) > 10
@@ -91,9 +91,9 @@ def test_the_value_of_the_tiger_problem_matches_the_literature() -> None:
 
 def test_a_finite_horizon_tiger_problem_is_solved_exactly() -> None:
     problem = make_tiger(1.0)
-    stages = alpha_vectors.solve_finite_horizon(tabulate(problem), 1.0, 10)
+    stages = exact_pomdp.solve_finite_horizon(tabulate(problem), 1.0, 10)
     value_of_6_turns, value_of_10_turns = (
-        alpha_vectors.compute_belief_values(
+        exact_pomdp.compute_belief_values(
             stages[turns - 1].alpha_vectors, problem.initial_belief[None]
         )[0]
         for turns in (6, 10)

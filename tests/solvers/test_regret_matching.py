@@ -10,7 +10,7 @@ from dmplay import Labels, load_agent, rollout
 from dmplay.formatting import format_upper_bound
 from dmplay.matrix_game import MatrixGame
 from dmplay.registry.agents import load_roster
-from dmplay.solutions.registry import solve_problem
+from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import regret_matching
 
 PENNIES_PAYOFFS = np.zeros((2, 2, 2, 3))

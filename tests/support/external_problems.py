@@ -7,9 +7,9 @@ import numpy as np
 
 import dmplay
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
-from dmplay.game.verification import verify_file
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.transcript_files import verify_file
 from dmplay.rollouts import rollout
 
 SEED = 3

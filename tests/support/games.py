@@ -8,9 +8,9 @@ import numpy as np
 import dmplay
 from dmplay.chance import Reals
 from dmplay.core import Problem
-from dmplay.game.game_requests import GameRequest
 from dmplay.game.game_setup import start_new_game
-from dmplay.game.verification import verify_file
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.transcript_files import verify_file
 from dmplay.session import View
 from dmplay.transcript.reader import read_transcript
 

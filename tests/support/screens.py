@@ -12,20 +12,20 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.key_binding.defaults import load_key_bindings
 from rich.text import Text
 
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.game_requests import GameRequest
+from dmplay.game.game_series import GameController
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
+from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
-from dmplay.key_maps.keyboard import Keyboard
 from dmplay.registry import problems
 from dmplay.rendering.painter import Painter
 from dmplay.screen import event_loop
+from dmplay.screen.frame_state import Viewport
 from dmplay.screen.play_screen import PlayScreen
-from dmplay.screen.viewport import Viewport
 from dmplay.session import EpisodeUniforms, Session
 from dmplay.shell.commands import PlayerQuit
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.uniforms import SeededUniforms
 from tests.support.terminals import EmulatedRows
 

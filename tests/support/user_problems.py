@@ -132,7 +132,7 @@ import numpy as np
 from dmplay import Categorical, Labels, Outcome, Problem
 from dmplay.core import ContinuousStates, RealVector, TextLine, parameter
 from dmplay.agents.base import ReactivePolicy
-from dmplay.agents.roster import Roster
+from dmplay.agents.available_agents import Roster
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,17 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.cli.dispatch import interpret_command
+from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter, BadTranscript
-from dmplay.game.controller import GameController
 from dmplay.game.game import Game
-from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
+from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line
-from dmplay.terminal import Terminal
+from dmplay.terminal_capabilities import Terminal
 from dmplay.transcript.reader import read_transcript
 from tests.support.games import read_values, replace_in_file
 from tests.support.programs import run_dmplay

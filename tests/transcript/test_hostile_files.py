@@ -11,10 +11,10 @@ import pytest
 
 from dmplay import safe_files
 from dmplay.errors import BadTranscript, DmplayError
-from dmplay.game.game_requests import GameRequest, ResumeRequest
 from dmplay.game.game_setup import resume_game, start_new_game
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.verification import rewrite_file, verify_file
+from dmplay.game.transcript_files import rewrite_file, verify_file
 from tests.support.interruption import run_with_call_limit
 
 MANY_HEXES = [[q, 0] for q in range(20_000)]

@@ -10,7 +10,7 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
-from dmplay.game.verification import verify_file
+from dmplay.game.transcript_files import verify_file
 from dmplay.safe_files import is_locked_elsewhere
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import read_transcript

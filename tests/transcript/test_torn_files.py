@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadTranscript
-from dmplay.game.game_requests import ResumeRequest
 from dmplay.game.game_setup import resume_game
+from dmplay.game.launch_requests import ResumeRequest
 from dmplay.transcript.reader import read_transcript
 from tests.support.games import record_game
 from tests.support.programs import run_dmplay

@@ -16,9 +16,9 @@ import dmplay
 from dmplay import safe_files
 from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.game import Game
-from dmplay.game.game_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
-from dmplay.game.verification import rewrite_file, verify_file
+from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
+from dmplay.game.transcript_files import rewrite_file, verify_file
 from dmplay.transcript import format as transcript_format
 from dmplay.transcript import reader
 from dmplay.transcript.format import encode_json, round_number

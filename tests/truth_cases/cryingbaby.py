@@ -9,8 +9,8 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.crying_baby import CryingBaby
-from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.tabular import Tables, tabulate
 from tests.truth_cases.case import Case, map_by_kind
@@ -84,12 +84,12 @@ def load_tables(discount: float = 0.9) -> Tables:
 @cache
 def compute_stage(horizon: int, discount: float = 0.9) -> AlphaVectorStage:
     after = compute_stage(horizon - 1, discount).alpha_vectors if horizon > 1 else np.zeros((1, 2))
-    return alpha_vectors.backup_vectors(load_tables(discount), discount, after)
+    return exact_pomdp.backup_vectors(load_tables(discount), discount, after)
 
 
 @cache
 def compute_infinite_stage() -> AlphaVectorStage:
-    return alpha_vectors.solve_infinite_horizon(load_tables(), PROBLEM.discount)
+    return exact_pomdp.solve_infinite_horizon(load_tables(), PROBLEM.discount)
 
 
 def make_beliefs(hungry: list[float]) -> np.ndarray:
@@ -130,9 +130,9 @@ def find_least_regret(stage_solution: AlphaVectorStage, action: str) -> tuple[fl
         for vectors in (stage_solution.alpha_vectors, plans.alpha_vectors)
     ]
     b = make_beliefs(sorted(np.vstack(corners)[:, 1]))
-    regret = alpha_vectors.compute_belief_values(
+    regret = exact_pomdp.compute_belief_values(
         stage_solution.alpha_vectors, b
-    ) - alpha_vectors.compute_belief_values(plans.alpha_vectors, b)
+    ) - exact_pomdp.compute_belief_values(plans.alpha_vectors, b)
     first = np.flatnonzero(regret <= regret.min() + 1e-10)[0]
     return regret[first], b[first, 1]
 
@@ -159,15 +159,15 @@ def finite_horizon(case: Case) -> None:
     assert len(solution.alpha_vectors) == case.expect["count"]
     check_vectors(case, solution)
     hungry = [float(b) for b in case.expect["values"]]
-    values = alpha_vectors.compute_belief_values(solution.alpha_vectors, make_beliefs(hungry))
+    values = exact_pomdp.compute_belief_values(solution.alpha_vectors, make_beliefs(hungry))
     case.close("values", dict(zip(case.expect["values"], values, strict=True)))
     case.close("optimal", find_best_intervals(solution))
 
 
 def check_action_values(case: Case, stage_solution: AlphaVectorStage) -> Reals:
-    q: Reals = alpha_vectors.compute_action_values(
-        stage_solution, make_beliefs([case.inputs["b"]])
-    )[0]
+    q: Reals = exact_pomdp.compute_action_values(stage_solution, make_beliefs([case.inputs["b"]]))[
+        0
+    ]
     case.close("q", dict(zip(ACTIONS, q, strict=True)))
     assert case.expect["best"] == [
         ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))

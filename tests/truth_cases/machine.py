@@ -9,8 +9,8 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import alpha_vectors, value_iteration
-from dmplay.solvers.alpha_vectors import AlphaVectorStage
+from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 from tests.oracles.belief_regions import find_pieces
 from tests.truth_cases.case import Case, map_by_kind
@@ -72,7 +72,7 @@ def compute_stage(horizon: int) -> AlphaVectorStage:
         if horizon > 1
         else np.zeros((1, len(TABLES.transition)))
     )
-    return alpha_vectors.backup_vectors(TABLES, PROBLEM.discount, after)
+    return exact_pomdp.backup_vectors(TABLES, PROBLEM.discount, after)
 
 
 def name_values(row: Reals) -> dict[str, Any]:
@@ -100,7 +100,7 @@ def value_grid(case: Case) -> None:
     grid = [(i / 5, j / 5, (5 - i - j) / 5) for i in range(6) for j in range(6 - i)]
     case.close(
         "values",
-        alpha_vectors.compute_belief_values(
+        exact_pomdp.compute_belief_values(
             compute_stage(case.inputs["horizon"]).alpha_vectors, np.array(grid)
         ),
     )
@@ -108,7 +108,7 @@ def value_grid(case: Case) -> None:
 
 def compute_action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
     """Return Q of each action, and the best actions."""
-    q: Reals = alpha_vectors.compute_action_values(compute_stage(horizon), np.array([b]))[0]
+    q: Reals = exact_pomdp.compute_action_values(compute_stage(horizon), np.array([b]))[0]
     return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
 
 

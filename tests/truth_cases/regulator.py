@@ -4,8 +4,8 @@ import pytest
 import dmplay
 from dmplay.chance import Normal
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
-from dmplay.solvers import linear_gaussian_policy
-from dmplay.solvers.linear_gaussian_policy import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.solvers import linear_gaussian_evaluation
+from dmplay.solvers.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
 from tests.truth_cases.case import Case, map_by_kind
 
 START_SECOND_MOMENT = START_MEAN**2 + START_DEVIATION**2
@@ -31,7 +31,7 @@ def optimal_value(case: Case) -> None:
     game = make_problem(case)
     case.close(
         "value",
-        linear_gaussian_policy.evaluate_infinite_horizon(game, OPTIMAL_POLICY).evaluate_at(
+        linear_gaussian_evaluation.evaluate_infinite_horizon(game, OPTIMAL_POLICY).evaluate_at(
             case.inputs["s"]
         ),
     )
@@ -44,14 +44,14 @@ def optimal_value(case: Case) -> None:
 
 
 def finite_horizon_value(case: Case) -> None:
-    value = linear_gaussian_policy.evaluate_finite_horizon(
+    value = linear_gaussian_evaluation.evaluate_finite_horizon(
         make_problem(case), OPTIMAL_POLICY, case.inputs["steps"]
     )
     case.close("value", value.evaluate_at(case.inputs["s"]))
 
 
 def optimal_value_from_start(case: Case) -> None:
-    value = linear_gaussian_policy.evaluate_infinite_horizon(make_problem(case), OPTIMAL_POLICY)
+    value = linear_gaussian_evaluation.evaluate_infinite_horizon(make_problem(case), OPTIMAL_POLICY)
     case.close("value", value.compute_gaussian_mean(START_MEAN, START_DEVIATION))
 
 
@@ -59,14 +59,16 @@ def linear_policy_return(case: Case) -> None:
     policy = LinearGaussianPolicy(case.inputs["theta1"], case.inputs["theta2"])
     game, undiscounted = make_problem(case), SimpleRegulator(discount=1.0)
 
-    def mean(value: linear_gaussian_policy.QuadraticValue) -> float:
+    def mean(value: linear_gaussian_evaluation.QuadraticValue) -> float:
         return value.compute_gaussian_mean(START_MEAN, START_DEVIATION)
 
-    case.close("infinite", mean(linear_gaussian_policy.evaluate_infinite_horizon(game, policy)))
-    case.close("ten_steps", mean(linear_gaussian_policy.evaluate_finite_horizon(game, policy, 10)))
+    case.close("infinite", mean(linear_gaussian_evaluation.evaluate_infinite_horizon(game, policy)))
+    case.close(
+        "ten_steps", mean(linear_gaussian_evaluation.evaluate_finite_horizon(game, policy, 10))
+    )
     case.close(
         "ten_steps_undiscounted",
-        mean(linear_gaussian_policy.evaluate_finite_horizon(undiscounted, policy, 10)),
+        mean(linear_gaussian_evaluation.evaluate_finite_horizon(undiscounted, policy, 10)),
     )
     case.close("gradient", compute_gradient(game, policy))
 
@@ -74,7 +76,7 @@ def linear_policy_return(case: Case) -> None:
 def compute_gradient(game: SimpleRegulator, policy: LinearGaussianPolicy) -> list[float]:
     """Return the gradient of E[U(s)] from the start in both parameters, without a horizon."""
     gain, variance = 1.0 + policy.theta1, policy.theta2**2 + game.noise**2
-    curvature = linear_gaussian_policy.evaluate_infinite_horizon(game, policy).curvature
+    curvature = linear_gaussian_evaluation.evaluate_infinite_horizon(game, policy).curvature
     future_weight = game.discount / (1.0 - game.discount)
     # derivative with respect to theta1, without the sign
     curvature_slope = 2.0 * game.discount * gain * curvature * curvature

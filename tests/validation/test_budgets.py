@@ -14,33 +14,33 @@ from dmplay.agents.mountain_car import VALUE_GRID
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
-    alpha_vectors,
     backward_induction,
+    backward_value_iteration,
     belief_bounds,
-    belief_interpolation,
+    belief_grid,
     belief_tree,
-    best_response,
     best_response_dynamics,
     bimatrix_game,
     bounded_search,
     centralized_pomdp,
+    collaborative_predator_prey_model,
     collision_avoidance_grid,
     double_description,
-    dynamic_programming,
+    exact_pomdp,
     expectimax_2048,
     extreme_equilibria,
     grid_value_iteration,
-    joint_plan,
+    induced_mdp,
+    joint_plan_dynamic_programming,
+    joint_plan_improvement,
+    joint_plan_search,
     leaf_values,
     lemke_howson,
-    linear_gaussian_policy,
+    linear_gaussian_evaluation,
     markov_game_policy_iteration,
     multiagent_a_star,
-    ordered_value_iteration,
-    plan_graph,
     point_based,
-    predator_prey_model,
-    reactive_team,
+    reactive_team_policies,
     regret_matching,
     riccati,
     search_config,
@@ -53,7 +53,7 @@ from dmplay.solvers import (
     value_iteration,
     zero_sum,
 )
-from dmplay.solvers.dec_pomdp import DecPomdp
+from dmplay.solvers.dec_pomdp_model import DecPomdp
 from dmplay.tabular import Tables, tabulate
 from dmplay.work_budget import Budget, ComputationStopped, report_progress_to
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
@@ -67,9 +67,9 @@ TABLE_MODULES = {
 }  # computed once, of a size that no parameter changes
 PART_MODULES = {
     "belief_bounds",
-    "opponent_model",
+    "simulated_opponents",
     "occupancy_state",
-    "dec_pomdp",
+    "dec_pomdp_model",
     "search_tree_batch",
     "search_tree_reuse",
     "search_config",
@@ -102,13 +102,13 @@ def run_bounded_search() -> None:
 
 def run_best_response() -> None:
     hunt = load_problem(TRIANGLE_HUNT)
-    best_response.build_induced_mdp(hunt, 0, [np.full((9, 6), 1 / 6)] * 2)
+    induced_mdp.build_induced_mdp(hunt, 0, [np.full((9, 6), 1 / 6)] * 2)
 
 
 def run_reactive_team() -> None:
     hunt = load_problem("collaborative-predator-prey:triangle")
     assert isinstance(hunt, CollaborativePredatorPrey)
-    reactive_team.optimize_reactive_team(hunt)
+    reactive_team_policies.optimize_reactive_team(hunt)
 
 
 def run_uct() -> None:
@@ -120,8 +120,8 @@ def run_uct() -> None:
 def run_linear_regulator() -> None:
     regulator = load_problem("simple-regulator")
     assert isinstance(regulator, SimpleRegulator)
-    linear_gaussian_policy.evaluate_finite_horizon(
-        regulator, linear_gaussian_policy.OPTIMAL_POLICY, 5
+    linear_gaussian_evaluation.evaluate_finite_horizon(
+        regulator, linear_gaussian_evaluation.OPTIMAL_POLICY, 5
     )
 
 
@@ -148,7 +148,9 @@ def pool_team_beliefs() -> None:
     hunt = load_problem("collaborative-predator-prey:triangle")
     assert isinstance(hunt, CollaborativePredatorPrey)
     centralized_pomdp.CentralizedPomdp(
-        predator_prey_model.PredatorPreyDecPomdp.from_predator_prey(hunt), 3, make_budget()
+        collaborative_predator_prey_model.PredatorPreyDecPomdp.from_predator_prey(hunt),
+        3,
+        make_budget(),
     )
 
 
@@ -164,21 +166,19 @@ def expand_belief_tree() -> None:
 
 
 SOLVER_CALLS: dict[str, Callable[[], object]] = {
-    "alpha_vectors": lambda: alpha_vectors.solve_infinite_horizon(tabulate_crying_baby(), 0.9),
+    "exact_pomdp": lambda: exact_pomdp.solve_infinite_horizon(tabulate_crying_baby(), 0.9),
     "backward_induction": lambda: backward_induction.run_backward_induction(
         Nim(), transition_graph.build_reachable_graph(Nim()), None
     ),
-    "ordered_value_iteration": lambda: ordered_value_iteration.run_backward_value_iteration(
+    "backward_value_iteration": lambda: backward_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(load_problem("hexworld")), 0.9
     ),
-    "belief_interpolation": lambda: [
-        belief_interpolation.BeliefGrid(3, 4).points for _ in range(2)
-    ],
+    "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],
     "best_response_dynamics": lambda: best_response_dynamics.find_equilibrium(
         RandomGame(), transition_graph.build_reachable_graph(RandomGame())
     ),
     "belief_tree": expand_belief_tree,
-    "best_response": run_best_response,
+    "induced_mdp": run_best_response,
     "bounded_search": run_bounded_search,
     "collision_avoidance_grid": lambda: collision_avoidance_grid.compute_optimal_q.__wrapped__(
         load_problem("collision-avoidance")
@@ -188,7 +188,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "expectimax_2048": lambda: expectimax_2048.compute_action_values(
         np.ones((1, 4, 4), np.uint8), 0.8, 4
     ),
-    "predator_prey_model": pool_team_beliefs,
+    "collaborative_predator_prey_model": pool_team_beliefs,
     "transition_graph": lambda: transition_graph.build_reachable_graph(Nim()),
     "grid_value_iteration": lambda: grid_value_iteration.run_grid_value_iteration(
         load_problem("mountain-car"), VALUE_GRID
@@ -196,26 +196,28 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "sparse_pomdp": lambda: sparse_pomdp.build_sparse_pomdp(
         load_problem("crying-baby"), Budget("rows", "try less")
     ),
-    "dynamic_programming": lambda: dynamic_programming.run_dynamic_programming(
-        load_problem("multicaregiver-crying-baby"), 2
+    "joint_plan_dynamic_programming": lambda: (
+        joint_plan_dynamic_programming.run_dynamic_programming(
+            load_problem("multicaregiver-crying-baby"), 2
+        )
     ),
     "extreme_equilibria": lambda: extreme_equilibria.find_extreme_equilibria(np.ones((3, 3, 2))),
     "lemke_howson": lambda: lemke_howson.find_equilibrium(PAYOFFS),
-    "linear_gaussian_policy": run_linear_regulator,
+    "linear_gaussian_evaluation": run_linear_regulator,
     "markov_game_policy_iteration": lambda: markov_game_policy_iteration.find_equilibrium(
         load_problem(TRIANGLE_HUNT)
     ),
     "bimatrix_game": lambda: bimatrix_game.enumerate_equilibria(PAYOFFS),
-    "plan_graph": lambda: plan_graph.improve_plans(
+    "joint_plan_improvement": lambda: joint_plan_improvement.improve_plans(
         load_tiger_team(),
-        plan_graph.sample_random_plans(load_tiger_team(), 3, 2, 1),
+        joint_plan_improvement.sample_random_plans(load_tiger_team(), 3, 2, 1),
         make_budget(),
     ),
     "centralized_pomdp": lambda: centralized_pomdp.CentralizedPomdp(
         load_tiger_team(), 3, make_budget()
     ),
     "point_based": lambda: point_based.solve_point_based(load_problem("crying-baby"), None, 0.01),
-    "reactive_team": run_reactive_team,
+    "reactive_team_policies": run_reactive_team,
     "regret_matching": lambda: regret_matching.find_equilibrium(
         np.stack([ZERO_SUM_PAYOFFS, -ZERO_SUM_PAYOFFS], axis=2)
     ),
@@ -225,7 +227,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
         RandomRivalGame(), transition_graph.build_reachable_graph(RandomRivalGame()), None
     ),
     "sparse_mdp": run_sparse,
-    "joint_plan": lambda: joint_plan.find_joint_plan(load_tiger_team(), 2),
+    "joint_plan_search": lambda: joint_plan_search.find_joint_plan(load_tiger_team(), 2),
     "multiagent_a_star": lambda: multiagent_a_star.MultiagentAStar(
         centralized_pomdp.CentralizedPomdp(load_tiger_team(), 2, make_budget()), make_budget()
     ).find_best_plan(),

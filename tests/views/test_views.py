@@ -9,7 +9,7 @@ from wcwidth import wcswidth
 
 import dmplay
 from dmplay.core import Problem
-from dmplay.key_maps.keyboard import find_action_by_key
+from dmplay.key_maps.action_input import find_action_by_key
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session

@@ -5,8 +5,8 @@ from collections.abc import Callable, Iterable
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
-from dmplay.game.controller import GameController
 from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.game.game_series import GameController
 from dmplay.registry.guide_topics import list_topics
 from dmplay.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 from dmplay.shell.completion import name_lists

@@ -1,0 +1,43 @@
+"""The agents that can play a seat of a problem.
+
+Each module of a problem's policies, the one for user-defined problems and the one for any problem
+have a function `build_roster(problem, seat)`.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.greedy_belief_policies import MAX_HORIZON
+
+HINT_PROVIDER_ROLE, PARTNER_ROLE = (
+    "@adviser",
+    "@partner",
+)  # names of roles in a roster, used in place of an agent's name
+
+
+@dataclass(frozen=True)
+class Roster:
+    """The agents that fit a seat of a problem, by name, and which of them have a special role."""
+
+    agents: Mapping[str, type[SeatPolicy]]
+    hint_provider: str | None = None  # agent whose values and choices serve as hints
+    finite_horizon_hint_provider: str | None = (
+        None  # gives the hints instead if the number of turns is known
+    )
+    default_partner: str = "random"  # plays a seat for which no agent was named, beside a person
+    batch_agent: str | None = None  # plays many games at once if the hint provider is slow
+    simulation_agent: str | None = (
+        None  # plays in a search's simulations, in place of hint provider and partner
+    )
+
+    def hint_provider_for(self, turns: int | None) -> str | None:
+        """Return the name of the hint provider for games of `turns` turns; None if there is none.
+
+        `turns` is None if the number of turns is unknown.
+        """
+        return (
+            self.finite_horizon_hint_provider
+            if self.finite_horizon_hint_provider and turns and turns <= MAX_HORIZON
+            else self.hint_provider
+        )

@@ -1,0 +1,345 @@
+"""Agents for problems whose state every agent sees, and the choice among them."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import prod
+from typing import Self
+
+import numpy as np
+
+from dmplay.agents._memoization import memoize
+from dmplay.agents._single_agent_planning import MdpOptimalPolicy
+from dmplay.agents.base import ReactivePolicy, SeatPolicy
+from dmplay.agents.greedy_belief_policies import MAX_HORIZON
+from dmplay.chance import Array, Bools, Categorical, Ints, Reals
+from dmplay.core import (
+    Memory,
+    Percept,
+    Problem,
+    initial_state_distribution,
+    parameter,
+    requires_fields,
+)
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.solvers import backward_induction, best_response_dynamics, shapley, transition_graph
+from dmplay.solvers.backward_induction import BackwardInductionResult
+from dmplay.solvers.best_response_dynamics import BestResponseResult
+from dmplay.solvers.shapley import ShapleyResult
+from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.zero_sum import MatrixGameSolutions
+from dmplay.validation import random_play
+from dmplay.work_budget import limit_total_work
+
+MAX_HISTORY_WORK, MAX_JOINT_ACTIONS = (
+    5e6,
+    4096,
+)  # work for some thousand histories, and maximum number of joint actions in each
+ZERO_SUM_TEST_TURNS = 120  # turns of random play that test whether two agents' rewards are opposed
+
+
+@dataclass(frozen=True)
+class _StateAndTurnPolicy(SeatPolicy):
+    """A policy whose memory is the state and the number of turns done."""
+
+    horizon: int = parameter(0, "turns of a game; 0: those of the problem, if any", 0, MAX_HORIZON)
+
+    plans_whole_game = True
+
+    @property
+    def _game_turns(self) -> int | None:
+        """The number of turns of a game; None if it has no end."""
+        return self.horizon or self.problem.horizon
+
+    def initial_memory(self, observation: Array) -> Memory:
+        """Return the initial state and zero turns done."""
+        return (observation, np.zeros(len(observation), np.int64))
+
+    @requires_fields("observation")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the new state and one more turn done."""
+        return (percept.observation, memory[1] + 1)
+
+    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+        """Return a policy that plans all turns of the game."""
+        if turns is None or turns == self.problem.horizon or turns > MAX_HORIZON:
+            return self
+        return replace(self, horizon=turns)
+
+    def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
+        """Yield rows with equally many turns after this one, their states, and that number.
+
+        The number is None if the game has no end.
+        """
+        s, turns_done = memory
+        if self._game_turns is None:
+            yield np.arange(len(s)), s, None
+            return
+        turns_left = self._game_turns - 1 - turns_done % self._game_turns
+        for turns in np.unique(turns_left).tolist():
+            rows = np.flatnonzero(turns_left == turns)
+            yield rows, s[rows], turns
+
+    def _unknown_values(self, rows: int) -> Reals:
+        """Return Q `[B, A]` filled with -inf, for unknown values."""
+        return np.full((rows, self.problem.action_counts[self.seat]), -np.inf)
+
+
+@dataclass(frozen=True)
+class BackwardInductionPolicy(_StateAndTurnPolicy):
+    """Takes the best action with the turns left, by backward induction.
+
+    Other agents who decide in turn are assumed to do what is best for them.
+    """
+
+    @cached_property
+    def _solution(self) -> BackwardInductionResult:
+        """The backward-induction solution."""
+        return solve_by_backward_induction(self.problem, self._game_turns)
+
+    @cached_property
+    def _soonest_rows(self) -> Ints:
+        """The joint action in each state `[S]` that ends a game without end soonest among the
+        best.
+        """
+        return backward_induction.select_soonest_ending_actions(
+            self._solution, self.problem.discount
+        )
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the first of the best actions; without end, one of them that ends the game
+        soonest.
+        """
+        if self._game_turns is not None:
+            return select_greedy_actions(self.action_values(memory))
+        game_graph = self._solution.graph
+        row = self._soonest_rows[game_graph.find_state_indices(self.problem, memory[0])]
+        return np.asarray(game_graph.joint_actions[row, self.seat], np.int64)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action with the turns left; -inf for illegal actions."""
+        game_graph, seat = self._solution.graph, self.seat
+        q = self._unknown_values(len(memory[0]))
+        for batch_rows, s, turns_left in self._iter_rows_by_turns_left(memory):
+            action_rows, positions = game_graph.list_legal_actions(
+                game_graph.find_state_indices(self.problem, s)
+            )
+            action_values = game_graph.compute_action_values(
+                action_rows, self.problem.discount, self._solution.get_values(turns_left)
+            )[:, seat]
+            np.maximum.at(
+                q,
+                (batch_rows[positions], game_graph.joint_actions[action_rows, seat]),
+                action_values,
+            )
+        return q
+
+
+@dataclass(frozen=True)
+class MaximinPolicy(_StateAndTurnPolicy):
+    """Mixes its actions to earn the most against the worst that the opponent can do (maximin).
+
+    The mixed strategies come from Shapley's iteration; the values are against the opponent's part.
+    """
+
+    uniform_count = 1  # for the action
+
+    @cached_property
+    def _solution(self) -> ShapleyResult:
+        """The solution of the zero-sum game."""
+        return solve_zero_sum(self.problem, self._game_turns)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions drawn from the mixed strategy of each row."""
+        strategy = np.zeros((len(u), self.problem.action_counts[self.seat]))
+        for rows, _, strategies in self._iter_matrix_games(memory):
+            strategy[rows] = strategies[1 + self.seat]
+        return Categorical.from_probabilities(strategy).sample_events(u)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action against the opponent's mixed strategy."""
+        q = self._unknown_values(len(memory[0]))
+        for rows, games, strategies in self._iter_matrix_games(memory):
+            if self.seat == 0:
+                q[rows] = (games * strategies.column_strategies[:, None]).sum(axis=2)
+            else:
+                q[rows] = -self._solution.loss_ratio * (
+                    games * strategies.row_strategies[:, :, None]
+                ).sum(axis=1)
+        return q
+
+    def _iter_matrix_games(
+        self, memory: Memory
+    ) -> Iterator[tuple[Ints, Reals, MatrixGameSolutions]]:
+        """Yield rows with equally many turns left, their matrix games, and both agents'
+        strategies.
+        """
+        for rows, s, turns_left in self._iter_rows_by_turns_left(memory):
+            state_indices, inverse = np.unique(
+                self._solution.graph.find_state_indices(self.problem, s), return_inverse=True
+            )
+            games, strategies = self._solution.solve_rounded_games(
+                state_indices, self.problem.discount, turns_left
+            )
+            yield rows, games[inverse], MatrixGameSolutions(*(part[inverse] for part in strategies))
+
+
+@dataclass(frozen=True)
+class BestReplyEquilibrium(ReactivePolicy):
+    """Plays its part of the policies that best responses lead to; `dmplay solve` shows regrets.
+
+    The values are against the other agents' part.
+    """
+
+    uniform_count = 1  # for the action
+
+    @cached_property
+    def _solution(self) -> BestResponseResult:
+        """The policies that best-response dynamics lead to, over the reachable states."""
+        return best_response_dynamics.find_equilibrium(
+            self.problem, transition_graph.build_reachable_graph(self.problem)
+        )
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return actions drawn from the mixed strategy in each state."""
+        state_indices = self._solution.graph.find_state_indices(self.problem, memory[0])
+        return Categorical.from_probabilities(
+            self._solution.policies[self.seat][state_indices]
+        ).sample_events(u)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of each action; -inf for illegal actions."""
+        return self._solution.q[self.seat][
+            self._solution.graph.find_state_indices(self.problem, memory[0])
+        ]
+
+
+@memoize
+def solve_by_backward_induction(problem: Problem, turns: int | None) -> BackwardInductionResult:
+    """Return the values of games of `turns` turns, by backward induction.
+
+    They cover all states of a finite problem of one agent, else the reachable states.
+    """
+    is_finite_single_agent = len(problem.agents) == 1 and isinstance(problem.state_count, int)
+    game_graph = (
+        transition_graph.build_full_graph(problem)
+        if is_finite_single_agent
+        else transition_graph.build_reachable_graph(problem)
+    )
+    return backward_induction.run_backward_induction(problem, game_graph, turns)
+
+
+def solve_zero_sum(problem: Problem, turns: int | None) -> ShapleyResult:
+    """Return the values of a game of two opposed agents over its reachable states (Shapley)."""
+    return shapley.run_shapley_iteration(
+        problem, transition_graph.build_reachable_graph(problem), turns
+    )
+
+
+def list_fully_observed_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
+    """Return the agents, by name, that fit a problem in which every agent sees the state."""
+    if not all(problem.action_counts):
+        return {}
+    if len(problem.agents) == 1:
+        return _list_single_agent_policies(problem)
+    if is_turn_based(problem):
+        return {"optimal": BackwardInductionPolicy}
+    applicable = {
+        "optimal": is_zero_sum_simultaneous(problem),
+        "equilibrium": is_discounted_simultaneous(problem),
+    }
+    kinds: dict[str, type[SeatPolicy]] = {
+        "optimal": MaximinPolicy,
+        "equilibrium": BestReplyEquilibrium,
+    }
+    return {name: kinds[name] for name, fits in applicable.items() if fits}
+
+
+def _list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
+    """Return the agents that fit a problem of one agent: without end, and by turns.
+
+    Without end there must be a value: a discount below 1 or a terminal state. For an infinite
+    number of states there are none.
+    """
+    if not isinstance(problem.state_count, int):
+        return {}
+    if problem.discount < 1.0:
+        return {"optimal": MdpOptimalPolicy} | (
+            {} if problem.horizon is None else {"plan": BackwardInductionPolicy}
+        )
+    if problem.horizon is not None:
+        return {"optimal": BackwardInductionPolicy}
+    try:
+        has_terminal_state = problem.terminal(problem.enumerate_states()).any()
+    except BudgetExceeded:
+        return {}
+    return ({"optimal": MdpOptimalPolicy} if has_terminal_state else {}) | {
+        "plan": BackwardInductionPolicy
+    }
+
+
+def is_turn_based(problem: Problem) -> bool:
+    """Return whether several agents see the state and only one of them acts in the first turn.
+
+    If a state is the whole history of a game, the game must also be small enough to enumerate.
+    """
+    start_states = _list_start_states(problem)
+    if (
+        start_states is None
+        or (problem.inactive_agents(start_states).sum(axis=1) < len(problem.agents) - 1).any()
+    ):
+        return False
+    return start_states.dtype.kind != "O" or (
+        prod(problem.action_counts) <= MAX_JOINT_ACTIONS and _can_enumerate_game(problem)
+    )
+
+
+@memoize
+def _can_enumerate_game(problem: Problem) -> bool:
+    """Return whether the whole game can be enumerated quickly and one agent decides at a time."""
+    try:
+        with limit_total_work(MAX_HISTORY_WORK):
+            solve_by_backward_induction(problem, problem.horizon)
+    except (BadParameter, BadPolicy, BudgetExceeded):
+        return False
+    return True
+
+
+def is_discounted_simultaneous(problem: Problem) -> bool:
+    """Return whether several agents see the state, act at once, and the discount is below 1."""
+    return (
+        problem.discount < 1.0 and _has_numeric_start_states(problem) and not is_turn_based(problem)
+    )
+
+
+def is_zero_sum_simultaneous(problem: Problem) -> bool:
+    """Return whether two agents see the state, act at once, and have opposed rewards.
+
+    The rewards are tested on turns of random play. The game must have an end or a discount below 1.
+    """
+    has_two_agents = len(problem.agents) == 2 and (
+        problem.discount < 1.0 or problem.horizon is not None
+    )
+    if not has_two_agents or not _has_numeric_start_states(problem) or is_turn_based(problem):
+        return False
+    sampled = random_play.sample_turns(problem, ZERO_SUM_TEST_TURNS)
+    return (
+        shapley.compute_loss_ratio(problem.step(sampled.s, sampled.a, sampled.u).rewards)
+        is not None
+    )
+
+
+def _list_start_states(problem: Problem) -> Array | None:
+    """Return the possible start states of several agents that see them; None if not listable."""
+    if len(problem.agents) == 1 or problem.partially_observable or not all(problem.action_counts):
+        return None
+    try:
+        return initial_state_distribution(problem)[1]
+    except (BadParameter, BudgetExceeded):
+        return None
+
+
+def _has_numeric_start_states(problem: Problem) -> bool:
+    """Return whether the possible start states can be listed and are numbers."""
+    start_states = _list_start_states(problem)
+    return start_states is not None and start_states.dtype.kind != "O"

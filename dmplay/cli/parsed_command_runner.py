@@ -1,0 +1,111 @@
+"""Functions that execute the result of a command line: play a game or print a report."""
+
+import sys
+from collections.abc import Sequence
+
+import typer
+
+from dmplay import player_records
+from dmplay.cli import config_files
+from dmplay.cli.app import root_command
+from dmplay.cli.error_messages import USAGE_ERROR, format_error
+from dmplay.errors import BadParameter
+from dmplay.game.game_series import GameController
+from dmplay.game.parsed_commands import (
+    BotServerConfig,
+    CliResult,
+    McpServerConfig,
+    PlayCommand,
+    Printout,
+)
+from dmplay.shell.commands import is_command
+from dmplay.terminal_capabilities import Terminal, current_terminal, escape_unprintable
+
+
+def execute_result(result: CliResult) -> int:
+    """Play the game, run the server or print the report of a command; return the exit code."""
+    match result:
+        case str():
+            return _print_report(Printout(result))
+        case Printout():
+            return _print_report(result)
+        case BotServerConfig():
+            from dmplay.cli.servers import serve_bot
+
+            return serve_bot(*result)
+        case McpServerConfig():
+            from dmplay.cli.servers import serve_mcp
+
+            return serve_mcp(result)
+    from dmplay import game_launcher  # The user interfaces are not imported for a report.
+
+    if isinstance(result, PlayCommand):
+        return game_launcher.play_game(_make_controller(), result)
+    return game_launcher.run_shell(_make_controller(), result)
+
+
+def _print_report(report: Printout) -> int:
+    """Print a report, its error text and its generated chunks; return its exit code."""
+    if report.stderr_text:
+        print(escape_unprintable(report.stderr_text), file=sys.stderr)
+    terminal = current_terminal(report.terminal_options)
+    text = _render_report(report, terminal)
+    if report.paged:
+        from dmplay.output.pager import print_paged
+
+        print_paged(text, terminal, wrap_words=isinstance(report.text, str))
+    elif text:
+        print(text)
+    end = "\n"
+    for part in report.text_chunks:
+        sys.stdout.write(escape_unprintable(part))
+        end = part[-1:] or end
+    print(end="" if end == "\n" else "\n")
+    return report.exit_code
+
+
+def _render_report(report: Printout, terminal: Terminal) -> str:
+    """Return a report's text as it is printed on this terminal."""
+    if isinstance(report.text, str):
+        return escape_unprintable(report.text)
+    from dmplay.output.svg_export import render_for_terminal
+
+    return render_for_terminal(report.text, terminal)
+
+
+def _make_controller() -> GameController:
+    """Return a game controller with the command line's interpreter, aliases and records.
+
+    Raise BadParameter if an alias has the name of a command.
+    """
+    for name in config_files.merged_aliases():
+        if is_command(name):
+            raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
+    return GameController(
+        cli_interpreter=interpret_command,
+        aliases=config_files.merged_aliases(),
+        on_game_end=player_records.record_finished_game,
+    )
+
+
+def interpret_command(words: Sequence[str]) -> PlayCommand | str:
+    """Parse words of a command line; return a game to play, or the uncoloured text of a report."""
+    commands = root_command()
+    name, *arguments = words
+    if {"-h", "--help"} & {*arguments}:
+        command = commands.commands[name]
+        parent_context = typer.Context(commands, info_name="dmplay")
+        return str(command.get_help(typer.Context(command, info_name=name, parent=parent_context)))
+    try:
+        result: PlayCommand | Printout | str = commands(
+            [*words], standalone_mode=False, prog_name="dmplay"
+        )
+    except USAGE_ERROR as error:
+        raise BadParameter(format_error(error)) from None
+    if isinstance(result, Printout):
+        if result.text_chunks:
+            return escape_unprintable("".join(result.text_chunks)).removesuffix("\n")
+        return _render_report(
+            result, current_terminal(result.terminal_options)._replace(color=False)
+        ).rstrip("\n")
+    return result

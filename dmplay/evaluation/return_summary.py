@@ -1,0 +1,139 @@
+"""Many games of one set of agents, and the summary of their returns."""
+
+import time
+from collections.abc import Sequence
+from concurrent.futures import Executor
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.chance import Ints
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter
+from dmplay.evaluation.interruptible_rollouts import (
+    PartialRollouts,
+    check_episode_count,
+    run_rollouts_until_interrupted,
+)
+from dmplay.evaluation.statistics import Estimate, estimate_mean, five_number_summary
+from dmplay.rollouts import Rollout, RolloutSpec
+from dmplay.work_budget import ProgressCallback
+from dmplay.worker_pool import WorkerCount
+
+DEFAULT_EPISODES = 10_000  # if the caller sets no limit
+INITIAL_EPISODES, GROWTH_FACTOR = (
+    100,
+    2,
+)  # games before the errors are checked first, and their growth until the next check
+MAX_EPISODES = 10_000_000
+RECORDED_FIELDS = ("returns", "total_rewards", "turn_counts", "terminated")
+
+
+class SeatSummary(NamedTuple):
+    """The returns and total rewards of one seat per game."""
+
+    seat: str
+    returns: Estimate
+    totals: Estimate
+    quantiles: tuple[float, ...]  # of the returns: minimum, quartiles, maximum
+
+
+class RunResult(NamedTuple):
+    """The summary of many games, and the arrays of each of them."""
+
+    seat_summaries: tuple[SeatSummary, ...]
+    episodes: int
+    mean_turns: float  # per game
+    terminated_share: float  # share of the games that reached a terminal state
+    seconds: float
+    rollout: Rollout
+    episode_numbers: Ints
+    shortfall_reason: str = ""  # why fewer games were played than requested, or ''
+
+
+def run(  # noqa: PLR0913 - each is the caller's to choose
+    problem: Problem,
+    policies: Sequence[Policy],
+    *,
+    episodes: int | None = None,
+    max_standard_error: float | None = None,
+    turns: int | None = None,
+    seed: int = 0,
+    workers: WorkerCount = 1,
+    executor: Executor | None = None,
+    progress: ProgressCallback | None = None,
+) -> RunResult:
+    """Play many games and return their summary.
+
+    The number of games is `episodes`, by default 10,000, or with `max_standard_error` as many as
+    bring every standard error of a return down to that. The games are those of `rollout`; Ctrl-C
+    ends the run with the games played so far. The errors are checked after numbers of games that do
+    not depend on the workers, so neither does the result.
+    """
+    if episodes is not None and max_standard_error is not None:
+        raise BadParameter("episodes and until-se: expected one of them")
+    if episodes is not None:
+        check_episode_count(episodes)
+    if max_standard_error is not None and not max_standard_error > 0:
+        raise BadParameter(f"until-se: got {max_standard_error:g}, expected more than 0")
+    start_time = time.monotonic()
+    start, parts = 0, list[PartialRollouts]()
+    end = (
+        INITIAL_EPISODES
+        if max_standard_error is not None
+        else DEFAULT_EPISODES
+        if episodes is None
+        else episodes
+    )
+    while True:
+        spec = RolloutSpec(
+            range(start, end), turns, seed, workers, executor, progress, RECORDED_FIELDS
+        )
+        part = run_rollouts_until_interrupted(problem, [policies], spec)
+        parts.append(part)
+        rollout_parts = [rollout for result in parts for rollout in result.rollouts]
+        if part.interruption and not rollout_parts:
+            raise part.interruption
+        merged = Rollout(*map(np.concatenate, zip(*rollout_parts, strict=True)))
+        if (
+            part.interruption
+            or max_standard_error is None
+            or _largest_standard_error(merged) <= max_standard_error
+            or end >= MAX_EPISODES
+        ):
+            episode_numbers = np.concatenate([result.episode_numbers for result in parts])
+            summary = summarize_run(problem, merged, episode_numbers, time.monotonic() - start_time)
+            return summary._replace(shortfall_reason=str(part.interruption or ""))
+        start, end = end, GROWTH_FACTOR * end
+
+
+def _largest_standard_error(rollout: Rollout) -> float:
+    """Return the largest standard error of a seat's mean return."""
+    return max(estimate_mean(sample).standard_error for sample in rollout.returns.T)
+
+
+def summarize_run(
+    problem: Problem, rollout: Rollout, episode_numbers: Ints, seconds: float
+) -> RunResult:
+    """Return the summary of a rollout."""
+    seat_summaries = tuple(
+        SeatSummary(
+            seat, estimate_mean(returns), estimate_mean(totals), five_number_summary(returns)
+        )
+        for seat, returns, totals in zip(
+            problem.agents, rollout.returns.T, rollout.total_rewards.T, strict=True
+        )
+    )
+    mean_turns, terminated_share = (
+        float(rollout.turn_counts.mean()),
+        float(rollout.terminated.mean()),
+    )
+    return RunResult(
+        seat_summaries,
+        len(episode_numbers),
+        mean_turns,
+        terminated_share,
+        seconds,
+        rollout,
+        episode_numbers,
+    )

@@ -1,0 +1,221 @@
+"""The controller of a series of games: the current game, and how the next one starts."""
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from dmplay.background_tasks import TaskInfo, run_cancellable
+from dmplay.errors import BadParameter
+from dmplay.formatting import format_count
+from dmplay.game import saves
+from dmplay.game.command_reply import Page
+from dmplay.game.game import Game
+from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.parsed_commands import CliInterpreter
+from dmplay.transcript.concealment import GameKey, make_game_key
+from dmplay.transcript.recorder import Recorder
+
+NO_ALIASES: Mapping[str, str] = {}
+NUMBERED_STEM = re.compile(r"(.*)-(\d+)")
+
+
+class GameController:
+    """A controller that runs one game at a time and ends each game before the next."""
+
+    def __init__(
+        self,
+        game: Game | None = None,
+        cli_interpreter: CliInterpreter | None = None,
+        aliases: Mapping[str, str] = NO_ALIASES,
+        on_game_end: Callable[[Recorder], object] | None = None,
+    ) -> None:
+        self.is_interactive = False  # whether people type; else a script is run
+        self.finished_games: dict[Recorder, str] = {}  # problem names by transcript of ended games
+        self._previous_recorders: list[Recorder] = []  # the previous game's transcript, if saved
+        self.removed_save_count = 0  # number of old saves deleted for these games
+        self.open_screen: Callable[[], str] | None = None  # set if a full screen is available
+        self.aliases = aliases
+        self.on_intermediate_turn: Callable[[], object] = lambda: (
+            None
+        )  # called between turns that need no player
+        self._cli_interpreter, self._on_game_end = (
+            cli_interpreter,
+            on_game_end,
+        )  # runs CLI words; called at each end
+        self._game: Game | None = None
+        self._disclosed_games: set[GameKey] = set()  # hidden information is shown after they end
+        self._path_by_game_key: dict[
+            GameKey, Path | None
+        ] = {}  # all games, with the latest transcript
+        self._pending_confirmation = (
+            "",
+            0,
+        )  # the line that would end the game, and its turn count
+        self._seat_at_terminal = 0  # seat of the person at the terminal
+        if game:
+            self.set_game(game)
+
+    @property
+    def game(self) -> Game:
+        """The current game; raises BadParameter if there is none."""
+        if self._game is None:
+            raise BadParameter("no game is played; play PROBLEM begins one, list names them")
+        return self._game
+
+    @property
+    def has_game(self) -> bool:
+        """True if there is a current game."""
+        return self._game is not None
+
+    @property
+    def is_input_hidden(self) -> bool:
+        """True if several people type choices, which must then not be shown."""
+        return self.is_interactive and self.has_game and len(self.game.human_seats) > 1
+
+    def set_game(self, game: Game) -> None:
+        """End the current game and make this one current; play up to the first choice of a
+        person.
+        """
+        ended_count = len(self.finished_games)
+        self.end_game()
+        self._previous_recorders = [*self.finished_games][ended_count:]
+        self._game = game
+        self.removed_save_count += game.removed_save_count
+        game_key = make_game_key(game.problem_name, game.session.uniform_source)
+        if self._repeats_uniforms(game, game_key):
+            game.note_repeated_uniforms()
+        self._path_by_game_key[game_key] = game.transcript_path
+        game.play_until_choice()
+        game.on_intermediate_turn = lambda: self.on_intermediate_turn()  # noqa: PLW0108
+        if game.problem.partially_observable:
+            self._disclosed_games.add(game_key)
+        self.complete_handover()
+
+    def _repeats_uniforms(self, game: Game, game_key: GameKey) -> bool:
+        """Return whether the uniforms of this game were used by an earlier game.
+
+        False for a branch, whose transcript records that in its header.
+        """
+        if not game.session.turns:
+            return game_key in self._path_by_game_key
+        is_branch = game.request is not None and game.request.branched is not None
+        return (
+            not is_branch
+            and self._path_by_game_key.get(game_key, game.transcript_path) != game.transcript_path
+        )
+
+    @property
+    def awaiting_handover(self) -> bool:
+        """True if the next person to choose is not at the terminal and must see a private view."""
+        game = self._game
+        has_private_choice = (
+            game is not None and game.has_private_views and game.choosing_seat is not None
+        )
+        return has_private_choice and self.game.viewing_seat != self._seat_at_terminal
+
+    def complete_handover(self) -> None:
+        """Record that the viewing seat's person is now at the terminal."""
+        self._seat_at_terminal = self.game.viewing_seat
+
+    def end_game(self, reason: str = "quit") -> None:
+        """End the current game and its transcript; delete a save without turns."""
+        if self._game is None:
+            return
+        self._game.finish(reason)
+        recorder = self._game.recorder
+        if (
+            recorder
+            and recorder not in self.finished_games
+            and not saves.remove_unplayed_save(recorder)
+        ):
+            self.finished_games[recorder] = self._game.problem_name
+            if self._on_game_end:
+                self._on_game_end(recorder)
+
+    def confirmation_question(self, line: str) -> str:
+        """Return a question before a typed line ends an unfinished game; '' if none is needed.
+
+        None is needed if the same line is typed again at the same turn.
+        """
+        turn_count = len(self.game.session.turns)
+        previous, self._pending_confirmation = self._pending_confirmation, (line, turn_count)
+        if (
+            self.is_interactive
+            and turn_count
+            and not self.game.session.over
+            and previous != (line, turn_count)
+        ):
+            command = line.partition(" ")[0]
+            turns_text = format_count(turn_count, "turn")
+            return f"{command}: that ends this game of {turns_text}; once more does it"
+        return ""
+
+    def restart_with_new_seed(self, **changes: object) -> str:
+        """Start the same game with these changes, and with a new seed unless one is given."""
+        return self.restart(
+            **{"seed": None, "is_seed_visible": True, "has_fresh_seed": False, **changes}
+        )
+
+    def restart(self, **changes: object) -> str:
+        """Start the same game with these changes and the same seed; return its description.
+
+        Whether the seed may be shown does not change.
+        """
+        old_request = self._require_request()
+        record = old_request.record_path and next_numbered_path(old_request.record_path)
+        keep_save = old_request.keep_save or self.game.recorder is not None
+        new_request = replace(
+            old_request, record_path=record, force=False, keep_save=keep_save, has_rate_option=False
+        )
+        new_request = replace(new_request, **changes)  # type: ignore[arg-type] # fields of a request
+        self.set_game(start_new_game(new_request, self._disclosed_games))
+        return self.describe_new_game()
+
+    def _require_request(self) -> GameRequest:
+        """Return the request of the current game; raise BadParameter for a replay."""
+        if self.game.request is None:
+            raise BadParameter("a recording is only looked at; branch plays on")
+        return self.game.request
+
+    def describe_new_game(self) -> str:
+        """Return a line with the new game, its seed and the transcripts of the previous game."""
+        seed = f", seed {self.game.seed}" if self.game.is_seed_visible else ""
+        saved_paths = "".join(f" kept: {recorder.path}" for recorder in self._previous_recorders)
+        return f"new game of {self.game.problem_name}{seed}.{saved_paths}"
+
+    def choose_branch_path(self, path: Path) -> Path:
+        """Return a free path for a game that continues the one in this file.
+
+        It is numbered in the same folder, or a new save if the current game has no transcript.
+        """
+        if self.game.recorder:
+            return next_numbered_path(path)
+        self.removed_save_count += saves.remove_old_saves()
+        return saves.create_save(self.game.problem_name) or next_numbered_path(path)
+
+    def run_cli_words(self, words: Sequence[str]) -> str:
+        """Run words of the command line: play the game here, or return the report."""
+        if self._cli_interpreter is None:
+            raise BadParameter(f"{words[0]}: only the command line knows it")
+        interpreter = self._cli_interpreter
+        result = run_cancellable(TaskInfo(f"working on {words[0]}"), lambda: interpreter(words))
+        if isinstance(result, str):
+            return Page(result)
+        self.set_game(start_game(result.interactive_request, self._disclosed_games))
+        return ""
+
+
+def next_numbered_path(path: Path) -> Path:
+    """Return the next free numbered path: `game.dmt`, `game-2.dmt`, `game-3.dmt`.
+
+    A number at the end of the name is continued. Return the path of a device unchanged.
+    """
+    if path.exists() and not path.is_file():
+        return path
+    match = NUMBERED_STEM.fullmatch(path.stem)
+    stem, number = (match[1], int(match[2])) if match else (path.stem, 1)
+    names = (path.with_stem(f"{stem}-{n}") for n in count(number + 1))
+    return next(name for name in names if not name.exists())

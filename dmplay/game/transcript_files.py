@@ -1,0 +1,228 @@
+"""Functions that verify transcript files and folders, and rewrite transcripts."""
+
+import os
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+from dmplay.core import Policy, Problem
+from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
+from dmplay.formatting import escape_newlines, format_json_report
+from dmplay.game.narration import render_transcript_frame
+from dmplay.game.saves import STDIN_PATH, resolve_dash
+from dmplay.game.seats import load_verifiable_policies
+from dmplay.registry import problems
+from dmplay.registry.problem_sources import transcript_folder
+from dmplay.safe_files import OPEN_FILES_FOLDER, write_file
+from dmplay.transcript.concealment import disclose_transcript, is_concealed
+from dmplay.transcript.reader import Transcript, read_transcript
+from dmplay.transcript.regeneration import rewrite_transcript
+from dmplay.transcript.verification_report import (
+    MALFORMED,
+    Finding,
+    VerificationReport,
+    make_finding,
+)
+from dmplay.transcript.verify import verify
+
+TRANSCRIPT_SUFFIX = ".dmt"
+TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
+
+
+def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
+    """Yield the transcripts at these paths, in order; folders are searched recursively.
+
+    `-` is the standard input. Raise BadParameter if a path does not exist, or if a folder contains
+    no `.dmt` file.
+    """
+    for path in (resolve_dash(path, STDIN_PATH) for path in paths):
+        if path.is_dir():
+            folder_files = _search_folder(path)
+            if not folder_files:
+                raise BadParameter(f"{path}: no {TRANSCRIPT_SUFFIX} file in this folder")
+            yield from folder_files
+        elif path.exists():
+            yield path
+        else:
+            raise BadParameter(f"{path}: no such file or folder")
+
+
+def _search_folder(folder: Path) -> list[Path]:
+    """Return the sorted transcripts below a folder, and its subfolders that cannot be read."""
+    read_errors: list[OSError] = []
+    matches = [
+        Path(root, name)
+        for root, folders, names in os.walk(folder, onerror=read_errors.append)
+        for name in (*folders, *names)
+        if name.endswith(TRANSCRIPT_SUFFIX)
+    ]
+    return sorted({*matches, *(Path(error.filename) for error in read_errors)})
+
+
+def load_transcript_problem(transcript: Transcript, *, trusted: bool) -> problems.LoadedProblem:
+    """Return the problem of a transcript, with its recorded parameters.
+
+    User-defined code that the file names is imported only if `trusted` is true. The problem is
+    first resolved without parameters, so that an error names the line (`problem` or `set`) that
+    causes it.
+    """
+    header, entries = transcript.header, transcript.header_block.entries
+    folder = transcript_folder(Path(transcript.path))
+    for key, parameters in (("problem", {}), ("set", header.parameters)):
+        try:
+            loaded_problem = problems.resolve_problem(
+                header.problem, parameters, trusted=trusted, folder=folder
+            )
+        except DmplayError as error:
+            line = entries.get(key, entries["problem"]).line
+            untrusted = isinstance(error, UnknownName) and key == "problem" and not trusted
+            hint = TRUST_HINT if untrusted else ""
+            raise transcript.error_at(line, f"{error}{hint}") from None
+    return loaded_problem
+
+
+def describe_problem_change(transcript: Transcript, loaded_problem: problems.LoadedProblem) -> str:
+    """Return a message if the problem has changed since the game was recorded; '' if it has not.
+
+    The origins are compared: the recorded one and that of the loaded problem.
+    """
+    recorded_origin, current_origin = transcript.header.origin, loaded_problem.origin
+    return (
+        ""
+        if recorded_origin == current_origin
+        else (
+            f"{loaded_problem.name} is {current_origin or 'another'}, "
+            f"was {recorded_origin or 'another'}"
+        )
+    )
+
+
+def _load_verifiable_policies(
+    transcript: Transcript, problem: Problem, *, trusted: bool
+) -> list[Policy | None]:
+    """Return, for each seat of a transcript, the policy that can be run again, or None."""
+    folder = transcript_folder(Path(transcript.path))
+    return load_verifiable_policies(
+        problem, transcript.header.seats, trusted=trusted, folder=folder
+    )
+
+
+def verify_file(path: Path, *, trusted: bool = False) -> VerificationReport:
+    """Verify one transcript file and return a report.
+
+    A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
+    gives a report with one finding. While the hidden information of the game is concealed, findings
+    do not contain values.
+    """
+    try:
+        transcript = read_transcript(path)
+        loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+        problem = loaded_problem.problem
+        policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
+    except BadTranscript as error:
+        return VerificationReport(str(path), [make_finding(error, MALFORMED)])
+    except OSError as error:
+        unreadable = Finding("unread", str(path), 1, "cannot be read", str(error.strerror))
+        return VerificationReport(str(path), [unreadable])
+    except DmplayError as error:
+        line = transcript.header_block.entries["seats"].line
+        return VerificationReport(
+            str(path), [Finding("facts", str(path), line, "seats", str(error))]
+        )
+    report = verify(transcript, problem, policies, render_transcript_frame)
+    report.problem_change = describe_problem_change(transcript, loaded_problem)
+    if is_concealed(transcript, problem):
+        report.findings = [finding.without_values for finding in report.findings]
+    return report
+
+
+def rewrite_file(path: Path, *, trusted: bool = False) -> str:
+    """Rewrite one transcript in the current format; return the diff, '' if nothing changes."""
+    import difflib
+
+    transcript = read_transcript(path)
+    loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+    problem = loaded_problem.problem
+    disclose_transcript(transcript, problem)
+    transcript = replace(
+        transcript, header=replace(transcript.header, origin=loaded_problem.origin)
+    )
+    policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
+    old_text = path.read_text(encoding="utf-8")
+    new_text = rewrite_transcript(transcript, problem, policies, render_transcript_frame)
+    if new_text == old_text:
+        return ""
+    write_file(path.resolve(), [new_text], force=True)
+    name = escape_newlines(str(path))
+    rows = difflib.unified_diff(
+        old_text.splitlines(), new_text.splitlines(), name, f"{name} (rewritten)", lineterm="", n=1
+    )
+    return "\n".join(rows)
+
+
+def rewrite_files(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], list[str]]:
+    """Rewrite transcripts; return the diffs of the files that changed, and the error messages.
+
+    Raise BadParameter if a path is the standard input or another open file descriptor.
+    """
+    for path in paths:
+        if path == STDIN_PATH or path.parent == OPEN_FILES_FOLDER:
+            source = "the standard input" if path == STDIN_PATH else path
+            raise BadParameter(f"--update: {source} cannot be rewritten")
+    diffs, failures = [], []
+    for path in paths:
+        try:
+            diffs.append(rewrite_file(path, trusted=trusted))
+        except DmplayError as error:
+            failures.append(f"not rewritten: {error}")
+        except OSError as error:
+            failures.append(f"not rewritten: {path}: {error.strerror}")
+    return [diff for diff in diffs if diff], failures
+
+
+def format_reports(
+    reports: Sequence[VerificationReport], accepted: Sequence[bool], *, json: bool, quiet: bool
+) -> list[str]:
+    """Return verification reports as output lines.
+
+    With `json`, return one JSON object per report. Otherwise return one line per accepted report,
+    all findings of every other report, and a line with the totals; with `quiet`, only the findings.
+    """
+    pairs = list(zip(reports, accepted, strict=True))
+    if json:
+        return [
+            format_json_report(_report_to_dict(report, is_accepted))
+            for report, is_accepted in pairs
+        ]
+    rows = [
+        _format_ok_line(report) if is_accepted else str(report) for report, is_accepted in pairs
+    ]
+    if quiet:
+        return [row for row, is_accepted in zip(rows, accepted, strict=True) if not is_accepted]
+    failed_count = len(accepted) - sum(accepted)
+    return [
+        *rows,
+        f"{sum(accepted)} verified, {failed_count} failed"
+        if failed_count
+        else f"{len(accepted)} verified",
+    ]
+
+
+def _format_ok_line(report: VerificationReport) -> str:
+    """Return the output line of an accepted report: the path and the summary."""
+    return f"ok {escape_newlines(report.path)} ({escape_newlines(report.summary)})"
+
+
+def _report_to_dict(report: VerificationReport, accepted: bool) -> dict[str, object]:
+    """Return a report as a dictionary that can be encoded as JSON."""
+    findings = [finding._asdict() for finding in report.findings]
+    return {
+        "path": report.path,
+        "ok": accepted,
+        "turns": report.turns,
+        "unasked": report.unchecked_players,
+        "peeked": report.peeked,
+        "help": report.hint_counts,
+        "altered": report.problem_change,
+        "findings": findings,
+    }

@@ -1,0 +1,170 @@
+"""The launcher of games and shells: full screen, lines of text, JSON or no output at all."""
+
+import contextlib
+import sys
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from shlex import quote
+
+from dmplay import __version__
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.formatting import format_count
+from dmplay.gallery.gallery import SHELL_COMMAND, Gallery
+from dmplay.gallery.problem_list import list_problem_entries
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_game
+from dmplay.game.parsed_commands import PlayCommand, ShellCommand
+from dmplay.game.saves import MAX_SAVES
+from dmplay.registry import problems
+from dmplay.screen.full_screen import run_full_screen
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.shell.shell import Shell, run_prompt_loop, run_script
+from dmplay.signals import exit_on_signals
+from dmplay.terminal_capabilities import current_terminal, escape_unprintable
+from dmplay.transcript.recorder import Recorder
+
+SHELL_BANNER = f"""\
+dmplay {__version__}: decision problems, in words
+list names them, play hexworld begins one,
+help tells the rest, Ctrl-D leaves"""
+
+
+def play_game(table: GameController, command: PlayCommand) -> int:
+    """Play a game with the front end that the terminal allows, and return the exit code."""
+    terminal, quiet = current_terminal(command.terminal_options), command.quiet
+    plain_reason = "--quiet" if quiet else terminal.plain_reason
+    if command.has_rate_option and plain_reason:
+        raise BadParameter(
+            f"--rate: real time is for the full screen; there is none (from {plain_reason})"
+        )
+    table.set_game(start_game(command.request))
+    code = 0
+    with _end_game_on_exit(table, quiet=quiet):
+        if terminal.full_screen and not quiet:
+            code = run_full_screen(
+                PlayScreen(table, terminal, command.speed, command.realtime_rate)
+            )
+            table.end_game("interrupted" if code else "quit")
+            print(table.game.narrator.describe_result())
+        else:
+            reporter = (
+                JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
+            )
+            play_by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
+            if quiet and table.game.narrator.forfeit_reason:
+                print(table.game.narrator.forfeit_reason, file=sys.stderr)
+    return code or report_write_errors(table.finished_games)
+
+
+def run_shell(table: GameController, command: ShellCommand) -> int:
+    """Run the shell on commands that are typed, piped or given as options; return the exit code."""
+    terminal = current_terminal(command.terminal_options)
+    shell = Shell(table, terminal, command.speed)
+    code = 0
+    with _end_game_on_exit(table):
+        if command.commands:
+            run_script(shell, command.commands, "command", echo=False)
+        elif terminal.full_screen and command.opens_gallery:
+            code = _run_gallery(shell)
+        elif terminal.full_screen:
+            from dmplay import interactive_shell
+
+            print(SHELL_BANNER)
+            code = interactive_shell.run_prompt(shell)
+        elif terminal.is_interactive:
+            print(SHELL_BANNER)
+            run_prompt_loop(shell)
+        else:
+            run_script(shell, sys.stdin)
+        table.end_game("interrupted" if code else "quit")
+    return code or report_write_errors(table.finished_games)
+
+
+def _run_gallery(shell: Shell) -> int:
+    """Show the gallery and run each choice until the player leaves; return the exit code."""
+    gallery = Gallery(list_problem_entries(), shell.terminal, time.strftime("%Y%m%d"))
+    while True:
+        code = run_full_screen(gallery)
+        if code or not gallery.pending_command:
+            return code
+        words, gallery.pending_command = gallery.pending_command, ()
+        try:
+            code = _run_gallery_choice(shell, gallery, words)
+        except DmplayError as error:
+            gallery.message = str(error)
+        if code:
+            return code
+
+
+def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) -> int:
+    """Play the chosen game on the full screen, or run the shell; return the exit code."""
+    table = shell.controller
+    if words == SHELL_COMMAND:
+        from dmplay import interactive_shell
+
+        print(SHELL_BANNER)
+        code = interactive_shell.run_prompt(shell)
+    else:
+        table.run_cli_words(words)
+        code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))
+    table.end_game("interrupted" if code else "quit")
+    if table.has_game:
+        gallery.return_from_game(table.game)
+    return code
+
+
+@contextlib.contextmanager
+def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator[None]:
+    """Run the block, end the game however the player leaves, and print where it is saved."""
+    try:
+        with exit_on_signals():
+            try:
+                yield
+            # An OSError means that the terminal is lost.
+            except (KeyboardInterrupt, OSError, SystemExit):
+                table.end_game("interrupted")
+                raise
+    finally:
+        if not quiet:
+            print_epilogue(table)
+
+
+def print_epilogue(table: GameController) -> None:
+    """Print the paths of the transcripts, and commands to replay the last or play it again."""
+    recorders = [
+        candidate
+        for candidate in table.finished_games
+        if not candidate.write_error and candidate.path.exists()
+    ]
+    lines = [f"transcript: {recorder.path}" for recorder in recorders]
+    # a sealed game can be neither replayed nor started again
+    sealed = table.has_game and table.game.is_concealed
+    if recorders:
+        trust = " --trust" if problems.requires_trust(table.finished_games[recorders[-1]]) else ""
+        verb = "resume" if sealed and recorders[-1].path == table.game.transcript_path else "replay"
+        lines.append(f"{verb}: dmplay {verb} {quote(str(recorders[-1].path))}{trust}")
+    if table.has_game and table.game.play_again_command and not sealed:
+        lines.append(f"again: {table.game.play_again_command}")
+    if table.removed_save_count:
+        lines.append(
+            f"removed: {format_count(table.removed_save_count, 'older game')}; "
+            f"the last {MAX_SAVES} are kept"
+        )
+    lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
+    for line in lines:
+        print(escape_unprintable(line), file=sys.stderr)
+
+
+def report_write_errors(recorders: Iterable[Recorder]) -> int:
+    """Print each error of writing a transcript; return exit code 1 if there is any, else 0."""
+    failed = [recorder for recorder in recorders if recorder.write_error]
+    for recorder in failed:
+        assert recorder.write_error
+        if isinstance(recorder.write_error, BrokenPipeError):
+            raise recorder.write_error
+        message = escape_unprintable(
+            f"cannot write {recorder.path}: {recorder.write_error.strerror}"
+        )
+        print(f"error: {message}", file=sys.stderr)
+    return 1 if failed else 0

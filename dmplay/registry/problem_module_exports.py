@@ -1,0 +1,236 @@
+"""The definitions that a module exports: problems, VARIANTS, AGENTS, its view and its keys.
+
+class Grid(Problem): ...                      a problem, or several
+VARIANTS = {"wide": Grid(width=20)}           other instances, by name
+AGENTS = {"careful": Careful}                 agents by name, or a `Roster` that also has roles
+VIEW = view                                   a module with the functions of a view, or some of them
+KEYS = {"l": "left"}                          the action of each key
+"""
+
+import inspect
+import sys
+from collections.abc import Mapping
+from dataclasses import MISSING, fields, is_dataclass, replace
+from types import ModuleType
+from typing import Any
+
+from dmplay import source_locations
+from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import SeatPolicy
+from dmplay.core import Problem
+from dmplay.errors import BadParameter, UnknownName
+
+# First names of the members of Problem and Tabular in version 0.1.0, and their names today.
+RENAMED_METHODS = {
+    "opening": "initial_chance",
+    "place": "initial_states",
+    "move": "resolve_events",
+    "notation": "format_state",
+    "parse": "parse_state",
+    "legal": "legal_actions_mask",
+    "called": "action_labels",
+    "carry": "joint_belief_update",
+    "waiting": "inactive_agents",
+    "story": "description",
+    "picture": "draw_state",
+    "glimpse": "draw_observation",
+}
+RENAMED_ATTRIBUTES = {
+    "states": "state_count",
+    "names": "state_names",
+    "start_belief": "initial_belief",
+}
+# names that a player can have besides those of agents
+RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
+
+
+def problem_classes(module: ModuleType) -> dict[str, type[Problem]]:
+    """Return the playable problem classes that a module defines, by name."""
+    classes = [value for value in vars(module).values() if isinstance(value, type)]
+    module_classes = [kind for kind in classes if kind.__module__ == module.__name__]
+    return {
+        kind.__name__: kind
+        for kind in module_classes
+        if issubclass(kind, Problem) and _is_playable_class(kind, module_classes)
+    }
+
+
+def _is_playable_class(kind: type[Problem], module_classes: list[type]) -> bool:
+    """Return whether a class is to be played: not an abstract base of others in the module."""
+    completed = any(kind in other.__mro__[1:] for other in module_classes)
+    return not (completed and inspect.isabstract(kind))
+
+
+def module_variants(module: ModuleType) -> dict[str, Problem]:
+    """Return the variants that a module defines in VARIANTS, by name."""
+    variants_by_name = getattr(module, "VARIANTS", {})
+    if not isinstance(variants_by_name, Mapping):
+        raise BadParameter(
+            f"{_format_module_file(module)}: VARIANTS: got "
+            f"{variants_by_name!r}, expected name -> problem"
+        )
+    return {
+        str(name): to_problem(f"VARIANTS: {name}", value)
+        for name, value in variants_by_name.items()
+    }
+
+
+def to_problem(name: str, value: object) -> Problem:
+    """Return the problem of a class or an instance; raise BadParameter for anything else."""
+    if isinstance(value, type) and issubclass(value, Problem):
+        value = _instantiate_with_defaults(value)
+    if not isinstance(value, Problem):
+        kind = value if isinstance(value, type) else type(value)
+        raise BadParameter(f"{name}: got {kind.__name__}, expected a dmplay Problem")
+    return value
+
+
+def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
+    """Return a problem with default parameters; raise BadParameter if its class is incomplete."""
+    members = {
+        # An annotated name is a parameter of the problem, and may be called anything.
+        name: value
+        for name, value in vars(kind).items()
+        if name not in vars(kind).get("__annotations__", {})
+    }
+    for name, value in members.items():
+        renamed = RENAMED_METHODS if inspect.isfunction(value) else RENAMED_ATTRIBUTES
+        if name in renamed:
+            location = source_locations.locate_definition(kind, name)
+            raise BadParameter(f"{location} {kind.__name__}.{name} is now called {renamed[name]}")
+    if inspect.isabstract(kind):
+        missing = ", ".join(sorted(kind.__abstractmethods__))
+        message = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
+        raise BadParameter(f"{source_locations.locate_definition(kind)} {message}")
+    without_default = [
+        parameter.name
+        for parameter in fields(kind)
+        if parameter.default is parameter.default_factory is MISSING
+    ]
+    if without_default:
+        message = (
+            f"{kind.__name__}: {without_default[0]} has no default; expected one for each parameter"
+        )
+        raise BadParameter(f"{source_locations.locate_definition(kind)} {message}")
+    return kind()
+
+
+def module_agent_names(problem: Problem) -> list[str]:
+    """Return the names of the agents that a problem's module defines."""
+    module_roster = _module_roster(problem)
+    return [*module_roster.agents] if module_roster else []
+
+
+def merge_module_agents(problem: Problem, seat: int, default_roster: Roster) -> Roster:
+    """Return the agents of a seat: those that a problem's module defines, then the default ones."""
+    module_roster, location = _module_roster(problem), f"{module_file(problem)}: AGENTS"
+    if module_roster is None:
+        return default_roster
+    for name, agent_class in module_roster.agents.items():
+        _check_agent(location, name, agent_class)
+    agents = {
+        **module_roster.agents,
+        **{
+            agent_name: default_class
+            for agent_name, default_class in default_roster.agents.items()
+            if agent_name not in module_roster.agents
+        },
+    }
+    roles = {
+        name: getattr(module_roster, name)
+        for name in (
+            "hint_provider",
+            "finite_horizon_hint_provider",
+            "default_partner",
+            "batch_agent",
+            "simulation_agent",
+        )
+    }
+    for role, role_agent in roles.items():
+        if role_agent is not None and role_agent not in agents:
+            raise BadParameter(
+                f"{location}: {role}: got {role_agent!r}, expected one of {', '.join(agents)}"
+            )
+    planner = (
+        module_roster.finite_horizon_hint_provider
+        if module_roster.hint_provider
+        else default_roster.finite_horizon_hint_provider
+    )
+    return replace(
+        module_roster,
+        agents=agents,
+        hint_provider=module_roster.hint_provider or default_roster.hint_provider,
+        finite_horizon_hint_provider=planner,
+    )
+
+
+def _module_roster(problem: Problem) -> Roster | None:
+    """Return the roster that a problem's module defines in AGENTS; None if it defines none."""
+    exported = getattr(_user_module(problem), "AGENTS", None)
+    module_roster = (
+        exported if isinstance(exported, Roster) or exported is None else Roster(exported)
+    )
+    agents: object = module_roster.agents if module_roster else {}
+    if not isinstance(agents, Mapping):
+        expected = "expected name -> class, or a Roster"
+        raise BadParameter(f"{module_file(problem)}: AGENTS: got {exported!r}, {expected}")
+    return module_roster
+
+
+def _check_agent(location: str, name: object, agent_class: object) -> None:
+    """Raise BadParameter for an invalid name of an agent, or an invalid agent class."""
+    is_valid_name = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
+    if not is_valid_name or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
+        raise BadParameter(f"{location}: got {name!r}, expected a name without blanks and :,=")
+    if not (
+        isinstance(agent_class, type)
+        and issubclass(agent_class, SeatPolicy)
+        and is_dataclass(agent_class)
+    ):
+        expected = "expected a frozen dataclass of dmplay.agents.base.SeatPolicy"
+        raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
+    if inspect.isabstract(agent_class):
+        missing = ", ".join(sorted(agent_class.__abstractmethods__))
+        raise BadParameter(
+            f"{source_locations.locate_definition(agent_class)} "
+            f"{agent_class.__name__} lacks {missing}"
+        )
+
+
+def module_view(problem: Problem) -> Any:
+    """Return the view that a problem's module defines in VIEW; None if it defines none."""
+    module = _user_module(problem)
+    if hasattr(module, "LOOK") and not hasattr(module, "VIEW"):
+        raise BadParameter(f"{module_file(problem)}: LOOK is now called VIEW")
+    return getattr(module, "VIEW", None)
+
+
+def module_keys(problem: Problem) -> dict[str, str]:
+    """Return the action of each key that a problem's module defines in KEYS."""
+    bindings, location = getattr(_user_module(problem), "KEYS", {}), f"{module_file(problem)}: KEYS"
+    labels = [label for space in problem.actions for label in space.labels]
+    if not isinstance(bindings, Mapping):
+        raise BadParameter(f"{location}: got {bindings!r}, expected key -> action")
+    for key, label in bindings.items():
+        if not (isinstance(key, str) and isinstance(label, str)):
+            raise BadParameter(f"{location}: got {key!r}: {label!r}, expected the names of both")
+        if label not in labels:
+            raise UnknownName("action", label, labels, error_prefix=f"{location}: {key}")
+    return dict(bindings)
+
+
+def _user_module(problem: Problem) -> ModuleType | None:
+    """Return the module of a problem that is not built in; None for a built-in one."""
+    module_name = type(problem).__module__
+    return None if module_name.startswith("dmplay.problems.") else sys.modules.get(module_name)
+
+
+def module_file(problem: Problem) -> str:
+    """Return the file of a problem's module, as it is shown to the user."""
+    return _format_module_file(_user_module(problem))
+
+
+def _format_module_file(module: ModuleType | None) -> str:
+    """Return the file of a module as it is shown to the user, else the module's name."""
+    file = getattr(module, "__file__", None)
+    return source_locations.format_location(file, None) if file else getattr(module, "__name__", "")
