@@ -347,6 +347,16 @@ def _interned_from_bytes(data: bytes, dtype: "np.dtype[Any]", shape: tuple[int, 
     return np.ndarray(shape, dtype, data)
 
 
+def select_seat_observations(observations: Array, seat: int) -> Array:
+    """Return one seat's observations `[B, ...]` of those of all seats `[B, n, ...]`.
+
+    NumPy stores texts with the length of the longest one. Texts are copied, because this length
+    would reveal how long the other seats' texts are.
+    """
+    column: Array = observations[:, seat]
+    return np.array(column.tolist(), str) if column.dtype.kind == "U" else column
+
+
 def make_readonly(array: Array) -> Array:
     """Make a newly created array read-only and return it."""
     array.setflags(write=False)
@@ -704,7 +714,9 @@ class Problem(ABC):
     def initial_observation(self, s: Array, seat: int) -> Array:
         """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
         return readonly_copy(
-            self.initial_observations(s)[:, seat] if self.partially_observable else s
+            select_seat_observations(self.initial_observations(s), seat)
+            if self.partially_observable
+            else s
         )
 
     def build_percept(
@@ -724,7 +736,9 @@ class Problem(ABC):
             return readonly_copy(array) if name in field_names else FIELD_OMITTED
 
         observation = (
-            outcome.observations[:, seat] if self.partially_observable else outcome.observations
+            select_seat_observations(outcome.observations, seat)
+            if self.partially_observable
+            else outcome.observations
         )
         return Percept(
             copy_if_required("action", actions[:, seat]),

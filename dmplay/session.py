@@ -26,6 +26,7 @@ from dmplay.core import (
     intern_array,
     make_readonly,
     readonly_copy,
+    select_seat_observations,
 )
 from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
 from dmplay.formatting import describe_end_reason, format_count
@@ -413,7 +414,9 @@ class Session(NotebookDisplay):
     def _seat_observation(self, seat: int, turn: Turn) -> Array:
         """Return the observation of a seat in a turn, or the state if agents see it."""
         observation: Array = (
-            turn.observations[seat] if self.problem.partially_observable else turn.observations
+            select_seat_observations(turn.observations[None], seat)[0]
+            if self.problem.partially_observable
+            else turn.observations
         )
         return observation
 
@@ -453,9 +456,9 @@ class Session(NotebookDisplay):
         for turn, state in zip(
             new_turns, [previous_state, *(turn.state for turn in new_turns)], strict=False
         ):
-            labels = self.problem.action_labels(state)
-            if labels:
-                history.action_labels.append(labels[seat][int(turn.actions[seat])])
+            if type(self.problem).action_labels is not Problem.action_labels:
+                labels = (self.problem.action_labels(state) or self.problem.actions)[seat].labels
+                history.action_labels.append(labels[int(turn.actions[seat])])
         history.observations.extend(
             [intern_array(self._seat_observation(seat, turn)) for turn in new_turns]
         )
@@ -474,6 +477,8 @@ class Session(NotebookDisplay):
             rewards_visible or self.problem.rewards_observable or end_reason is not None
         )
         problem, history = self.problem, self._update_history(seat, rewards_visible=rewards_visible)
+        # Labels are passed only if this seat's differ, not if those of another seat do.
+        action_labels = self.action_labels(seat)
         return View(
             problem=problem,
             seat=seat,
@@ -487,8 +492,8 @@ class Session(NotebookDisplay):
             beliefs=BeliefHistory(problem, seat, history) if self.has_visible_beliefs else None,
             end_reason=end_reason,
             turn_limit=self.turn_limit,
-            state_action_labels=self.action_labels(seat)
-            if problem.action_labels(self.state)
+            state_action_labels=action_labels
+            if action_labels != problem.actions[seat].labels
             else None,
             past_action_labels=HistorySnapshot(history.action_labels),
         )
