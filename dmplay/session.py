@@ -259,9 +259,8 @@ class Session(NotebookDisplay):
         return [seat for seat in seats if not self.is_inactive(seat)]
 
     def is_waiting_for_others(self, seats: Sequence[int]) -> bool:
-        """Return whether none of the given seats is active, but another seat is."""
-        all_inactive = bool(seats) and not self.over and not self.active_seats(seats)
-        return all_inactive and bool(self.active_seats(range(len(self.problem.agents))))
+        """Return whether there is a turn to play in which none of the given seats is active."""
+        return bool(seats) and not self.over and not self.active_seats(seats)
 
     def choose_policy_actions(self) -> list[float | None]:
         """Return each policy's action; None for a seat played from outside, or inactive."""

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import cache, cached_property
+from graphlib import CycleError
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,7 @@ from dmplay.core import WAIT_LABEL, Labels, Problem, TextLine
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.history_problem import MAX_SEED, ExternalEnvironment, ExternalProblem, TimeStep
 from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
-from dmplay.formats.gambit_efg import normalize_efg
+from dmplay.formats.gambit_efg import ExtensiveForm, read_efg, schedule_information_sets
 from dmplay.uniforms import expand_uniforms
 from dmplay.validation.playability_checks import RESERVED_WORDS
 
@@ -35,6 +36,8 @@ LABEL_TRIAL_GAMES, MAX_LABEL_QUERIES = (
 )  # games that are played, and action names that are queried, to collect labels
 MAX_TRIAL_TURNS = 1000  # turns of such a game
 HASH_DIGITS = 16  # hexadecimal digits of the hash that identifies a file
+EXTENSIVE_FORM_GAME = "efg_game("  # in the name of a game in extensive form, or of one made of it
+NOTHING_OBSERVED = "nothing"
 EFG_FILE_PATTERN = re.compile(r"efg_game\(filename=(.*?)(?:, sha256=\w+)?\)")
 SEPARATOR_PATTERN = re.compile(r"[\s_,;:]+")
 PLAYER_PREFIX_PATTERN = re.compile(r"^\[P\d+\]|^Pl\d+: ")
@@ -72,13 +75,40 @@ def _load_game(name: str) -> Any:
     base_name = text.partition("(")[0]
     if base_name not in pyspiel.registered_names():  # The library itself would print an error.
         raise UnknownName("game", base_name, pyspiel.registered_names(), error_prefix=PIP_EXTRA)
-    match = EFG_FILE_PATTERN.fullmatch(text)
-    tree = normalize_efg(match[1], safe_files.read_bytes(Path(match[1]))) if match else ""
+    form = _read_extensive_form(name)
     try:
         with _silence_stderr():
-            return pyspiel.load_efg_game(tree) if tree else pyspiel.load_game(text)
+            return pyspiel.load_efg_game(form.text) if form else pyspiel.load_game(text)
     except LIBRARY_ERRORS as error:
         raise BadParameter(f"{name}: {summarize_error(error)}") from None
+
+
+@cache
+def _read_extensive_form(name: str) -> ExtensiveForm | None:
+    """Return the content of the file that a game is read from; None if there is no file."""
+    match = EFG_FILE_PATTERN.fullmatch(name.partition(":")[2])
+    return read_efg(match[1], safe_files.read_bytes(Path(match[1]))) if match else None
+
+
+@cache
+def _schedule_turns(name: str) -> dict[str, int]:
+    """Return the number of turns before each information set, by its information state string.
+
+    It is empty for a game that is not read from a file. Raises BadParameter if there are no such
+    numbers.
+    """
+    form = _read_extensive_form(name)
+    try:
+        turns = schedule_information_sets(form.predecessors) if form else {}
+    except CycleError as error:
+        player = error.args[1][0][0] - 1
+        reason = f"the number of turns would reveal to player-{player} what these sets hide"
+        raise BadParameter(
+            f"{name}: its information sets have no order in time: {reason}"
+        ) from None
+    return {
+        f"{player - 1}-{player - 1}-{number}-": count for (player, number), count in turns.items()
+    }
 
 
 @contextmanager
@@ -126,19 +156,25 @@ def _resolve_chance_nodes(state: Any, sampler: ChanceSampler) -> None:
 class OpenSpielEnvironment(ExternalEnvironment):
     """An OpenSpiel game that is being played."""
 
-    def __init__(self, name: str, state: Any = None, returns: Sequence[float] = ()) -> None:
+    def __init__(
+        self, name: str, state: Any = None, returns: Sequence[float] = (), turn_count: int = 0
+    ) -> None:
         self._name, self._state, self._returns = name, state, returns
+        self._turn_count = turn_count
 
     def reset(self, draw: float) -> TimeStep:
         """Start a new game, and resolve the chance events before the first action."""
         self._state = _load_game(self._name).new_initial_state()
-        self._returns = [0.0] * self._state.num_players()
+        self._returns, self._turn_count = [0.0] * self._state.num_players(), 0
         _resolve_chance_nodes(self._state, ChanceSampler(draw))
         return self._make_time_step()
 
     def step(self, actions: tuple[float, ...], draw: float) -> TimeStep:
         """Apply the actions of the players to act, then resolve chance events."""
-        state = self._state
+        state, is_delayed = self._state, self._is_delayed()
+        self._turn_count += 1
+        if is_delayed:
+            return self._make_time_step()
         if state.is_simultaneous_node():
             legal_by_player = map(state.legal_actions, range(state.num_players()))
             pairs = zip(actions, legal_by_player, strict=True)
@@ -152,7 +188,28 @@ class OpenSpielEnvironment(ExternalEnvironment):
 
     def clone(self) -> "OpenSpielEnvironment":
         """Return an independent copy of the game in the same state."""
-        return OpenSpielEnvironment(self._name, self._state.clone(), self._returns)
+        return OpenSpielEnvironment(
+            self._name, self._state.clone(), self._returns, self._turn_count
+        )
+
+    def _is_delayed(self) -> bool:
+        """Return whether all players wait this turn.
+
+        They do before an information set that has a node deeper in the tree: if that node were
+        reached later than this one, the number of turns would tell its player which one it is.
+        """
+        state, turns = self._state, _schedule_turns(self._name)
+        if not turns or state.is_terminal():
+            return False
+        information_state = state.information_state_string(state.current_player())
+        return self._turn_count < turns.get(information_state, 0)
+
+    def _is_to_act(self, player: int) -> bool:
+        """Return whether a player is to act this turn."""
+        state = self._state
+        return not self._is_delayed() and bool(
+            state.is_simultaneous_node() or state.current_player() == player
+        )
 
     def _make_time_step(self) -> TimeStep:
         """Return the time step in the current state."""
@@ -165,9 +222,7 @@ class OpenSpielEnvironment(ExternalEnvironment):
         over = state.is_terminal()
         state_text = str(state) or ("over" if over else "begun")
         observations = (
-            ()
-            if _has_perfect_information(self._name)
-            else tuple(_observe_player(self._name, state, p) for p in players)
+            () if _has_perfect_information(self._name) else tuple(map(self._observe, players))
         )
         legal_actions = tuple(self._legal_actions(player, over=over) for player in players)
         return TimeStep(
@@ -178,6 +233,22 @@ class OpenSpielEnvironment(ExternalEnvironment):
             state_text.rstrip("\n"),
             self._current_action_names(legal_actions),
         )
+
+    def _observe(self, player: int) -> str:
+        """Return a player's observation as text, NOTHING_OBSERVED if it is empty.
+
+        In a game in extensive form, OpenSpiel describes the information set of the player to act to
+        every player. The others do not know it, so they observe nothing.
+        """
+        if EXTENSIVE_FORM_GAME in self._name and not self._is_to_act(player):
+            return NOTHING_OBSERVED
+        state = self._state
+        observe = (
+            state.information_state_string
+            if _shows_information_state(self._name)
+            else state.observation_string
+        )
+        return str(observe(player)).strip("\n") or NOTHING_OBSERVED
 
     def _current_action_names(
         self, legal_actions: Sequence[Sequence[int]]
@@ -208,10 +279,8 @@ class OpenSpielEnvironment(ExternalEnvironment):
         """Return a player's legal actions: to wait if it is not to act, () if the game is over."""
         if over:
             return ()
-        state = self._state
-        is_to_act = state.is_simultaneous_node() or state.current_player() == player
         wait_actions = (_load_game(self._name).num_distinct_actions(),)
-        return (is_to_act and state.legal_actions(player)) or wait_actions
+        return (self._is_to_act(player) and self._state.legal_actions(player)) or wait_actions
 
 
 def _has_perfect_information(name: str) -> bool:
@@ -227,16 +296,6 @@ def _shows_information_state(name: str) -> bool:
     return game_type.provides_information_state_string and (
         is_short or not game_type.provides_observation_string
     )
-
-
-def _observe_player(name: str, state: Any, player: int) -> str:
-    """Return a player's observation as text, "nothing" if it is empty."""
-    observe = (
-        state.information_state_string
-        if _shows_information_state(name)
-        else state.observation_string
-    )
-    return str(observe(player)).strip("\n") or "nothing"
 
 
 @cache
@@ -356,6 +415,7 @@ class OpenSpielProblem(ExternalProblem):
 
     def check_playable(self) -> None:
         """Raise BadParameter if the game is of a kind that cannot be played."""
+        _schedule_turns(self.name)
         game_type = _load_game(self.name).get_type()
         has_observations = (
             game_type.provides_information_state_string or game_type.provides_observation_string

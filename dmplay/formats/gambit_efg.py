@@ -1,7 +1,8 @@
 """Read Gambit games in extensive form (`.efg`) and write out everything that they imply."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from graphlib import TopologicalSorter
 from typing import NamedTuple
 
 from dmplay.formats.declarations import make_reading_budget
@@ -13,13 +14,22 @@ BYTES_PER_NODE = 2000  # memory of one node while it is read and written
 END_ACTION = "end"  # only action at a node that is added where chance alone ended the game
 
 PayoffVector = tuple[float, ...]  # payoff of each player
+InformationSet = tuple[int, int]  # player and number, both from 1 on
+
+
+class ExtensiveForm(NamedTuple):
+    """A game in extensive form, with everything that its file implies."""
+
+    text: str
+    # for each information set, those in which players act directly before it
+    predecessors: dict[InformationSet, set[InformationSet]]
 
 
 class _PathToNode(NamedTuple):
-    """The sum of payoffs on the path to a node, and whether a player has acted on it."""
+    """The sum of payoffs on the path to a node, and the last information set on it."""
 
     payoffs: PayoffVector
-    has_player_action: bool = False  # False if only chance has acted
+    last_set: InformationSet | None = None  # None if only chance has acted
 
 
 @dataclass
@@ -34,6 +44,7 @@ class _TreeReader:
     # for each player, with chance first: numbers from 1 on by the numbers in the file
     information_sets: list[dict[int, int]] = field(default_factory=list)
     terminal_count: int = 0
+    predecessors: dict[InformationSet, set[InformationSet]] = field(default_factory=dict)
 
     def iter_node_lines(self) -> Iterator[str]:
         """Yield the line of every node, each followed by the nodes below it, first to last."""
@@ -60,7 +71,7 @@ class _TreeReader:
             self.terminal_count += 1
             payoffs = ", ".join(map(repr, self._read_payoffs(path.payoffs)))
             line = f't "" {self.terminal_count} "" {{ {payoffs} }}'
-            return line if path.has_player_action else f"{self._format_final_player_node()}\n{line}"
+            return line if path.last_set else f"{self._format_final_player_node()}\n{line}"
         player = self._read_player() if kind == "p" else 0
         number = lexer.read_integer(1, 1e9, "the number of an information set, 1 or more")
         set_ = self.information_sets[player].setdefault(
@@ -69,9 +80,11 @@ class _TreeReader:
         if lexer.token[:1] == '"':
             lexer.read_string("the name of an information set")
         actions = self._read_actions(player, number)
-        pending += [
-            _PathToNode(self._read_payoffs(path.payoffs), path.has_player_action or player > 0)
-        ] * len(actions)
+        last_set = path.last_set
+        if player:
+            last_set = player, set_
+            self.predecessors.setdefault(last_set, set()).update(filter(None, [path.last_set]))
+        pending += [_PathToNode(self._read_payoffs(path.payoffs), last_set)] * len(actions)
         player_text = f"{player} " if player else ""
         return f'{kind} "" {player_text}{set_} "" {{ {" ".join(actions)} }} 0'
 
@@ -152,7 +165,12 @@ class _TreeReader:
 
 
 def normalize_efg(path: str, raw: bytes) -> str:
-    """Return the game in an `.efg` file as text, with everything that the file implies.
+    """Return the game in an `.efg` file as text, with everything that the file implies."""
+    return read_efg(path, raw).text
+
+
+def read_efg(path: str, raw: bytes) -> ExtensiveForm:
+    """Return the game in an `.efg` file, with everything that the file implies.
 
     Information sets are numbered from 1 on, every node lists its actions, and only terminal nodes
     have payoffs: the sums on their paths. If chance alone ends the game, the first player sees how.
@@ -171,7 +189,22 @@ def normalize_efg(path: str, raw: bytes) -> str:
     if lexer.token:
         raise lexer.unexpected_token("the end: every node has been told")
     header = f"EFG 2 R {_quote(title)} {{ {' '.join(map(_quote, players))} }}"
-    return "\n".join([header, '""', "", *nodes, ""])
+    return ExtensiveForm("\n".join([header, '""', "", *nodes, ""]), tree.predecessors)
+
+
+def schedule_information_sets(
+    predecessors: Mapping[InformationSet, Collection[InformationSet]],
+) -> dict[InformationSet, int]:
+    """Return the number of turns before each information set, the smallest that are consistent.
+
+    All nodes of an information set are reached after equally many turns, so that the number of
+    turns reveals nothing to its player (Jakobsen, Sorensen and Conitzer, "Timeability of
+    extensive-form games", 2016). Raises CycleError if there are no such numbers.
+    """
+    turns: dict[InformationSet, int] = {}
+    for set_ in TopologicalSorter(predecessors).static_order():
+        turns[set_] = max((turns[before] + 1 for before in predecessors[set_]), default=0)
+    return turns
 
 
 def _quote(text: str) -> str:

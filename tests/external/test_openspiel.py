@@ -225,6 +225,26 @@ def test_a_rewritten_file_is_another_game(tmp_path: Path) -> None:
     assert solve_problem(before).result == "value 1 to player-0, 1 to player-1 at the start, exact"
 
 
+DRIVER_TEXT = """EFG 2 R "absent-minded driver" { "driver" "nobody" }
+p "" 1 1 "" { "exit" "stay" } 0
+t "" 1 "" { 0 0 }
+p "" 1 1 "" { "exit" "stay" } 0
+t "" 2 "" { 4 0 }
+t "" 3 "" { 1 0 }
+"""
+
+
+def test_a_game_whose_number_of_turns_would_reveal_hidden_information_is_refused(
+    tmp_path: Path,
+) -> None:
+    """The driver must not know at which of the two exits it is."""
+    file = tmp_path / "driver.efg"
+    file.write_text(DRIVER_TEXT)
+    with pytest.raises(BadParameter, match="the number of turns would reveal to player-0") as error:
+        dmplay.load_problem(str(file))
+    assert "\n" not in str(error.value)
+
+
 def test_the_optimal_policy_of_nim_values_taking_the_last_object_as_a_loss() -> None:
     nim = dmplay.load_problem("openspiel:nim(pile_sizes=1;2)")
     player = SeatedPolicy(Session(nim, SeededUniforms(1)), 0, dmplay.load_agent(nim, 0, "optimal"))

@@ -1,5 +1,7 @@
 """Tests of Gambit's extensive form: information that a file leaves out is filled in."""
 
+from graphlib import CycleError
+
 import pytest
 
 from dmplay.errors import BadFile
@@ -76,3 +78,28 @@ def test_faults_are_reported_with_line_and_column() -> None:
             gambit_efg.normalize_efg("small.efg", GAME_TEXT.replace(before, after).encode())
         assert str(error.value).startswith("small.efg:")
         assert message in str(error.value), str(error.value)
+
+
+ORDERED_TEXT = """EFG 2 R "a set at two depths" { "ann" "bob" }
+c "" 1 "" { "early" 1/2 "late" 1/2 } 0
+p "" 2 1 "" { "x" } 0
+t "" 1 "" { 0 0 }
+p "" 1 1 "" { "a" } 0
+p "" 1 2 "" { "b" } 0
+p "" 2 1 0
+t "" 1
+"""
+
+
+def test_all_nodes_of_a_set_come_after_as_many_turns_as_the_deepest() -> None:
+    form = gambit_efg.read_efg("ordered.efg", ORDERED_TEXT.encode())
+    ann_first, ann_second, bob = (1, 1), (1, 2), (2, 1)
+    assert form.predecessors == {bob: {ann_second}, ann_first: set(), ann_second: {ann_first}}
+    assert gambit_efg.schedule_information_sets(form.predecessors) == {
+        ann_first: 0, ann_second: 1, bob: 2,
+    }  # fmt: skip
+
+
+def test_sets_that_come_before_and_after_each_other_have_no_numbers_of_turns() -> None:
+    with pytest.raises(CycleError):
+        gambit_efg.schedule_information_sets({(1, 1): {(2, 1)}, (2, 1): {(1, 1)}})

@@ -60,8 +60,8 @@ def are_distinguishable(responses: Sequence[Response], other_responses: Sequence
 
 
 def empty_folder(folder: Path) -> None:
-    """Remove everything in a folder."""
-    for path in folder.iterdir():
+    """Remove everything in a folder but the files of problems."""
+    for path in {*folder.iterdir()} - {*folder.glob("*.efg")}:
         shutil.rmtree(path) if path.is_dir() else path.unlink()
     saves.prepare_folder.cache_clear()
 

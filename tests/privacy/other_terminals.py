@@ -67,8 +67,9 @@ def start_unfinished_game(
 ) -> GameController:
     """Start a game and stop before its last turn, in this file or in the folder of saved games."""
     game = twins.begun(side, record)
-    for joint in side.actions[:SHARED_TURNS]:
-        game.choose(joint[twins.seat_index])
+    for turn, joint in enumerate(side.actions[:SHARED_TURNS]):
+        if len(game.session.turns) == turn:  # not played already, because the seat waited
+            game.choose(joint[twins.seat_index])
     return GameController(game, interpret_command)
 
 
@@ -102,7 +103,7 @@ def assert_no_leak_outside(
                     assert table.game.recorder
                     table.game.recorder.close()
             responses.append(run_line(line, monkeypatch))
-            for path in {*Path().glob("*.*")} - {TRANSCRIPT_PATH}:
+            for path in {*Path().glob("*.*")} - {TRANSCRIPT_PATH, *Path().glob("*.efg")}:
                 path.unlink()
         table.end_game()
         return responses
