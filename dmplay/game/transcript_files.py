@@ -22,6 +22,7 @@ from dmplay.transcript.verification_report import (
     Finding,
     VerificationReport,
     make_finding,
+    merge_waiting_observations,
 )
 from dmplay.transcript.verify import verify
 
@@ -131,6 +132,7 @@ def verify_file(path: Path, *, trusted: bool = False) -> VerificationReport:
         )
     report = verify(transcript, problem, policies, render_transcript_frame)
     report.problem_change = describe_problem_change(transcript, loaded_problem)
+    report.findings = merge_waiting_observations(report.findings)
     if is_concealed(transcript, problem):
         report.findings = [finding.without_values for finding in report.findings]
     return report

@@ -1,7 +1,8 @@
 """The result of verifying a transcript: each difference, and the report on all of them."""
 
 import json
-from collections.abc import Mapping
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -11,6 +12,12 @@ from dmplay.formatting import escape_newlines, format_count
 SEED_MISMATCH_MESSAGE = "the rules hold, but the inputs are not those of the seed and the agents"
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
 MAX_PRINTED_FINDINGS = 5
+# the acting player's information set, which files of `.efg` games once recorded for every player
+WAITING_OBSERVATION_PATTERN = re.compile(r"-?\d+-\d+-\d+-.*")
+WAITING_OBSERVATION_MESSAGE = (
+    "observations: of an older dmplay, which revealed the acting player's information set; "
+    "a waiting player observes nothing: --update rewrites the file"
+)
 
 
 class Finding(NamedTuple):
@@ -45,6 +52,25 @@ def make_finding(error: BadTranscript, location: str) -> Finding:
     """Return an error as a finding."""
     column = "" if error.column is None else f"column {error.column}: "
     return Finding("facts", error.path, error.line, location, f"{column}{error.explanation}")
+
+
+def merge_waiting_observations(findings: Sequence[Finding]) -> list[Finding]:
+    """Return the findings with a single one for all that waiting players once observed.
+
+    They are those of `.efg` games that an older version recorded, and that are empty now.
+    """
+    merged = [
+        finding
+        for finding in findings
+        if finding.what == "observation"
+        and finding.got == "nothing"
+        and WAITING_OBSERVATION_PATTERN.fullmatch(str(finding.expected))
+    ]
+    if not merged:
+        return [*findings]
+    summary = merged[0]._replace(what=WAITING_OBSERVATION_MESSAGE, expected=None, got=None)
+    others = [finding for finding in findings if finding not in merged]
+    return [summary, *others]
 
 
 def describe_peeks_and_hints(hint_counts: Mapping[str, int], *, peeked: bool) -> list[str]:

@@ -170,3 +170,39 @@ def test_an_extensive_game_is_played_and_its_missing_extra_is_named(
     monkeypatch.setitem(sys.modules, "pyspiel", None)
     with pytest.raises(BadParameter, match=r"pip install 'dmplay\[openspiel\]'"):
         load_problem(write_text_file(problem_folder / "below", "poker.efg", POKER_SOURCE))
+
+
+OLD_POKER_GAME = """dmplay: 1
+problem: "poker.efg"
+origin: "sha256:8375b4334fdb1572, open-spiel 2.0.2"
+seats: {"player-0": "random", "player-1": "random"}
+seed: 1
+
+turn: 0
+draws: [0.378651869]
+state: "2: Player:  1 2  R F"
+observations: {"player-0": "0-0-2-", "player-1": "0-1-2-"}
+
+turn: 1
+actions: {"player-0": "f", "player-1": "wait"}
+draws: [0.212787692]
+state: "8: Terminal:   -1 1"
+observations: {"player-0": "-1-0-0-", "player-1": "-1-1-0-"}
+rewards: {"player-0": -1, "player-1": 1}
+
+end: {"reason": "terminal", "turns": 1, "return": {"player-0": -1, "player-1": 1}, "total": {"player-0": -1, "player-1": 1}, "sha256": "7ca34fcf725cea4a"}
+"""  # noqa: E501 - as dmplay wrote it
+
+
+def test_what_waiting_players_once_observed_is_one_finding_that_an_update_repairs(
+    problem_folder: Path,
+) -> None:
+    write_text_file(problem_folder, "poker.efg", POKER_SOURCE)
+    path = Path("old.dmt")
+    path.write_text(OLD_POKER_GAME)
+    assert str(verify_file(path)) == (
+        "old.dmt:10: turn 0, player-1: observations: of an older dmplay, which revealed the acting "
+        "player's information set; a waiting player observes nothing: --update rewrites the file"
+    )
+    assert '"player-1": "nothing"' in rewrite_file(path)
+    assert verify_file(path).is_ok
