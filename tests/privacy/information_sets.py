@@ -95,9 +95,9 @@ def assert_equal_in_equal_moments(
     """
     first_by_moment: dict[Hashable, tuple[int, object]] = {}
     meetings = 0
-    for moments, turn, shown in records:
+    for moments, turn, outputs in records:
         for moment in moments:
             meetings += moment in first_by_moment
-            first = first_by_moment.setdefault(moment, (turn, shown))
-            assert first == (turn, shown), f"at {moment} the games can be told apart"
+            first = first_by_moment.setdefault(moment, (turn, outputs))
+            assert first == (turn, outputs), f"at {moment} the games can be told apart"
     assert meetings >= confused_at_least

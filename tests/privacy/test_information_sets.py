@@ -125,9 +125,9 @@ def iter_file_records(name: str, door: str) -> Iterator[tuple[list[Hashable], in
     for seat in range(len(dmplay.load_problem(name).agents)):
         plays = list_random_plays(name, seat) if door in LINE_DOORS else list_plays(name)
         for start, play in plays:
-            for turn, shown in DOORS[door](play, seat).items():
+            for turn, outputs in DOORS[door](play, seat).items():
                 moments = file_moments(start, play, seat, turn)
-                yield [(seat, moment) for moment in moments], turn, shown
+                yield [(seat, moment) for moment in moments], turn, outputs
 
 
 def test_the_plays_of_the_file_are_all_deals_and_bets() -> None:
@@ -187,9 +187,9 @@ def test_no_door_distinguishes_what_poker_hides(name: str, game_count: int, door
             session.advance()
         play = Play(f"openspiel:{name}", problem, seed, list_labels(session))
         for seat in range(2):
-            for turn, shown in TURN_DOORS[door](play, seat).items():
+            for turn, outputs in TURN_DOORS[door](play, seat).items():
                 moments = library_moments(session, play, seat, turn)
-                records.append(([(seat, moment) for moment in moments], turn, shown))
+                records.append(([(seat, moment) for moment in moments], turn, outputs))
     assert_equal_in_equal_moments(records, 20)
 
 
@@ -197,7 +197,7 @@ def test_no_door_distinguishes_what_poker_hides(name: str, game_count: int, door
 @pytest.mark.parametrize("name", SECRET_PROBLEM_PARAMS)
 def test_no_door_distinguishes_what_a_problem_hides(name: str, door: str) -> None:
     for pair in (find_pair(name, 0), find_pair(name, len(find_pair(name, 0).problem.agents) - 1)):
-        shown = []
+        outputs = []
         for side in pair.sides:
             actions = [*side.actions[:SHARED_TURNS], pair.first.actions[-1]]
             labels = tuple(
@@ -205,9 +205,9 @@ def test_no_door_distinguishes_what_a_problem_hides(name: str, door: str) -> Non
                 for joint in actions
             )
             watch = (TURN_DOORS | LEARNING_DOORS)[door]
-            shown.append(watch(Play(name, pair.problem, side.seed, labels), pair.seat_index))
-        assert shown[0] == shown[1]
-        assert [*shown[0]] == [0, 1, 2]
+            outputs.append(watch(Play(name, pair.problem, side.seed, labels), pair.seat_index))
+        assert outputs[0] == outputs[1]
+        assert [*outputs[0]] == [0, 1, 2]
 
 
 def test_an_observation_of_the_acting_player_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -247,15 +247,15 @@ def test_a_waiting_player_cannot_tell_whether_the_other_has_an_action_without_a_
     header = 'EFG 2 R "forty actions" { "Ann" "Bob" }\n'
     file = files / "forty.efg"
     file.write_text("\n".join([f'{header}c "" 1 "" {{ {deals} }} 0', *nodes]), encoding="utf-8")
-    problem, shown, names = dmplay.load_problem(str(file)), set[str](), set[str]()
+    problem, outputs, names = dmplay.load_problem(str(file)), set[str](), set[str]()
     for seed in SEEDS:
         game = Session(problem, dmplay.SeededUniforms(seed))
         game.advance([problem.parse_action(0, "call"), problem.wait_action(1)])
         view = game.view(0)
-        shown.add(repr((view.state_action_labels, [*view.past_action_labels], view.observation)))
+        outputs.add(repr((view.state_action_labels, [*view.past_action_labels], view.observation)))
         names.add(game.view(1).action_labels.describe_actions(game.legal_actions_mask(1)))
     assert len(names) > 10
-    assert len(shown) == 1
+    assert len(outputs) == 1
 
 
 @pytest.mark.parametrize("wrapper", ["cached_tree", "misere"])

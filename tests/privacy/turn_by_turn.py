@@ -56,8 +56,10 @@ class Play(NamedTuple):
         return [turn for turn, joint in enumerate(self.labels) if joint[seat] != WAIT_LABEL]
 
 
-Shown = dict[int, object]  # everything that was shown to a seat, by the number of turns until then
-Door = Callable[[Play, int], Shown]
+OutputByTurn = dict[
+    int, object
+]  # everything that was shown to a seat, by the number of turns until then
+Door = Callable[[Play, int], OutputByTurn]
 
 
 @dataclass
@@ -87,7 +89,7 @@ class RecordingPolicy:
         return None
 
 
-def list_calls(policy: RecordingPolicy) -> Shown:
+def list_calls(policy: RecordingPolicy) -> OutputByTurn:
     """Return the calls of a policy until each turn."""
     return {turn: policy.calls[: turn + 1] for turn in range(len(policy.play.labels))}
 
@@ -103,9 +105,9 @@ def advance(session: Session, play: Play, turn: int) -> None:
     session.advance([play.problem.parse_action(seat, label) for seat, label in labels])
 
 
-def watch_view(play: Play, seat: int) -> Shown:
+def watch_view(play: Play, seat: int) -> OutputByTurn:
     """Return the views and percepts of a seat."""
-    session, shown, entries = make_session(play), Shown(), list[str]()
+    session, outputs, entries = make_session(play), OutputByTurn(), list[str]()
     for turn in range(len(play.labels)):
         view = session.view(seat)
         facts = {
@@ -115,13 +117,13 @@ def watch_view(play: Play, seat: int) -> Shown:
             and isinstance(value, str | Sequence | None)
         }
         entries.append(repr((facts, view.legal_actions_mask, view.last_action_label)))
-        shown[turn] = [*entries]
+        outputs[turn] = [*entries]
         advance(session, play, turn)
         entries.append(repr(session.build_percept(seat, turn + 1)))
-    return shown
+    return outputs
 
 
-def watch_policy(play: Play, seat: int) -> Shown:
+def watch_policy(play: Play, seat: int) -> OutputByTurn:
     """Return the calls of a policy in a session."""
     policies = [RecordingPolicy(play, item) for item in range(len(play.problem.agents))]
     session = make_session(play, policies)
@@ -133,7 +135,7 @@ def watch_policy(play: Play, seat: int) -> Shown:
     return list_calls(policies[seat])
 
 
-def watch_rollout(play: Play, seat: int) -> Shown:
+def watch_rollout(play: Play, seat: int) -> OutputByTurn:
     """Return the calls of a policy in a rollout."""
     policies = [RecordingPolicy(play, item) for item in range(len(play.problem.agents))]
     dmplay.rollout(play.problem, policies, episodes=1, seed=play.seed, turn_limit=len(play.labels))
@@ -141,33 +143,37 @@ def watch_rollout(play: Play, seat: int) -> Shown:
     return list_calls(policies[seat])
 
 
-def watch_manual_game(play: Play, seat: int) -> Shown:
+def watch_manual_game(play: Play, seat: int) -> OutputByTurn:
     """Return the answers of `dmplay.play` to a seat."""
     agent = play.problem.agents[seat]
-    game, shown, entries = dmplay.play(play.problem, seed=play.seed), Shown(), list[object]()
+    game, outputs, entries = (
+        dmplay.play(play.problem, seed=play.seed),
+        OutputByTurn(),
+        list[object](),
+    )
     for turn, labels in enumerate(play.labels):
         entries += [game.last_observation(agent), game.legal_actions(agent)]
         entries.append(game.last_percept(agent) if turn else None)
-        shown[turn] = [*entries]
+        outputs[turn] = [*entries]
         game.act(*labels)
-    return shown
+    return outputs
 
 
-def watch_notebook(play: Play, seat: int) -> Shown:
+def watch_notebook(play: Play, seat: int) -> OutputByTurn:
     """Return the displays of a game in a notebook with one seat for a person."""
     policies = [RecordingPolicy(play, item) for item in range(len(play.problem.agents))]
     session = make_session(
         play, [None if item == seat else policy for item, policy in enumerate(policies)]
     )
-    shown, entries = Shown(), list[object]()
+    outputs, entries = OutputByTurn(), list[object]()
     for turn in range(len(play.labels)):
         entries.append(session._repr_mimebundle_())
-        shown[turn] = [*entries]
+        outputs[turn] = [*entries]
         advance(session, play, turn)
-    return shown
+    return outputs
 
 
-def watch_bot(play: Play, seat: int) -> Shown:
+def watch_bot(play: Play, seat: int) -> OutputByTurn:
     """Return the messages to a program, until each of its choices."""
     Path("bot.py").write_text(BOT_SOURCE, encoding="utf-8")
     words = [sys.executable, "-S", "-E", "bot.py", "log", *play.own_labels(seat)]
@@ -180,18 +186,18 @@ def watch_bot(play: Play, seat: int) -> Shown:
     for _ in play.labels:
         session.advance()
     bot.close()
-    shown, messages = Shown(), list[str]()
+    outputs, messages = OutputByTurn(), list[str]()
     log_path = Path("log")  # There is none if the program was never to choose.
     for line in log_path.read_text(encoding="utf-8").splitlines() if log_path.exists() else []:
         messages.append(line)
         message = json.loads(line)
         if message["type"] == "act":
-            shown[message["turn"] - 1] = [*messages]
+            outputs[message["turn"] - 1] = [*messages]
     log_path.unlink(missing_ok=True)
-    return shown
+    return outputs
 
 
-def watch_front_end(front: str, play: Play, seat: int) -> Shown:
+def watch_front_end(front: str, play: Play, seat: int) -> OutputByTurn:
     """Return the output of a front end, until each choice of a person in the seat.
 
     Random agents play the other seats.
@@ -208,27 +214,27 @@ def watch_front_end(front: str, play: Play, seat: int) -> Shown:
     return {turn: responses[: n + 1] for n, turn in enumerate(play.own_turns(seat))}
 
 
-def watch_gym(play: Play, seat: int) -> Shown:
+def watch_gym(play: Play, seat: int) -> OutputByTurn:
     """Return the answers of a Gymnasium environment in which agents play the other seats."""
     others = "random" if len(play.problem.agents) > 1 else ""
     environment = Env(play.problem, seat=play.problem.agents[seat], others=others)
     observation, info = environment.reset(seed=play.seed)
-    shown, entries = Shown(), [repr((observation, info))]
+    outputs, entries = OutputByTurn(), [repr((observation, info))]
     for turn, labels in enumerate(play.labels):
-        shown[turn] = [*entries]
+        outputs[turn] = [*entries]
         action = play.problem.parse_action(seat, labels[seat])
         observation, reward, _, _, info = environment.step(action)
         entries.append(repr((observation, info, play.problem.rewards_observable and reward)))
-    return shown
+    return outputs
 
 
-def watch_zoo(play: Play, seat: int) -> Shown:
+def watch_zoo(play: Play, seat: int) -> OutputByTurn:
     """Return the answers of a PettingZoo environment to one agent."""
     environment, agent = ParallelEnv(play.problem), play.problem.agents[seat]
     observations, infos = environment.reset(seed=play.seed)
-    shown, entries = Shown(), [repr((observations[agent], infos[agent]))]
+    outputs, entries = OutputByTurn(), [repr((observations[agent], infos[agent]))]
     for turn, labels in enumerate(play.labels):
-        shown[turn] = [*entries]
+        outputs[turn] = [*entries]
         actions = {
             name: play.problem.parse_action(item, labels[item])
             for item, name in enumerate(play.problem.agents)
@@ -236,10 +242,10 @@ def watch_zoo(play: Play, seat: int) -> Shown:
         observations, rewards, _, _, infos = environment.step(actions)
         reward = play.problem.rewards_observable and rewards[agent]
         entries.append(repr((observations[agent], infos[agent], reward)))
-    return shown
+    return outputs
 
 
-def watch_model(play: Play, seat: int) -> Shown:
+def watch_model(play: Play, seat: int) -> OutputByTurn:
     """Return the answers to a language model over MCP, until each of its choices.
 
     Random agents play the other seats.
@@ -249,12 +255,12 @@ def watch_model(play: Play, seat: int) -> Shown:
     )
     problem_id = Path(play.name).stem if play.name.endswith(".efg") else play.name
     answers: list[object] = [games.start_game(problem_id, play.problem.agents[seat], "random")]
-    shown = Shown()
+    outputs = OutputByTurn()
     for turn, label in zip(play.own_turns(seat), play.own_labels(seat), strict=True):
-        shown[turn] = [*answers]
+        outputs[turn] = [*answers]
         answers.append(games.play_action("g1", label))
     games.end_all_games()
-    return shown
+    return outputs
 
 
 TURN_DOORS: dict[str, Door] = {
