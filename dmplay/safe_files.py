@@ -3,6 +3,8 @@
 import contextlib
 import errno
 import os
+import re
+import stat
 from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
@@ -17,6 +19,7 @@ PRIVATE_FILE_MODE, SHARED_FILE_MODE = (
 )  # permissions for the owner only, and for everyone; the umask may remove some
 DISK_FULL_ERRNOS = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)  # error numbers of a full disk
 DRAFT_PREFIX = ".dmplay-"  # how the names of unfinished files begin
+DRAFT_NAME = re.compile(rf"{re.escape(DRAFT_PREFIX)}[0-9a-f]{{16}}\.tmp")  # the complete names
 
 
 def user_folder(env: Mapping[str, str], variable: str, *names: str) -> Path:
@@ -196,11 +199,25 @@ def _write_atomically(path: Path, text: Iterable[str], mode: int) -> None:
 
 
 def _remove_stale_drafts(folder: Path) -> None:
-    """Remove the drafts that killed processes left in a folder."""
+    """Remove the drafts that killed processes of this user left in a folder."""
     with contextlib.suppress(OSError):
-        for draft in folder.glob(f"{DRAFT_PREFIX}*.tmp"):
-            if not is_game_running(draft):
-                draft.unlink(missing_ok=True)
+        for path in folder.glob(f"{DRAFT_PREFIX}*.tmp"):
+            if DRAFT_NAME.fullmatch(path.name) and _is_stale_draft(path):
+                path.unlink(missing_ok=True)
+
+
+def _is_stale_draft(path: Path) -> bool:
+    """Return whether a path is a regular file of this user that no other program has locked."""
+    with contextlib.suppress(AttributeError, OSError):
+        # Without O_NONBLOCK, opening a FIFO would wait for a writer.
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK | os.O_NOFOLLOW)
+        try:
+            status = os.fstat(handle)
+            is_own_file = stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
+            return is_own_file and not is_locked_elsewhere(handle)
+        finally:
+            os.close(handle)
+    return False
 
 
 def _open_draft(draft_path: Path, mode: int) -> tuple[int, str]:

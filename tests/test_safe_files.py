@@ -3,12 +3,14 @@
 import os
 import re
 import resource
+import socket
 import tracemalloc
 from pathlib import Path
 
 import pytest
 
 from dmplay.errors import DiskFull
+from dmplay.game.saves import saves_folder
 from dmplay.safe_files import (
     is_locked_elsewhere,
     read_bytes,
@@ -17,8 +19,9 @@ from dmplay.safe_files import (
     write_file,
 )
 from tests.support.games import record_game
-from tests.support.programs import run_dmplay, run_shell_line
+from tests.support.programs import UNNAMED_USER_ID, run_dmplay, run_shell_line
 
+DRAFT_NAME = ".dmplay-0123456789abcdef.tmp"  # a name of an unfinished file
 OUTPUT_COMMANDS = (("export", "g.dmt", "--csv", "-o"), ("figure", "F.2", "-o"))
 
 
@@ -198,16 +201,71 @@ def test_a_named_draft_file_is_removed_after_the_write(
 
 
 def test_the_next_write_removes_the_draft_of_a_killed_write(tmp_path: Path) -> None:
-    for name in (f".dmplay-{os.getpid()}.tmp", ".dmplay-1.tmp", ".dmplay-2.tmp"):
+    stale, unfinished = f".dmplay-{'1' * 16}.tmp", f".dmplay-{'2' * 16}.tmp"
+    for name in (stale, unfinished):
         (tmp_path / name).write_text("half a li")
     old = tmp_path / "old"
     old.write_text("one")
-    with (tmp_path / ".dmplay-2.tmp").open() as draft:
+    with (tmp_path / unfinished).open() as draft:
         assert not is_locked_elsewhere(draft.fileno())  # takes the lock, like a write in progress
         write_file(old, "two", force=True)
         write_file(tmp_path / "new", "two")
-    assert {path.name for path in tmp_path.iterdir()} == {".dmplay-2.tmp", "old", "new"}
+    assert {path.name for path in tmp_path.iterdir()} == {unfinished, "old", "new"}
     assert old.read_text() == "two"
+
+
+@pytest.mark.parametrize("name", [".dmplay-x.tmp", DRAFT_NAME])
+def test_a_write_does_not_wait_for_a_fifo_with_the_name_of_a_draft(name: str, folder: Path) -> None:
+    os.mkfifo(folder / name)
+    result = run_dmplay(folder, "export", "g.dmt", "--csv", "-o", "game.csv")
+    assert (result.returncode, result.stderr) == (0, "")
+    assert (folder / "game.csv").read_text().startswith("turn,")
+    assert (folder / name).is_fifo()
+
+
+@pytest.mark.parametrize(
+    "name",
+    [".dmplay-notes.tmp", ".dmplay-1.tmp", DRAFT_NAME.upper(), f"{DRAFT_NAME}.tmp", ".dmplay-.tmp"],
+)
+def test_a_write_keeps_a_file_whose_name_is_only_similar_to_that_of_a_draft(
+    name: str, tmp_path: Path
+) -> None:
+    (tmp_path / name).write_text("mine")
+    write_file(tmp_path / "new", "one")
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_a_write_keeps_links_folders_and_sockets_with_the_name_of_a_draft(tmp_path: Path) -> None:
+    notes, link, broken_link, folder, socket_path = (
+        tmp_path / name for name in ("notes", *(f".dmplay-{digit * 16}.tmp" for digit in "1234"))
+    )
+    notes.write_text("mine")
+    link.symlink_to(notes)
+    broken_link.symlink_to("nowhere")
+    folder.mkdir()
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(str(socket_path))
+        write_file(tmp_path / "new", "one")
+    assert (link.is_symlink(), broken_link.is_symlink()) == (True, True)
+    assert (folder.is_dir(), socket_path.is_socket()) == (True, True)
+    assert notes.read_text() == "mine"
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give a file to another user")
+def test_a_write_keeps_the_draft_of_another_user(tmp_path: Path) -> None:
+    draft = tmp_path / DRAFT_NAME
+    draft.write_text("half a li")
+    os.chown(draft, UNNAMED_USER_ID, -1)
+    write_file(tmp_path / "new", "one")
+    assert draft.read_text() == "half a li"
+
+
+def test_a_new_game_does_not_wait_for_a_fifo_among_the_saved_games(tmp_path: Path) -> None:
+    games = saves_folder({"XDG_STATE_HOME": str(tmp_path / "state")})
+    games.mkdir(parents=True)
+    os.mkfifo(games / "x.dmt")
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "7", stdin="e\nquit\n")
+    assert (result.returncode, (games / "x.dmt").is_fifo()) == (0, True)
 
 
 def test_an_empty_file_left_by_a_kill_can_be_overwritten(folder: Path) -> None:

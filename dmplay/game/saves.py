@@ -86,7 +86,8 @@ def remove_old_saves() -> int:
     save_folder, removed_count = saves_folder(os.environ), 0
     if not prepare_folder(save_folder):
         return 0
-    paths = sorted(save_folder.glob("*.dmt"), key=_age_key)
+    # A FIFO would never end, and only a regular file can be a save.
+    paths = sorted(filter(Path.is_file, save_folder.glob("*.dmt")), key=_age_key)
     empty_saves = [path for path in paths if not _has_turns(path)]
     nonempty_saves = [path for path in paths if path not in empty_saves]
     model_saves = [path for path in nonempty_saves if _has_model_seat(path)]
