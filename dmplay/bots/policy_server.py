@@ -64,6 +64,7 @@ class BotServer:
         """Choose problem, seat and policy by a `hello` message, and return the answer."""
         if message.get("protocol") != PROTOCOL_VERSION:
             raise BadParameter(f"protocol {message.get('protocol')!r}, expected {PROTOCOL_VERSION}")
+        _check_hello(message)
         self._seat = self._make_seat(message)
         policy = self._seat[2]
         wants = [offer for offer in message.get("offers", []) if offer == MANY_GAMES_OFFER]
@@ -97,6 +98,25 @@ class BotServer:
         )
         action = problem.actions[seat].to_json_value(float(choice))
         return encode_message("act", {"id": message["id"], "action": action})
+
+
+def _check_hello(message: JsonObject) -> None:
+    """Raise KeyError if a field of a `hello` message is missing, BadParameter if it is invalid."""
+    parameters, seat, turns = (message[name] for name in ("parameters", "seat", "turns"))
+    offers = message.get("offers", [])
+    for name, value, is_valid, expected in (
+        ("parameters", parameters, isinstance(parameters, dict), "an object"),
+        ("seat", seat, isinstance(seat, str), "a name"),
+        (
+            "turns",
+            turns,
+            turns is None or (type(turns) is int and turns >= 1),
+            "a whole number, 1 or more, or null",
+        ),
+        ("offers", offers, isinstance(offers, list), "a list"),
+    ):
+        if not is_valid:
+            raise BadParameter(f"{name} {value!r}, expected {expected}")
 
 
 def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | None:

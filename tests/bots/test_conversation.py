@@ -296,6 +296,29 @@ def test_a_request_that_the_server_cannot_answer_is_an_error() -> None:
             [*map(server.answer, lines)]
 
 
+@pytest.mark.parametrize(
+    ("fields", "message"),
+    [
+        ({"seat": [0.5]}, "seat [0.5], expected a name"),
+        ({"seat": {}}, "seat {}, expected a name"),
+        ({"seat": 0}, "seat 0, expected a name"),
+        ({"seat": "agnet"}, "unknown seat 'agnet'; did you mean agent?"),
+        ({"parameters": []}, "parameters [], expected an object"),
+        ({"parameters": None}, "parameters None, expected an object"),
+        ({"turns": "3"}, "turns '3', expected a whole number, 1 or more, or null"),
+        ({"turns": True}, "turns True, expected a whole number, 1 or more, or null"),
+        ({"turns": -1}, "turns -1, expected a whole number, 1 or more, or null"),
+        ({"offers": 3}, "offers 3, expected a list"),
+    ],
+)
+def test_a_malformed_field_of_hello_is_named(fields: dict[str, object], message: str) -> None:
+    hello = {"type": "hello", "protocol": 1, "parameters": {}, "seat": "agent", "turns": None}
+    server = BotServer("random", make_seat_factory("random", "hexworld"))
+    with pytest.raises(BadParameter, match=f"^got '.*: {re.escape(message)}$"):
+        server.answer(json.dumps(hello | fields))
+    assert json.loads(server.answer(json.dumps(hello)))["type"] == "hello"
+
+
 def test_an_invalid_program_is_rejected_before_the_game_starts() -> None:
     for name, message in {
         "bot:": "expected a command, as bot:./player",
