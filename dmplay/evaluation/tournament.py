@@ -99,7 +99,7 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     if equilibrium_policies:
         remaining += [
             entry
-            for entry in _list_equilibrium_pairings(len(names))
+            for entry in list_equilibrium_pairings(len(names))
             if entry not in returns_by_seating
         ]
     shortfall = ""
@@ -133,7 +133,7 @@ def list_seatings(
     return [*combinations_with_replacement(range(entrant_count), seat_count)]
 
 
-def _list_equilibrium_pairings(entrant_count: int) -> list[tuple[int, ...]]:
+def list_equilibrium_pairings(entrant_count: int) -> list[tuple[int, ...]]:
     """Return the pairings of each entrant, and of the exact equilibrium itself, with the latter.
 
     The index of the exact equilibrium is `entrant_count`.

@@ -1,7 +1,7 @@
 """The results of a tournament, saved in a file so that an interrupted tournament can resume."""
 
 import json
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +9,9 @@ import numpy as np
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.safe_files import read_complete_lines, write_at_offset, write_file
+from dmplay.transcript.line_parser import JSON_DECODER
+
+MAX_RETURN = 1e100  # beyond any real one, and its square is finite
 
 
 class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
@@ -17,14 +20,22 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
     Each line is written as soon as its seating is played.
     """
 
-    def __init__(self, path: Path, description: Mapping[str, object]) -> None:
-        """Read the seatings that a file holds of the tournament with this description.
+    def __init__(
+        self,
+        path: Path,
+        description: Mapping[str, object],
+        seatings: Collection[tuple[int, ...]],
+        episodes: int,
+    ) -> None:
+        """Read those of the seatings that a file holds of the tournament with this description.
 
+        Each has the returns `[E, n]` of E `episodes` and n seats.
         The file is created with the first new seating. Raise BadParameter if the file is not of
         this tournament, and OSError if it cannot be read.
         """
         super().__init__()
         self._path, self._byte_count = path, 0
+        self._seatings, self._episodes = seatings, episodes
         self._header = f"{json.dumps(description)}\n"
         for number, row in enumerate(read_complete_lines(path) if path.exists() else (), 1):
             if number == 1 and row != self._header:
@@ -39,10 +50,28 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
     def _read_row(self, number: int, row: str) -> None:
         """Read one seating from a line of the file; raise BadParameter if it is malformed."""
         try:
-            data = json.loads(row)
-            super().__setitem__(tuple(data["seats"]), np.array(data["returns"], float))
-        except (ValueError, TypeError, KeyError):
-            raise BadParameter(f"{self._path}:{number}: not a seating; remove the line") from None
+            data = JSON_DECODER.decode(row)
+            seating, returns = tuple(data["seats"]), np.array(data["returns"], float)
+            if not all(type(entrant) is int for entrant in seating):
+                raise ValueError
+        except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
+            raise self._row_error(number, "not a seating") from None
+        if seating not in self._seatings:
+            raise self._row_error(number, f"no seating {[*seating]} in this tournament")
+        if seating in self:
+            raise self._row_error(number, f"the seating {[*seating]} stands twice")
+        if returns.shape != (self._episodes, len(seating)):
+            expected = f"expected {self._episodes} games of {len(seating)} seats"
+            raise self._row_error(number, f"returns of the shape {[*returns.shape]}, {expected}")
+        if not (np.abs(returns) <= MAX_RETURN).all():
+            raise self._row_error(
+                number, f"a return is not between -{MAX_RETURN:g} and {MAX_RETURN:g}"
+            )
+        super().__setitem__(seating, returns)
+
+    def _row_error(self, number: int, explanation: str) -> BadParameter:
+        """Return the error for a line of the file."""
+        return BadParameter(f"{self._path}:{number}: {explanation}; remove the line")
 
     def __setitem__(self, seating: tuple[int, ...], returns: Reals) -> None:
         """Store the returns of a seating, and append them to the file."""

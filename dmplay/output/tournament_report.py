@@ -11,6 +11,7 @@ from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.tournament import (
     SEATING_ORDERS,
     TournamentResult,
+    list_equilibrium_pairings,
     list_seatings,
     run_tournament,
 )
@@ -53,8 +54,12 @@ def report_tournament(
     facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
-    returns_by_seating = TournamentCheckpoint(results_file, facts) if results_file else {}
     exact_agent = _find_equilibrium_agent_name(problem) if orders == SEATING_ORDERS[0] else ""
+    seatings = list_seatings(len(entrants), seat_count, orders)
+    played_seatings = seatings + (list_equilibrium_pairings(len(entrants)) if exact_agent else [])
+    returns_by_seating = (
+        TournamentCheckpoint(results_file, facts, played_seatings, episodes) if results_file else {}
+    )
     with (
         ProgressBar(
             f"a tournament of {len(entrants)}",
@@ -79,7 +84,7 @@ def report_tournament(
             seating_order=orders,
         )
     seating_count, game_count = (
-        len(list_seatings(len(entrants), seat_count, orders)),
+        len(seatings),
         format_count(episodes, "game", ","),
     )
     headline = f"{request.title}: {seating_count} seatings of {game_count} of seed {request.seed}"

@@ -103,10 +103,48 @@ def test_entrants_of_the_equilibrium_have_no_regret() -> None:
     assert result.regrets.tolist() == [0.0, 0.0, 0.0]
 
 
+def open_checkpoint(path: Path, episodes: int, seed: int = 0) -> TournamentCheckpoint:
+    """Open the file of a tournament of two entrants in two seats."""
+    return TournamentCheckpoint(path, {"seed": seed}, [*product((0, 1), (0, 1))], episodes)
+
+
+@pytest.mark.parametrize(
+    ("row", "explanation"),
+    [
+        ('{"seats": [-1, 0], "returns": [[0, 0]]}', "no seating [-1, 0] in this tournament"),
+        ('{"seats": [0, 2], "returns": [[0, 0]]}', "no seating [0, 2] in this tournament"),
+        ('{"seats": [0], "returns": [[0]]}', "no seating [0] in this tournament"),
+        ('{"seats": [false, 0], "returns": [[0, 0]]}', "not a seating"),
+        ('{"seats": [0.0, 0], "returns": [[0, 0]]}', "not a seating"),
+        ('{"seats": "01", "returns": [[0, 0]]}', "not a seating"),
+        ("[]", "not a seating"),
+        ("[" * 5000, "not a seating"),
+        ('{"seats": [0, 0], "returns": [[1' + "0" * 400 + ", 0]]}", "not a seating"),
+        ('{"seats": [0, 0], "returns": [[NaN, 0]]}', "not a seating"),
+        ('{"seats": [0, 0], "returns": [[null, 0]]}', "a return is not between -1e+100 and 1e+100"),
+        ('{"seats": [0, 0], "returns": [[1e300, 0]]}', "a return is not between"),
+        ('{"seats": [0, 0], "returns": [[0], [0, 0]]}', "not a seating"),
+        ('{"seats": [0, 0], "returns": [0, 0]}', "returns of the shape [2], expected 1 games"),
+        ('{"seats": [0, 0], "returns": []}', "returns of the shape [0], expected 1 games"),
+        ('{"seats": [0, 1], "returns": [[0, 0]]}', "the seating [0, 1] stands twice"),
+    ],
+)
+def test_a_line_of_the_checkpoint_that_was_changed_by_hand_is_named(
+    row: str, explanation: str, tmp_path: Path
+) -> None:
+    path = tmp_path / "cup"
+    open_checkpoint(path, 1)[0, 1] = np.ones((1, 2))
+    before = path.read_text()
+    path.write_text(f"{before}{row}\n")
+    with pytest.raises(BadParameter, match=rf"cup:3: {re.escape(explanation)}.*; remove the line$"):
+        open_checkpoint(path, 1)
+    assert path.read_text() == f"{before}{row}\n"
+
+
 def test_seatings_in_the_checkpoint_are_not_played_again(tmp_path: Path) -> None:
-    checkpoint = TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})
+    checkpoint = open_checkpoint(tmp_path / "cup.jsonl", 3)
     first = play_tournament("grim", "always-defect", returns=checkpoint)
-    reloaded = TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})
+    reloaded = open_checkpoint(tmp_path / "cup.jsonl", 3)
     assert {seats: returns.tolist() for seats, returns in reloaded.items()} == {
         seats: returns.tolist() for seats, returns in checkpoint.items()
     }
@@ -117,21 +155,21 @@ def test_seatings_in_the_checkpoint_are_not_played_again(tmp_path: Path) -> None
 
 
 def test_a_file_of_another_tournament_is_refused(tmp_path: Path) -> None:
-    TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 0})[0, 0] = np.zeros((1, 2))
+    open_checkpoint(tmp_path / "cup.jsonl", 1)[0, 0] = np.zeros((1, 2))
     with pytest.raises(BadParameter, match=r"cup.jsonl: of another tournament; name another file"):
-        TournamentCheckpoint(tmp_path / "cup.jsonl", {"seed": 1})
+        open_checkpoint(tmp_path / "cup.jsonl", 1, seed=1)
 
 
 def test_a_checkpoint_of_any_size_is_resumed_after_a_kill(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     path = tmp_path / "cup"
-    TournamentCheckpoint(path, {"seed": 0})[0, 0] = np.zeros((9, 2))
+    open_checkpoint(path, 9)[0, 0] = np.zeros((9, 2))
     content = path.read_bytes()
     monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 100)
     assert len(content) > 100
     path.write_bytes(content + content[30:60])  # an incomplete last line
-    reloaded = TournamentCheckpoint(path, {"seed": 0})
+    reloaded = open_checkpoint(path, 9)
     assert [*reloaded] == [(0, 0)]
     reloaded[0, 1] = np.ones((1, 2))
     assert path.read_bytes() == content + b'{"seats": [0, 1], "returns": [[1.0, 1.0]]}\n'
@@ -143,7 +181,7 @@ def test_a_checkpoint_of_any_size_is_resumed_after_a_kill(
     ):
         path.write_bytes(text)
         with pytest.raises(BadParameter, match=message):
-            TournamentCheckpoint(path, {"seed": 0})
+            open_checkpoint(path, 9)
 
 
 def test_a_tournament_is_written_as_json(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
