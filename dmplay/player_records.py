@@ -85,7 +85,11 @@ def record_finished_game(recorder: Recorder) -> None:
     with contextlib.suppress(DmplayError, OSError):  # The file may have changed in the meantime.
         transcript = read_transcript(recorder.path)
         record = _record_from_transcript(transcript, recorder.session.problem)
-        if record and record.best and not (_is_new_best(record) and _is_verified(recorder.path)):
+        if (
+            record
+            and record.best
+            and not (_is_new_best(record) and _is_verified(recorder.path, record))
+        ):
             record = replace(record, best=None)
         if record:
             _save_record(record)
@@ -210,15 +214,18 @@ def _is_new_best(record: ProblemRecord) -> bool:
     )
 
 
-def _is_verified(path: Path) -> bool:
-    """Return whether `dmplay verify` accepts a transcript."""
+def _is_verified(path: Path, record: ProblemRecord) -> bool:
+    """Return whether `dmplay verify` accepts a transcript of a record.
+
+    Only the code of the record's installed problem is imported, which ran during the game. The file
+    may name another by now.
+    """
     from dmplay.game.transcript_files import (
         verify_file,  # imported here because it is needed only now
     )
 
-    return verify_file(
-        path, trusted=True
-    ).is_ok  # trusted: the code of an installed problem was run already
+    played_names = {record.problem: record.problem}
+    return verify_file(path, trusted=True, assigned_names=played_names).is_ok
 
 
 def _save_record(record: ProblemRecord) -> None:

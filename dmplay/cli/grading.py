@@ -67,7 +67,7 @@ def grade(
     paths: options.TranscriptPaths,
     assignment: options.AssignmentFile = None,
     csv: CsvFlag = False,
-    trust: options.Trust = False,
+    trust: options.TrustAssignment = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:

@@ -194,6 +194,9 @@ JsonFlag = Annotated[
     bool, typer.Option("--json", help="as JSON; of what is played, an object a line")
 ]
 Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
+TrustAssignment = Annotated[
+    bool, typer.Option("--trust", help="import the assignment's problem and agents")
+]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
     _shared_option("keys", "vi, left, arrows or digits first", metavar="NAME"),

@@ -52,21 +52,51 @@ class Assignment:
 
         `path` is the file of the game's transcript.
         """
-        compared = ("problem", "origin", "parameters", "turns", "episode")
-        expected, actual = (
-            replace(
-                game_header,
-                problem=rebase_name(game_header.problem, transcript_folder(path), CURRENT_FOLDER),
-            )
-            for game_header, path in ((self.header, self.path), (other, path))
+        expected, seats = self.header, other.seats
+        differences = (
+            [] if self._is_same_name(expected.problem, other.problem, path) else ["problem"]
         )
-        differences = [
-            name for name in compared if getattr(expected, name) != getattr(actual, name)
+        differences += [
+            name
+            for name in ("origin", "parameters", "turns", "episode")
+            if getattr(expected, name) != getattr(other, name)
         ]
         differences += ["seed"] if other.seed not in self.seeds else []
-        differences += ["seats"] if dict(expected.seats) != dict(actual.seats) else []
-        is_less_strict = expected.strict and actual.strict not in (expected.strict, "hints")
+        are_same_seats = expected.seats.keys() == seats.keys() and all(
+            self._is_same_name(player, seats[agent], path)
+            for agent, player in expected.seats.items()
+        )
+        differences += [] if are_same_seats else ["seats"]
+        is_less_strict = expected.strict and other.strict not in (expected.strict, "hints")
         return differences + (["strict"] if is_less_strict else [])
+
+    def find_assigned_names(self, other: Header, path: Path) -> dict[str, str]:
+        """Return the names in a transcript's header that are the assignment's own.
+
+        The keys are the names as the transcript at this path writes them; the values are the
+        assignment's, relative to the current folder. Loading these runs no code that was handed in.
+        """
+        expected = self.header
+        pairs = [(expected.problem, other.problem)] + [
+            (player, other.seats.get(agent, "")) for agent, player in expected.seats.items()
+        ]
+        return {
+            recorded: rebase_name(assigned, transcript_folder(self.path), CURRENT_FOLDER)
+            for assigned, recorded in pairs
+            if self._is_same_name(assigned, recorded, path)
+        }
+
+    def _is_same_name(self, assigned: str, recorded: str, path: Path) -> bool:
+        """Return whether a name in a transcript at this path is a name of the assignment.
+
+        Each is relative to its own folder. A game that was played beside a copy of the assignment
+        writes the name as the assignment does, wherever the transcript lies now.
+        """
+        recorded_name, assigned_name = (
+            rebase_name(name, transcript_folder(file), CURRENT_FOLDER).removeprefix("./")
+            for name, file in ((recorded, path), (assigned, self.path))
+        )
+        return recorded == assigned or recorded_name == assigned_name
 
     def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest:
         """Return the request for the next game that a player has not played yet."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from dmplay.core import Policy
-from dmplay.errors import DmplayError
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE
 from dmplay.game.seats import HUMAN, list_human_seats
@@ -32,6 +32,10 @@ GRADING_LIMITS = (
     "A game that verifies can be played: these moves, by these rules, with the dice of this seed. "
     "The checksum has no key; it guards against slips, not against people. Who played, how often "
     "they tried, who whispered, and what was cut out before it was handed in, no file can prove."
+)
+TRUST_NEEDS_ASSIGNMENT = (
+    "--trust: expected --assignment FILE too; only the problem and the agents of an assignment are "
+    "imported, not what a file that was handed in names"
 )
 
 
@@ -90,8 +94,13 @@ def grade_files(
 ) -> GradingReport:
     """Return a grade for each person in each file, or for the first seat if only agents played.
 
+    If `trusted` is true, the assignment's own problem and agents are imported. Nothing else that a
+    file names ever is. Raise BadParameter if it is true and there is no assignment.
+
     Ctrl-C ends it with the files graded so far, if there is one.
     """
+    if trusted and assignment is None:
+        raise BadParameter(TRUST_NEEDS_ASSIGNMENT)
     games: list[_GradedGame] = []
     unreviewable: set[tuple[object, ...]] = set()
     file_count = 0
@@ -122,16 +131,29 @@ def _grade_file(
     A problem in which no action can be valued within the work limit is added to
     `unreviewable_problems`.
     """
-    report = verify_file(file, trusted=trusted)
-    fault = str(report.findings[0]) if report.findings else ""
     try:
         transcript = read_transcript(file)
-        problem = load_transcript_problem(transcript, trusted=trusted).problem
-        session = replay(transcript, problem)
     except (DmplayError, OSError):
+        fault = _first_fault(verify_file(file))
         yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
         return
     header = transcript.header
+    assigned_names = None if assignment is None else assignment.find_assigned_names(header, file)
+    differences = None if assignment is None else (*assignment.find_differences(header, file),)
+    report = verify_file(file, trusted=trusted, assigned_names=assigned_names)
+    fault = _first_fault(report)
+    try:
+        problem = load_transcript_problem(
+            transcript, trusted=trusted, assigned_names=assigned_names
+        ).problem
+        session = replay(transcript, problem)
+    except DmplayError:
+        unplayable = Grade(
+            str(file), verified=False, fault=fault, player=header.player, problem=header.problem,
+            assignment_differences=differences,
+        )  # fmt: skip
+        yield _GradedGame(unplayable, (), ())
+        return
     names = [*header.seats.values()]
     uniforms_key = (
         header.problem,
@@ -161,9 +183,7 @@ def _grade_file(
             strict=header.strict,
             peeked=header.peeked,
             remarks=(*_iter_remarks(transcript, report),),
-            assignment_differences=None
-            if assignment is None
-            else (*assignment.find_differences(header, file),),
+            assignment_differences=differences,
         )
         if is_valid:
             grade = _add_regret(
@@ -177,6 +197,11 @@ def _grade_file(
                 unreviewable_problems.add(uniforms_key[:2])
         turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
         yield _GradedGame(grade, uniforms_key, (*uniforms_key[:2], seat, *turn_keys))
+
+
+def _first_fault(report: VerificationReport) -> str:
+    """Return the first finding of a report as text; '' if there is none."""
+    return str(report.findings[0]) if report.findings else ""
 
 
 def _count_retakes(transcript: Transcript, kind: str) -> int:

@@ -15,6 +15,7 @@ from dmplay.registry.problem_sources import (
     CURRENT_FOLDER,
     names_bot,
     rebase_name,
+    resolve_recorded_name,
     transcript_folder,
 )
 from dmplay.safe_files import read_bytes
@@ -106,13 +107,20 @@ def load_verifiable_policies(
     *,
     trusted: bool,
     folder: Path = CURRENT_FOLDER,
+    assigned_names: Mapping[str, str] | None = None,
 ) -> list[Policy | None]:
     """Return, for each seat of a transcript, the policy that can be run again, or None.
 
-    Relative paths in player names are resolved against `folder`.
+    The player names are resolved, and their code is trusted, by `resolve_recorded_name`.
     """
-    names = [rebase_name(player, folder, CURRENT_FOLDER) for player in player_names.values()]
-    return [_verifiable_policy(problem, seat, player, trusted) for seat, player in enumerate(names)]
+    resolved = [
+        resolve_recorded_name(name, folder, trusted=trusted, assigned_names=assigned_names)
+        for name in player_names.values()
+    ]
+    return [
+        _verifiable_policy(problem, seat, name, may_import)
+        for seat, (name, may_import) in enumerate(resolved)
+    ]
 
 
 def load_resumed_players(

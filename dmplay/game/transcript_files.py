@@ -1,7 +1,7 @@
 """Functions that verify transcript files and folders, and rewrite transcripts."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry import problems
-from dmplay.registry.problem_sources import transcript_folder
+from dmplay.registry.problem_sources import resolve_recorded_name, transcript_folder
 from dmplay.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.transcript.concealment import disclose_transcript, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
@@ -28,6 +28,7 @@ from dmplay.transcript.verify import verify
 
 TRANSCRIPT_SUFFIX = ".dmt"
 TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
+NOT_ASSIGNED_HINT = "; not of the assignment, so it is not imported"
 
 
 def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
@@ -60,24 +61,31 @@ def _search_folder(folder: Path) -> list[Path]:
     return sorted({*matches, *(Path(error.filename) for error in read_errors)})
 
 
-def load_transcript_problem(transcript: Transcript, *, trusted: bool) -> problems.LoadedProblem:
+def load_transcript_problem(
+    transcript: Transcript, *, trusted: bool, assigned_names: Mapping[str, str] | None = None
+) -> problems.LoadedProblem:
     """Return the problem of a transcript, with its recorded parameters.
 
-    User-defined code that the file names is imported only if `trusted` is true. The problem is
+    User-defined code that the file names is imported only if `trusted` is true; with
+    `assigned_names`, only if it is also one of these (see `resolve_recorded_name`). The problem is
     first resolved without parameters, so that an error names the line (`problem` or `set`) that
     causes it.
     """
     header, entries = transcript.header, transcript.header_block.entries
-    folder = transcript_folder(Path(transcript.path))
+    name, may_import = resolve_recorded_name(
+        header.problem,
+        transcript_folder(Path(transcript.path)),
+        trusted=trusted,
+        assigned_names=assigned_names,
+    )
     for key, parameters in (("problem", {}), ("set", header.parameters)):
         try:
-            loaded_problem = problems.resolve_problem(
-                header.problem, parameters, trusted=trusted, folder=folder
-            )
+            loaded_problem = problems.resolve_problem(name, parameters, trusted=may_import)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
-            untrusted = isinstance(error, UnknownName) and key == "problem" and not trusted
-            hint = TRUST_HINT if untrusted else ""
+            untrusted = isinstance(error, UnknownName) and key == "problem" and not may_import
+            is_assigned = assigned_names is None or header.problem in assigned_names
+            hint = (TRUST_HINT if is_assigned else NOT_ASSIGNED_HINT) if untrusted else ""
             raise transcript.error_at(line, f"{error}{hint}") from None
     return loaded_problem
 
@@ -99,27 +107,41 @@ def describe_problem_change(transcript: Transcript, loaded_problem: problems.Loa
 
 
 def _load_verifiable_policies(
-    transcript: Transcript, problem: Problem, *, trusted: bool
+    transcript: Transcript,
+    problem: Problem,
+    *,
+    trusted: bool,
+    assigned_names: Mapping[str, str] | None = None,
 ) -> list[Policy | None]:
     """Return, for each seat of a transcript, the policy that can be run again, or None."""
-    folder = transcript_folder(Path(transcript.path))
     return load_verifiable_policies(
-        problem, transcript.header.seats, trusted=trusted, folder=folder
+        problem,
+        transcript.header.seats,
+        trusted=trusted,
+        folder=transcript_folder(Path(transcript.path)),
+        assigned_names=assigned_names,
     )
 
 
-def verify_file(path: Path, *, trusted: bool = False) -> VerificationReport:
+def verify_file(
+    path: Path, *, trusted: bool = False, assigned_names: Mapping[str, str] | None = None
+) -> VerificationReport:
     """Verify one transcript file and return a report.
 
+    User-defined code is imported only if it is trusted: see `load_transcript_problem`.
     A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
     gives a report with one finding. While the hidden information of the game is concealed, findings
     do not contain values.
     """
     try:
         transcript = read_transcript(path)
-        loaded_problem = load_transcript_problem(transcript, trusted=trusted)
+        loaded_problem = load_transcript_problem(
+            transcript, trusted=trusted, assigned_names=assigned_names
+        )
         problem = loaded_problem.problem
-        policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
+        policies = _load_verifiable_policies(
+            transcript, problem, trusted=trusted, assigned_names=assigned_names
+        )
     except BadTranscript as error:
         return VerificationReport(str(path), [make_finding(error, MALFORMED)])
     except OSError as error:

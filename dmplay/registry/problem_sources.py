@@ -1,7 +1,7 @@
 """The sources of problems, and names with a path that is relative to a folder."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
@@ -52,6 +52,21 @@ def rebase_name(name: str, old_folder: Path, new_folder: Path) -> str:
     if not has_path or names_bot(name) or _is_same_folder(old_folder, new_folder, source):
         return name
     return os.path.relpath(old_folder / source, new_folder) + colon + remainder
+
+
+def resolve_recorded_name(
+    name: str, folder: Path, *, trusted: bool, assigned_names: Mapping[str, str] | None = None
+) -> tuple[str, bool]:
+    """Return the name to load for one in a transcript, and whether its code may be imported.
+
+    A path in the recorded name is relative to `folder`, in the returned one to the current folder.
+    `assigned_names` are the names of an assignment: as the transcript writes them, and as they are
+    loaded. If they are given, `trusted` covers only these, because people who hand in a transcript
+    choose what it names and which files lie beside it.
+    """
+    if assigned_names is not None and name in assigned_names:
+        return assigned_names[name], trusted
+    return rebase_name(name, folder, CURRENT_FOLDER), trusted and assigned_names is None
 
 
 def transcript_folder(path: Path) -> Path:
