@@ -112,15 +112,15 @@ def append_noun(number_text: str, noun: str) -> str:
 
 def align_columns(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows of words as lines in which each column is as wide as its widest word."""
-    widths = [max(map(_display_width, column)) for column in zip(*rows, strict=True)]
+    widths = [max(map(display_width, column)) for column in zip(*rows, strict=True)]
     sized_rows = (zip(row, widths, strict=True) for row in rows)
     return [
-        "  ".join(w + " " * (width - _display_width(w)) for w, width in row).rstrip()
+        "  ".join(w + " " * (width - display_width(w)) for w, width in row).rstrip()
         for row in sized_rows
     ]
 
 
-def _display_width(word: str) -> int:
+def display_width(word: str) -> int:
     """Return the number of terminal columns that a word takes."""
     if word.isascii():
         return len(word)

@@ -2,14 +2,21 @@
 
 import csv
 import io
+import re
 from collections.abc import Sequence
 from math import isfinite
 
-from dmplay.formatting import align_columns
+from dmplay.formatting import align_columns, display_width, escape_newlines
 from dmplay.solutions.solution import Row
 from dmplay.terminal_capabilities import escape_unprintable
 
 MISSING_CELL = "-"  # for a number that is not finite
+MAX_NAME_COLUMNS = 40  # columns of a person's or a problem's name in a table
+# characters that a font draws as nothing although they are letters or symbols
+BLANK_PATTERN = re.compile(r"[ \u2800\u3164\u115f\u1160\uffa0]+")
+# A spreadsheet runs a cell that begins so as a formula, also with full-width characters.
+FORMULA_STARTS = tuple("=+-@\t\r\n＝＋－＠")
+NUMBER_PATTERN = re.compile(r"[+-]?[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]+)?")
 
 
 def format_table(rows: Sequence[Row], digits: int = 5) -> str:
@@ -23,7 +30,27 @@ def format_cell(value: object, digits: int = 5) -> str:
     """Return a value as a table cell; a number that is not finite is MISSING_CELL."""
     if isinstance(value, float):
         return f"{value:.{digits}g}" if isfinite(value) else MISSING_CELL
-    return escape_unprintable(str(value))
+    return _collapse_blanks(str(value))
+
+
+def format_name(name: str, max_columns: int = MAX_NAME_COLUMNS) -> str:
+    """Return a name that anyone may have chosen as one short piece of text for a table or a line.
+
+    Unprintable characters and newlines are escaped, blanks are collapsed, and a long name is
+    clipped, so that a name cannot look like other columns or rows.
+    """
+    text = _collapse_blanks(escape_newlines(name))
+    if len(text) <= max_columns and display_width(text) <= max_columns:
+        return text
+    text = text[: max_columns - len("...")]
+    while display_width(text) > max_columns - len("..."):
+        text = text[:-1]
+    return f"{text.rstrip()}..."
+
+
+def _collapse_blanks(text: str) -> str:
+    """Return a text with unprintable characters escaped, and one space for each run of blanks."""
+    return BLANK_PATTERN.sub(" ", escape_unprintable(text)).strip(" ")
 
 
 def format_mean(mean: object, error: object, number_format: str = ".5g") -> str:
@@ -35,13 +62,31 @@ def format_mean(mean: object, error: object, number_format: str = ".5g") -> str:
 
 def format_csv(rows: Sequence[Row]) -> str:
     """Return the rows as CSV with a header; numbers that are not finite are empty."""
+    names = list(rows[0])
+    lines = [format_csv_row(names)]
+    lines += [
+        format_csv_row([_replace_non_finite(row.get(name)) for name in names]) for row in rows
+    ]
+    return "".join(lines).rstrip("\n")
+
+
+def format_csv_row(values: Sequence[object]) -> str:
+    """Return values as one row of CSV, with its newline; text cannot become a formula or a row."""
     buffer = io.StringIO()
-    writer = csv.DictWriter(buffer, list(rows[0]), lineterminator="\n")
-    writer.writeheader()
-    writer.writerows(
-        [{name: _replace_non_finite(value) for name, value in row.items()} for row in rows]
-    )
-    return buffer.getvalue().rstrip("\n")
+    # The csv module quotes only the characters of its own line end, so that has both.
+    writer = csv.writer(buffer, lineterminator="\r\n")
+    writer.writerow(map(_to_csv_cell, values))
+    return buffer.getvalue().removesuffix("\r\n") + "\n"
+
+
+def _to_csv_cell(value: object) -> object:
+    """Return a value as a CSV cell: text that a spreadsheet would run as a formula gets a `'`.
+
+    Numbers stay as they are, also those that are given as text, such as the state "-0.5".
+    """
+    if not isinstance(value, str) or not value.startswith(FORMULA_STARTS):
+        return value
+    return value if NUMBER_PATTERN.fullmatch(value) else f"'{value}"
 
 
 def _replace_non_finite(value: object) -> object:

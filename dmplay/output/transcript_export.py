@@ -1,7 +1,5 @@
 """Export of a recorded game as SVG, HTML, screen recording, text, CSV or JSON."""
 
-import csv
-import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import lru_cache
@@ -24,6 +22,7 @@ from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.output.html_export import render_page
 from dmplay.output.svg_export import text_to_svg, write_or_print
 from dmplay.output.svg_export import texts_to_animated_svg as pictures
+from dmplay.output.tables import format_csv_row
 from dmplay.safe_files import check_not_source
 from dmplay.screen.frame import Frame, ScreenRows, compose_frame
 from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
@@ -214,13 +213,8 @@ def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:
         row = dict(_turn_columns(facts))
         columns |= dict.fromkeys(row)
         rows.append(tuple(map(row.get, columns)))
-    out = io.StringIO()
-    writer = csv.writer(out, lineterminator="\n")
     for values in [tuple(columns), *rows]:
-        writer.writerow([*values, *[None] * (len(columns) - len(values))])
-        yield out.getvalue()
-        out.seek(0)
-        out.truncate()
+        yield format_csv_row([*values, *[None] * (len(columns) - len(values))])
 
 
 def _turn_columns(facts: Mapping[str, object]) -> Iterator[tuple[str, object]]:

@@ -16,7 +16,8 @@ from dmplay.game.parsed_commands import Printout
 from dmplay.output import problem_info as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript
-from dmplay.output.tables import format_table
+from dmplay.output.tables import format_csv, format_table
+from dmplay.solutions.solution import Row
 from dmplay.terminal_capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
 
@@ -173,3 +174,21 @@ def test_a_column_is_as_wide_as_its_displayed_text() -> None:
         "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
         "plain       1",
     ]  # fmt: skip
+
+
+def test_numbers_in_csv_are_never_prefixed_and_formulas_always_are() -> None:
+    row: Row = {"=agent": "=cmd|' /C calc'!A1", "return": -1.5, "turns": -3, "state": "-0.5"}
+    row |= {"action": "-1e-9", "gap": "-", "seat": "\uff1d1+1", "mean": float("nan"), "no": None}
+    head, cells = format_csv([row]).split("\n")
+    assert head == "'=agent,return,turns,state,action,gap,seat,mean,no"
+    assert cells == "'=cmd|' /C calc'!A1,-1.5,-3,-0.5,-1e-9,'-,'\uff1d1+1,,"
+    text_that_looks_like_numbers: Row = {
+        "a": "-1+1",
+        "b": "+-1",
+        "c": "-1 ",
+        "d": "-inf",
+        "e": "-1_0",
+    }
+    assert (
+        format_csv([text_that_looks_like_numbers]).split("\n")[1] == "'-1+1,'+-1,'-1 ,'-inf,'-1_0"
+    )

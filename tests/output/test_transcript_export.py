@@ -141,6 +141,26 @@ def test_a_table_has_a_row_per_turn(transcript_path: Path) -> None:
     assert rows[2]["rewards agent"] == "-1"
 
 
+def test_states_and_actions_of_a_user_s_problem_are_no_formulas_in_a_table(tmp_path: Path) -> None:
+    (tmp_path / "cells.py").write_text(
+        "from dataclasses import dataclass\n"
+        "import numpy as np\n"
+        "from dmplay import Labels, Tables, Tabular\n"
+        "@dataclass(frozen=True)\n"
+        "class Cells(Tabular):\n"
+        "    actions = (Labels(('@go', '-1')),)\n"
+        "    state_names, initial_belief = ('=1+1', '-0.5'), np.array([1.0, 0.0])\n"
+        "    tables = Tables(np.array([[[0, 1], [0, 1]]] * 2, float), -np.ones((2, 2, 1)))\n"
+    )
+    arguments = ("play", "./cells.py", "--agent", "script:@go,-1", "--turns", "2", "--seed", "1")
+    run_dmplay(tmp_path, *arguments, "-o", "g.dmt", "-q")
+    table = run_dmplay(tmp_path, "export", "g.dmt", "--csv", "--trust").stdout
+    rows = list(csv.DictReader(io.StringIO(table)))
+    assert [row["state"] for row in rows] == ["'=1+1", "-0.5", "-0.5"]
+    assert [row["actions agent"] for row in rows] == ["", "'@go", "-1"]
+    assert [row["rewards agent"] for row in rows] == ["", "-1", "-1"]
+
+
 def test_json_and_csv_name_events_that_are_not_turns(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="w\nreroll\nundo\ne\n")
     data = json.loads(run_export(tmp_path / "g.dmt", "--json"))
