@@ -20,6 +20,7 @@ from dmplay.hints.review import ReviewedAction, review_actions
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
+from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import VerificationReport
@@ -52,8 +53,8 @@ class Grade(NamedTuple):
     seed: int | None = None  # None if the game can be resumed and its players may not know the seed
     turns: int = 0
     end_reason: str = ""
-    discounted_return: float | None = None  # None if the game does not verify or can be resumed
-    # total of all actions, by the hint provider; None if it knows no values
+    discounted_return: float | None = None  # None if the game does not verify or is unfinished
+    # total of all actions, by the hint provider; None if it knows no values or there is no return
     regret: float | None = None
     best_count: int = 0  # of the valued actions
     valued_count: int = 0
@@ -68,13 +69,20 @@ class Grade(NamedTuple):
     other_attempts: tuple[str, ...] = ()
     assignment_differences: tuple[str, ...] | None = None  # facts that differ from the assignment
 
+    @property
+    def is_finished(self) -> bool:
+        """True if the game ended by itself: leaving a game that would still cost must not pay."""
+        return self.end_reason in NATURAL_END_REASONS
+
 
 class GradingReport(NamedTuple):
     """The grades of all files; `file_count` of them were graded, all unless interrupted."""
 
     grades: tuple[Grade, ...]
     file_count: int
-    missing_seeds: dict[str, list[int]]  # assigned seeds without a verified game, by player
+    missing_seeds: dict[
+        str, list[int]
+    ]  # assigned seeds without a verified, finished game, by player
 
 
 class _GradedGame(NamedTuple):
@@ -193,7 +201,7 @@ def _grade_file(
                 names,
                 can_review=uniforms_key[:2] not in unreviewable_problems,
             )
-            if grade.occupant == HUMAN and len(session.turns) and grade.regret is None:
+            if grade.occupant == HUMAN and grade.is_finished and grade.regret is None:
                 unreviewable_problems.add(uniforms_key[:2])
         turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
         yield _GradedGame(grade, uniforms_key, (*uniforms_key[:2], seat, *turn_keys))
@@ -237,13 +245,18 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
 def _add_regret(
     grade: Grade, session: Session, seat: int, names: Sequence[str], *, can_review: bool
 ) -> Grade:
-    """Return a grade with the return of its actions and, if known, their regret."""
-    grade = grade._replace(discounted_return=float(session.returns()[seat]))
+    """Return a grade with the return of its actions and, if known, their regret.
+
+    An unfinished game has neither: where rewards are costs, whoever leaves first would be the best.
+    """
+    if grade.is_finished:
+        grade = grade._replace(discounted_return=float(session.returns()[seat]))
     if names[seat] != HUMAN:
         return grade
     reviewed: list[ReviewedAction] = []
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
-        reviewed = [*review_actions(session, [seat], names)] if can_review else []
+        if can_review and grade.is_finished:
+            reviewed = [*review_actions(session, [seat], names)]
     matching_agents = [*_iter_matching_agents(session, seat)]
     return grade._replace(
         regret=sum(move.regret for move in reviewed) if reviewed else None,
@@ -300,13 +313,15 @@ def _compare_with_others(game: _GradedGame, others: Sequence[_GradedGame]) -> Gr
 def _find_missing_seeds(
     games: Sequence[_GradedGame], assignment: Assignment | None
 ) -> dict[str, list[int]]:
-    """Return the seeds for which each player has no verified game of the assignment."""
+    """Return the seeds for which each player has no finished, verified game of the assignment."""
     if assignment is None:
         return {}
     seeds_by_player = defaultdict[str, set[int | None]](set)
     for grade in (game.grade for game in games if game.grade.player):
         seeds_by_player[grade.player] |= (
-            {grade.seed} if grade.verified and not grade.assignment_differences else set()
+            {grade.seed}
+            if grade.verified and grade.is_finished and not grade.assignment_differences
+            else set()
         )
     missing = {
         player: [seed for seed in assignment.seeds if seed not in played_seeds]

@@ -11,7 +11,7 @@ from dmplay.formatting import escape_newlines, format_count, format_json_report
 from dmplay.game import transcript_files
 from dmplay.game.parsed_commands import Printout
 from dmplay.output.progress import ProgressBar
-from dmplay.output.tables import format_csv, format_table
+from dmplay.output.tables import format_csv, format_name, format_table
 from dmplay.signals import INTERRUPTED_EXIT_CODE
 from dmplay.solutions.solution import Row
 
@@ -76,10 +76,13 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
         )
     verified_count = sum(grade.verified for grade in grades.grades)
     headline = f"{format_count(len(rows), 'game')}, {verified_count} verified"
+    unfinished_count = sum(grade.verified and not grade.is_finished for grade in grades.grades)
+    if unfinished_count:
+        headline += f", {unfinished_count} of them unfinished (no return)"
     if grades.file_count < file_count:
         headline += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
     missing_lines = [
-        f"{player} has no game of seed {_join_words(seeds)}"
+        f"{format_name(player)} has no finished game of seed {_join_words(seeds)}"
         for player, seeds in grades.missing_seeds.items()
     ]
     game_table = format_table([_table_row(grade) for grade in grades.grades])
@@ -94,6 +97,12 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
             ],
         )
     )
+
+
+def _describe_end(grade: Grade) -> str:
+    """Return the end reason of a game, marked as unfinished unless the game ended by itself."""
+    is_enough = grade.is_finished or grade.end_reason in {"", "unfinished"}
+    return grade.end_reason if is_enough else f"unfinished ({grade.end_reason})"
 
 
 def _data_row(grade: Grade) -> Row:
@@ -117,8 +126,8 @@ def _table_row(grade: Grade) -> Row:
     notes += [f"tried again in {', '.join(grade.other_attempts)}"] if grade.other_attempts else []
     return {
         "file": escape_newlines(grade.path),
-        "player": escape_newlines(grade.player or grade.occupant),
-        "game": escape_newlines(f"{grade.problem} {'' if grade.seed is None else grade.seed}"),
+        "player": format_name(grade.player) or format_name(grade.occupant),
+        "game": f"{format_name(grade.problem)} {'' if grade.seed is None else grade.seed}",
         "verified": "yes" if grade.verified else "NO",
         "return": "-" if grade.discounted_return is None else grade.discounted_return,
         "regret": "-"
@@ -130,6 +139,6 @@ def _table_row(grade: Grade) -> Row:
         "strict": "hints" if grade.strict == "hints" else "yes" if grade.strict else "no",
         "peeked": "yes" if grade.peeked else "no",
         "notes": escape_newlines(
-            "; ".join(filter(None, [grade.end_reason, *grade.remarks, *notes]))
+            "; ".join(filter(None, [_describe_end(grade), *grade.remarks, *notes]))
         ),
     }

@@ -1,6 +1,7 @@
 """Tests of `dmplay grade`: how well people played, and which transcripts are not honest."""
 
 import csv
+import io
 import json
 import shutil
 from collections.abc import Sequence
@@ -18,7 +19,9 @@ from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.output.grading_report import format_grades
 from dmplay.shell.commands import run_line
 
-ASSIGNMENT_TEXT = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\n'
+ASSIGNMENT_TEXT = (
+    'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\nturns: 3\n'
+)
 COMMANDS_BY_GAME: dict[str, Sequence[str]] = {
     "plain": ("e", "ne", "w"),
     "helped": ("hint", "e", "undo", "e", "reroll", "values", "e", "undo 2", "sw"),
@@ -28,7 +31,7 @@ COMMANDS_BY_GAME: dict[str, Sequence[str]] = {
 
 def record_game(path: Path, commands: Sequence[str], **options: object) -> None:
     """Record a hexworld game in which these commands are typed, then quit it."""
-    fields = {"problem": "hexworld", "seed": 7, "record_path": path} | options
+    fields = {"problem": "hexworld", "seed": 7, "turns": 3, "record_path": path} | options
     table = GameController(start_new_game(GameRequest(**fields)))  # type: ignore[arg-type]
     for command in commands:
         run_line(table, command)
@@ -98,7 +101,8 @@ def get_stems(paths: Sequence[str]) -> list[str]:
 
 def test_a_game_is_graded_by_return_and_regret(grades: dict[str, Grade]) -> None:
     grade = grades["plain"]
-    assert (grade.verified, grade.player, grade.turns, grade.end_reason) == (True, "Ada", 3, "quit")
+    assert (grade.verified, grade.player, grade.turns) == (True, "Ada", 3)
+    assert grade.end_reason == "turn limit"
     assert grade.discounted_return == -0.9
     assert grade.regret is not None
     assert grade.regret > 0
@@ -163,7 +167,7 @@ def test_differences_from_the_assignment_are_reported(grades: dict[str, Grade]) 
 
 
 def test_missing_games_of_each_player_are_reported(report: GradingReport) -> None:
-    assert report.missing_seeds == {"Ada": [8], "Bob": [8], "Eve": [7]}
+    assert report.missing_seeds == {"Ada": [8], "Bob": [8], "Eve": [7, 8]}
 
 
 def test_an_unfinished_game_with_hidden_states_reveals_no_return(
@@ -191,13 +195,14 @@ def test_interrupted_grading_returns_the_finished_grades(folder: Path) -> None:
 def test_the_table_states_the_limits_of_grading(report: GradingReport) -> None:
     head, blank, columns, *rows = format_grades(report, report.file_count).splitlines()
     assert not any(" ; " in row for row in rows)  # a torn file has no known ending
-    assert (head, blank) == ("14 games, 11 verified", "")
+    unfinished = "7 of them unfinished (no return)"
+    assert (head, blank) == (f"14 games, 11 verified, {unfinished}", "")
     assert columns.split()[:5] == ["file", "player", "game", "verified", "return"]
-    assert any("quit; not as assigned: parameters, turns, seed" in row for row in rows)
-    assert "Bob has no game of seed 8" in rows
+    assert any("unfinished (quit); not as assigned: parameters, turns, seed" in row for row in rows)
+    assert "Bob has no finished game of seed 8" in rows
     assert " ".join(rows).endswith(GRADING_LIMITS)
     head = format_grades(report, 20).partition("\n")[0]
-    assert head == "14 games, 11 verified; interrupted after 14 of 20 files"
+    assert head == f"14 games, 11 verified, {unfinished}; interrupted after 14 of 20 files"
 
 
 def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport) -> None:
@@ -207,3 +212,92 @@ def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport)
     rows = [*csv.DictReader(format_grades(report, 14, "csv").splitlines())]
     assert len(rows) == 14
     assert next(row for row in rows if row["marks"])["marks"] == "as random plays"
+
+
+@pytest.mark.parametrize("turns_before_leaving", [0, 1, 5])
+@pytest.mark.parametrize("end_reason", ["quit", "illegal", "interrupted"])
+def test_leaving_a_costly_game_early_earns_no_return(
+    tmp_path: Path, turns_before_leaving: int, end_reason: str
+) -> None:
+    """A whole game with the baby costs more than any part of it."""
+    path = tmp_path / "left.dmt"
+    request = GameRequest("crying-baby", seed=7, turns=6, player="Max", record_path=path)
+    table = GameController(start_new_game(request))
+    for _ in range(turns_before_leaving):
+        run_line(table, "ignore")
+    table.game.finish(end_reason)
+    ((grade,), _, _) = report = grade_files([path])
+    assert (grade.verified, grade.end_reason, grade.is_finished) == (True, end_reason, False)
+    assert (grade.discounted_return, grade.regret, grade.valued_count) == (None, None, 0)
+    row = format_grades(report, 1).splitlines()[3]
+    assert f"unfinished ({end_reason})" in row
+    data = json.loads(format_grades(report, 1, "json"))
+    assert (data["games"][0]["return"], data["games"][0]["regret"]) == (None, None)
+    (cells,) = csv.DictReader(format_grades(report, 1, "csv").splitlines())
+    assert (cells["return"], cells["regret"], cells["ending"]) == ("", "", end_reason)
+
+
+def test_an_unfinished_game_of_the_assignment_is_missing(tmp_path: Path) -> None:
+    (tmp_path / "walks").write_text(ASSIGNMENT_TEXT)
+    record_game(tmp_path / "left.dmt", ("e",), player="Max")
+    record_game(tmp_path / "whole.dmt", ("w", "w", "w"), player="Max", seed=8)
+    report = grade_files(
+        [tmp_path / "left.dmt", tmp_path / "whole.dmt"], read_assignment(tmp_path / "walks")
+    )
+    assert [grade.assignment_differences for grade in report.grades] == [(), ()]
+    assert [grade.discounted_return is None for grade in report.grades] == [True, False]
+    assert report.missing_seeds == {"Max": [7]}
+    assert "Max has no finished game of seed 7" in format_grades(report, 2)
+
+
+@pytest.mark.parametrize(
+    ("player", "displayed_name"),
+    [
+        ("Max" + " " * 60 + "hexworld 7  yes       9", "Max hexworld 7 yes 9"),
+        ("Max\nzoe.dmt  Zoe  hexworld 7  yes", "Max\\nzoe.dmt Zoe hexworld 7 yes"),
+        ("Max\u2800\u2800\u3164\u3164yes", "Max yes"),
+        ("Max\u202eseY", "Max\\u202eseY"),
+        ("Max\u00a0\u2003Z\x1b[2J\x85", "Max\\xa0\\u2003Z\\x1b[2J\\x85"),
+        ("M" * 500, "M" * 37 + "..."),
+        ("\u5b57" * 30, "\u5b57" * 18 + "..."),
+        ("a" + "\u0301" * 500, "a" + "\u0301" * 36 + "..."),
+        ("Jo", "Jo"),
+        ("   ", "human"),
+    ],
+)
+def test_a_player_s_name_cannot_look_like_other_columns_or_rows(
+    tmp_path: Path, player: str, displayed_name: str
+) -> None:
+    record_game(tmp_path / "max.dmt", ("e",), player=player)
+    (tmp_path / "walks").write_text(ASSIGNMENT_TEXT)
+    report = grade_files([tmp_path / "max.dmt"], read_assignment(tmp_path / "walks"))
+    text = format_grades(report, 1)
+    head, _, _, row, _, missing, *_ = text.splitlines()
+    assert head == "1 game, 1 verified, 1 of them unfinished (no return)"
+    assert row.split("  ")[1] == displayed_name
+    missing_name = "" if displayed_name == "human" else displayed_name
+    assert missing == f"{missing_name} has no finished game of seed 7, 8"
+    assert json.loads(format_grades(report, 1, "json"))["games"][0]["player"] == player
+
+
+def test_text_that_a_spreadsheet_would_run_is_prefixed_in_csv(tmp_path: Path) -> None:
+    for number, player in enumerate(
+        ["=1+1", "+1+1", "-1+1", "@SUM(1)", "\t=1", "\r=1", "Al\r=1", "-5", "Jo"]
+    ):
+        record_game(tmp_path / f"{number}.dmt", (), player=player)
+    report = grade_files(sorted(tmp_path.glob("*.dmt")))
+    text = format_grades(report, 9, "csv")
+    rows = [*csv.DictReader(io.StringIO(text, newline=""))]
+    players = [row["player"] for row in rows]
+    assert players == [
+        "'=1+1",
+        "'+1+1",
+        "'-1+1",
+        "'@SUM(1)",
+        "'\t=1",
+        "'\r=1",
+        "Al\r=1",
+        "-5",
+        "Jo",
+    ]
+    assert '"Al\r=1"' in text
