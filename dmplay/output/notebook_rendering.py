@@ -22,7 +22,7 @@ from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 DRAW_OPTIONS = DrawOptions(80, 24, allow_large=True)
 BOX_CSS = """color: var(--ink); background: var(--paper); border: 1px solid var(--line);
   font: .9rem/1.5 system-ui, sans-serif; padding: .5rem 1rem; width: fit-content;
-  max-width: 100%; overflow-x: auto;"""
+  max-width: 100%; overflow-x: auto; overflow-wrap: anywhere;"""
 BOARD_CSS = """font: 1em/1.16 "DejaVu Sans Mono", Menlo, Consolas, monospace; color: inherit;
   background: none; margin: .5rem 0;"""
 LIGHT_THEME_SELECTOR = '[data-jp-theme-light="true"] .dmplay, .vscode-light .dmplay'

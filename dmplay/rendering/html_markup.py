@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 from rich.text import Text
 
-from dmplay.styled_text import PALETTE_HEX, split_style_runs
+from dmplay.styled_text import PALETTE_HEX, SGR_CODES, split_style_runs
 from dmplay.terminal_capabilities import escape_unprintable
 
 LIGHT_THEME_CSS = """--ink: #1c1c1c; --paper: #ffffff; --faint: #595959; --line: #bfbfbf;
@@ -22,7 +22,13 @@ STYLE_CLASS_CSS = """\
 .reverse { color: var(--paper); background: var(--ink); }
 [class*="on-c"] { padding: .12em 0; }
 .red { color: var(--red); } .green { color: var(--green); } .yellow { color: var(--yellow); }
-.blue { color: var(--blue); } .magenta { color: var(--magenta); } .cyan { color: var(--cyan); }"""
+.blue { color: var(--blue); } .magenta { color: var(--magenta); } .cyan { color: var(--cyan); }
+"""
+# Reversed text in a colour is paper on that colour, as on a terminal; a colour on ink is too dark.
+STYLE_CLASS_CSS += " ".join(
+    f".reverse.{color} {{ color: var(--paper); background: var(--{color}); }}"
+    for color in ("red", "green", "yellow", "blue", "magenta", "cyan")
+)
 
 
 def render_html_rows(text: Text) -> list[str]:
@@ -36,8 +42,13 @@ def render_html_rows(text: Text) -> list[str]:
 
 
 def _wrap_in_span(style_words: Iterable[str], part: str) -> str:
-    """Wrap a piece of text in a span with the classes of its style words, if it has any."""
-    class_names = " ".join(sorted(map(_format_css_class, style_words)))
+    """Wrap a piece of text in a span with the classes of its style words, if it has any.
+
+    Words that are not styles of a terminal are left out: a user's text may have any, such as the
+    target of a link, and they would be markup of the page.
+    """
+    known_words = (word for word in style_words if word in SGR_CODES)
+    class_names = " ".join(sorted(map(_format_css_class, known_words)))
     return (
         f'<span class="{class_names}">{part}</span>'
         if class_names and part.strip() + class_names

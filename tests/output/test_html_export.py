@@ -86,6 +86,141 @@ def test_user_defined_names_are_escaped_in_a_page(tmp_path: Path) -> None:
     assert html.count("</script>") == 2
 
 
+STYLED_SOURCE = """
+from dataclasses import dataclass
+import numpy as np
+from dmplay import Labels, Tables, Tabular
+from rich.style import Style
+from rich.text import Text
+
+@dataclass(frozen=True)
+class Styled(Tabular):
+    actions = (Labels(("go", "stay")),)
+    state_names, initial_belief = ("here",), np.array([1.0])
+    tables = Tables(np.ones((1, 2, 1)), np.ones((1, 2, 1)))
+
+    def draw_state(self, s):
+        return PICTURE
+"""
+
+
+@pytest.mark.parametrize(
+    "picture",
+    [
+        """Text("x").join([Text(), Text("y", style='link http://a"><script>alert(1)</script>')])""",
+        """Text.assemble(("x", 'red "><b>'), ("y", 'on_"><b>'))""",
+        r"""'\x1b]8;;http://a"><script>alert(1)</script>\x1b\\\\x\x1b]8;;\x1b\\\\ y'""",
+        """Text.assemble(("x y", Style(link='a"><b>', bold=True)))""",
+        """Text("x y", spans=[(0, 1, "color(1)\\"onmouseover=alert(1)")])""",
+    ],
+    ids=["link style", "style words", "OSC 8 link", "Style object", "attribute"],
+)
+def test_styles_of_a_user_s_picture_are_no_markup(tmp_path: Path, picture: str) -> None:
+    (tmp_path / "styled.py").write_text(STYLED_SOURCE.replace("PICTURE", picture))
+    file = tmp_path / "g.dmt"
+    record_game(file, f"{tmp_path}/styled.py", "random", turns=1)
+    game = Playback(file, trusted=True)
+    for html in ("".join(render_page(game, None, LARGE_OPTIONS)), game._repr_html_()):
+        assert "alert(1)</script>" not in html
+        assert "<b>" not in html
+        assert "onmouseover" not in html
+        assert "http://a" not in html
+        classes = {
+            name for text in re.findall(r'class=\\?"(.*?)\\?"', html) for name in text.split()
+        }
+        allowed = {
+            "goal",
+            "facts",
+            "steps",
+            "dmplay",
+            "axis",
+            "now",
+            "series",
+            "bold",
+            "red",
+            "blue",
+        }
+        assert classes <= allowed
+
+
+def test_everything_in_a_page_is_in_a_landmark_and_what_scrolls_can_be_focused() -> None:
+    html = "".join(render_page(Playback(CRYING_BABY_PATH), None, LARGE_OPTIONS))
+    body = html[html.index("<body>") : html.index("<script")]
+    assert re.findall(r"^</?(\w+)>?", body, re.MULTILINE)[1] == "header"
+    outside = re.sub(r"<(header|main)>.*?</\1>", "", body, flags=re.DOTALL)
+    assert outside.split() == ["<body>"]
+    for part in ('<ol id="log"', '<div id="frame"'):
+        (tag,) = re.findall(f"{part}[^>]*>", html)
+        assert 'tabindex="0"' in tag
+        assert "aria-label=" in tag
+
+
+PAGE_CHECK = """
+function rgb(text) { return text.match(/[0-9.]+/g).map(Number); }
+function luminance(color) {
+  const [r, g, b] = rgb(color).slice(0, 3).map((x) => x / 255)
+    .map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
+  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+}
+function paper(part) {
+  const color = getComputedStyle(part).backgroundColor;
+  return rgb(color)[3] === 0 ? paper(part.parentElement) : color;
+}
+let least = 21;
+for (const part of document.querySelectorAll("#board span, h1, p, dt, dd, figcaption span")) {
+  const levels = [luminance(getComputedStyle(part).color), luminance(paper(part))].sort();
+  const [low, high] = levels[0] < levels[1] ? levels : levels.reverse();
+  least = Math.min(least, (high + 0.05) / (low + 0.05));
+}
+document.body.dataset.contrast = least.toFixed(2);
+document.body.dataset.overflow = document.documentElement.scrollWidth - window.innerWidth;
+"""
+
+
+def measure_in_browser(html: str, folder: Path) -> tuple[float, int]:
+    """Return the least contrast of a page in a browser, and the pixels by which it is too wide."""
+    assert BROWSER_PATH
+    (folder / "page.html").write_text(
+        html.replace("</body>", f"<script>{PAGE_CHECK}</script></body>"), encoding="utf-8"
+    )
+    completed = subprocess.run(
+        [BROWSER_PATH, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
+         f"--user-data-dir={folder / 'profile'}", (folder / "page.html").as_uri()],
+        capture_output=True, text=True, timeout=60, check=True,
+    )  # fmt: skip
+    measured = re.search(r'data-contrast="(.*?)" data-overflow="(.*?)"', completed.stdout)
+    assert measured
+    return float(measured[1]), int(measured[2])
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BROWSER_PATH, reason="no browser here: apt-get install chromium")
+@pytest.mark.parametrize("is_dark", [False, True])
+def test_every_text_of_a_page_can_be_read_in_a_browser(tmp_path: Path, *, is_dark: bool) -> None:
+    path = PROJECT_ROOT / "transcripts/predator_prey/chased_and_devoured.dmt"
+    html = "".join(render_page(Playback(path), 2, LARGE_OPTIONS))
+    assert "bold reverse yellow" in html
+    if is_dark:
+        html = html.replace("(prefers-color-scheme: dark)", "all")
+    contrast, overflow = measure_in_browser(html, tmp_path)
+    assert contrast >= 4.5  # WCAG 2.2, 1.4.3
+    assert overflow <= 0
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BROWSER_PATH, reason="no browser here: apt-get install chromium")
+def test_a_long_word_does_not_widen_a_page_in_a_browser(tmp_path: Path) -> None:
+    word = "w" * 150  # 1,800 pixels; the window has 800
+    source = STYLED_SOURCE.replace("PICTURE", "'x'").replace('"go"', f'"{word}"')
+    source = source.replace("(Tabular):", f'(Tabular):\n    """{word}."""')
+    (tmp_path / "styled.py").write_text(source)
+    file = tmp_path / "g.dmt"
+    record_game(file, f"{tmp_path}/styled.py", "random", turns=9)
+    html = "".join(render_page(Playback(file, trusted=True), None, LARGE_OPTIONS))
+    assert html.count(word) > 1
+    assert measure_in_browser(html, tmp_path)[1] <= 0
+
+
 def test_a_long_page_is_written_in_short_parts(tmp_path: Path) -> None:
     record_game(tmp_path / "g.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
     game = Playback(tmp_path / "g.dmt")
