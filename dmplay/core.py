@@ -371,6 +371,26 @@ def check_problem(problem: object, turn_limit: int | None) -> None:
         raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
 
 
+def check_rewards(problem: "Problem", rewards: Reals) -> None:
+    """Raise BadParameter if a reward `[B, n]` is NaN, infinite or too large to be summed.
+
+    The error names the line of user-defined code. Without it, a NaN would be written into files
+    that no reader accepts.
+    """
+    if (
+        rewards.min(initial=0.0) >= -MAX_REWARD  # False for NaN
+        and rewards.max(initial=0.0) <= MAX_REWARD
+    ):
+        return
+    invalid = ~(np.abs(rewards) <= MAX_REWARD)
+    name = source_locations.locate_definition(type(problem), "resolve_events")
+    raise BadParameter(
+        f"{name or type(problem).__name__} resolve_events: got the reward {rewards[invalid][0]:g} "
+        f"of {problem.agents[int(invalid.nonzero()[1][0])]}, expected a number "
+        f"from {-MAX_REWARD:g} to {MAX_REWARD:g}"
+    )
+
+
 def check_policy(policy: object, seat: int) -> None:
     """Raise BadPolicy if this is not a policy, for example an agent's name."""
     if not hasattr(policy, "choose"):
@@ -418,6 +438,7 @@ def parameter(  # noqa: PLR0913 - each is the problem's to choose
 
 
 INTEGER_TYPES, NUMBER_TYPES = (int, np.integer), (int, float, np.number)
+MAX_REWARD = 1e290  # of one turn; the sum over any game is finite, too
 # type of the default -> name of the expected type, accepted types
 PARAMETER_TYPES: Mapping[type, tuple[str, tuple[type, ...]]] = {
     int: ("a whole number", INTEGER_TYPES),
@@ -812,6 +833,7 @@ def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribut
     outcome = problem.resolve_events(
         np.repeat(s, event_count, axis=0), np.repeat(a, event_count, axis=0), events
     )
+    check_rewards(problem, outcome.rewards)
     arrays = [array.reshape(row_count, event_count, *array.shape[1:]) for array in outcome]
     return OutcomeDistribution(probabilities, Outcome(*arrays))
 
@@ -825,7 +847,9 @@ def enumerate_possible_outcomes(
     )
     row, _ = nonzero = np.nonzero(probabilities)
     possible_events = tuple(event.reshape(probabilities.shape)[nonzero] for event in events)
-    return row, probabilities[nonzero], problem.resolve_events(s[row], a[row], possible_events)
+    outcome = problem.resolve_events(s[row], a[row], possible_events)
+    check_rewards(problem, outcome.rewards)
+    return row, probabilities[nonzero], outcome
 
 
 def check_listing_size(problem: Problem, number_count: float) -> None:

@@ -24,6 +24,7 @@ from dmplay.core import (
     call_policy,
     check_policy,
     check_problem,
+    check_rewards,
     readonly_copy,
     required_fields,
 )
@@ -423,6 +424,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
             actions,
             generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step),
         )
+        check_rewards(problem, outcome.rewards)
         memories = [
             call_memory_method(
                 prefix,

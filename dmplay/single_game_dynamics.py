@@ -18,6 +18,7 @@ from dmplay.core import (
     Percept,
     Problem,
     array_bytes,
+    check_rewards,
     intern_array,
     make_readonly,
     readonly_copy,
@@ -70,6 +71,7 @@ class ProblemDynamics:
 
     def _step_result(self, joint: Array, outcome: Outcome) -> StepResult:
         """Return the outcome of one row as read-only arrays without the batch axis."""
+        check_rewards(self.problem, outcome.rewards)
         state = readonly_copy(outcome.state[0])
         observations = (
             readonly_copy(outcome.observations[0]) if self.problem.partially_observable else state

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import ACTION_DECIMALS, Memory, Outcome, Policy, required_fields
+from dmplay.core import ACTION_DECIMALS, Memory, Outcome, Policy, check_rewards, required_fields
 from dmplay.simulation.seat_spaces import SeatSpaces
 from dmplay.simulation.uniform_sources import UniformSource
 from dmplay.uniforms import NATURE_STREAM
@@ -71,6 +71,7 @@ class VectorGames:
             NATURE_STREAM, self._turns, problem.uniform_counts.step, self._all_rows
         )
         outcome = problem.step(self._state, joint, u)
+        check_rewards(problem, outcome.rewards)
         rewards = outcome.rewards[:, seat] + 0.0
         self._apply_outcome(joint, outcome, rewards)
         if self.done_mask.any():
