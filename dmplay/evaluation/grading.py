@@ -23,7 +23,7 @@ from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
-from dmplay.transcript.verification_report import VerificationReport
+from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 from dmplay.work_budget import limit_total_work
 
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
@@ -238,6 +238,8 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
     unchecked = [player for player in report.unchecked_players if player != HUMAN]
     if unchecked:
         yield f"not re-asked: {', '.join(unchecked)}"
+    if report.has_changed_line_ends:
+        yield CHANGED_LINE_ENDS_REMARK
     if report.problem_change:
         yield report.problem_change
 

@@ -234,6 +234,8 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
         transcript = mark_peeked(transcript)
     recorded_ghost = find_ghost_name(transcript.notes, loaded_problem.problem)
     ghost = _make_ghost(session, players, request.ghost_agent or recorded_ghost)
+    if transcript.has_changed_line_ends:  # The recorder continues at an offset in the file.
+        write_file(path.resolve(), [transcript.content], force=True)
     recorder = Recorder.resume(path, transcript.content, session, _frame_renderer(transcript))
     if not transcript.blocks:
         recorder.write_turn()

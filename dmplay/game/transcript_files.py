@@ -172,7 +172,7 @@ def rewrite_file(path: Path, *, trusted: bool = False) -> str:
         transcript, header=replace(transcript.header, origin=loaded_problem.origin)
     )
     policies = _load_verifiable_policies(transcript, problem, trusted=trusted)
-    old_text = path.read_text(encoding="utf-8")
+    old_text = path.read_bytes().decode()
     new_text = rewrite_transcript(transcript, problem, policies, render_transcript_frame)
     if new_text == old_text:
         return ""

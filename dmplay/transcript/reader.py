@@ -28,6 +28,9 @@ BLOCK_KEYS = {
     keys[0]: keys for keys in (HEADER_KEYS, TURN_KEYS, *((e,) for e in EVENT_KEYS), ("end",))
 }
 END_BLOCK_PATTERN = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
+# the end line, whose checksum is its last value, without its newline
+COMPLETE_LAST_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}\Z', re.MULTILINE)
+BLOCK_SEPARATOR = "\n\n"
 NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
@@ -99,6 +102,9 @@ class Transcript:
     content: str  # the complete blocks, up to the end line
     end_text: str  # the end line and the notes around it
     torn_tail: str  # text after the last complete block of an unfinished file
+    # whether mail or an editor changed the line ends of the file; the other fields have them as
+    # dmplay writes them
+    has_changed_line_ends: bool = False
 
     def error_at(self, line: int, explanation: str) -> BadTranscript:
         """Return an error with the path and a line number."""
@@ -148,7 +154,9 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
 
     `path` is for messages. Raises BadTranscript with line and column.
     """
-    content, last, torn = _split_sections(_decode_utf8(raw, path), path)
+    text = _decode_utf8(raw, path)
+    restored_text = _restore_line_ends(text)
+    content, last, torn = _split_sections(restored_text, path)
     blocks = list(_parse_blocks(content, path, 1))
     end = next(iter(_parse_blocks(last, path, content.count("\n") + 1)), None) if last else None
     if not blocks:
@@ -168,7 +176,10 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
     for block in game_blocks:
         if block.kind in forbidden_kinds:
             raise BadTranscript(path, block.line, None, f"got {block.kind}, but the game is strict")
-    return Transcript(path, header, header_block, game_blocks, end, content, last, torn)
+    has_changed_line_ends = restored_text != text
+    return Transcript(
+        path, header, header_block, game_blocks, end, content, last, torn, has_changed_line_ends
+    )
 
 
 def _decode_utf8(raw: bytes, path: str) -> str:
@@ -179,6 +190,19 @@ def _decode_utf8(raw: bytes, path: str) -> str:
         before = raw[: error.start]
         line, column = before.count(b"\n") + 1, error.start - before.rfind(b"\n")
         raise BadTranscript(path, line, column, "not UTF-8") from None
+
+
+def _restore_line_ends(text: str) -> str:
+    """Return a text with the line ends that dmplay writes, and without a byte order mark.
+
+    Mail programs and editors add a carriage return to each line, or leave out the newline of a
+    complete last line.
+    """
+    text = text.removeprefix("\ufeff").replace("\r\n", "\n")
+    is_complete = COMPLETE_LAST_LINE_PATTERN.search(text) and END_BLOCK_PATTERN.match(
+        f"{text[text.rfind(BLOCK_SEPARATOR) + len(BLOCK_SEPARATOR) :]}\n"
+    )
+    return f"{text}\n" if is_complete else text
 
 
 def _split_sections(content: str, path: str) -> tuple[str, str, str]:

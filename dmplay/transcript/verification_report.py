@@ -11,6 +11,7 @@ from dmplay.formatting import escape_newlines, format_count
 
 SEED_MISMATCH_MESSAGE = "the rules hold, but the inputs are not those of the seed and the agents"
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
+CHANGED_LINE_ENDS_REMARK = "line ends changed, as by mail or an editor"
 MAX_PRINTED_FINDINGS = 5
 # the acting player's information set, which files of `.efg` games once recorded for every player
 WAITING_OBSERVATION_PATTERN = re.compile(r"-?\d+-\d+-\d+-.*")
@@ -97,6 +98,7 @@ class VerificationReport:
     peeked: bool = False  # hidden information was shown before the end
     hint_counts: dict[str, int] = field(default_factory=dict)  # by seat
     problem_change: str = ""  # message if the problem has changed since the game
+    has_changed_line_ends: bool = False  # of the file; nothing else follows from them
 
     @property
     def summary(self) -> str:
@@ -106,6 +108,7 @@ class VerificationReport:
             [f"not re-asked: {', '.join(self.unchecked_players)}"] if self.unchecked_players else []
         )
         parts += describe_peeks_and_hints(self.hint_counts, peeked=self.peeked)
+        parts += [CHANGED_LINE_ENDS_REMARK] * self.has_changed_line_ends
         return "; ".join([*parts, self.problem_change] if self.problem_change else parts)
 
     @property

@@ -42,7 +42,10 @@ def verify(
     pairs = zip_longest(transcript.header.seats.values(), policies)
     unchecked_players = dict.fromkeys(player for player, policy in pairs if policy is None)
     report = VerificationReport(
-        transcript.path, unchecked_players=[*unchecked_players], peeked=transcript.header.peeked
+        transcript.path,
+        unchecked_players=[*unchecked_players],
+        peeked=transcript.header.peeked,
+        has_changed_line_ends=transcript.has_changed_line_ends,
     )
     check = _Verifier(transcript, report, frame)
     try:

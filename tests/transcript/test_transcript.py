@@ -449,7 +449,7 @@ TURN_0 = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER + f"\nturn: 0\nstate: {'[' * 33}{']' * 33}\n\n", "t:7:8: nested too deeply"),
         (HEADER + '\nturn: 0\nstate: {"a": 1, "a": 2}\n\n', "t:7:8: 'a' stands twice"),
         (HEADER + "# " + "x" * 1_000_001 + TURN_0, "t:5:1000001: a line of over a million"),
-        (HEADER.replace("\n", "\r\n") + TURN_0, "t:1: a carriage return"),
+        (HEADER.replace("\n", "\r") + TURN_0, "t:1: a carriage return"),
     ],
 )  # fmt: skip
 def test_a_format_error_is_reported_with_line_and_column(text: str, message: str) -> None:
