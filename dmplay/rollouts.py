@@ -176,7 +176,7 @@ def rollout_entrants(
     block_size = (
         MAX_BLOCK_EPISODES
         if len(episode_range) <= MIN_BLOCK_EPISODES
-        else _block_size(problem, entrants, spec.seed, probe_workers)
+        else _block_size(problem, entrants, spec, probe_workers)
     )
     results: tuple[Rollout, ...] | None = None
     finished = np.zeros(len(episode_range), bool)
@@ -215,15 +215,15 @@ def rollout_entrants(
 
 
 def _block_size(
-    problem: Problem, entrants: Sequence[Sequence[Policy]], seed: int, workers: int
+    problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec, workers: int
 ) -> int:
     """Return the episodes per block: few enough for memory, and not more than suits the workers."""
     size = MAX_BLOCK_EPISODES
     for index, policies in enumerate(entrants):
         with _set_error_entrant(index):
-            size = min(size, _max_episodes_in_memory(problem, policies, seed))
+            size = min(size, _max_episodes_in_memory(problem, policies, spec.seed))
             if workers:
-                size = min(size, _efficient_block_size(problem, policies, seed, workers))
+                size = min(size, _efficient_block_size(problem, policies, spec, workers))
     return size
 
 
@@ -251,7 +251,7 @@ def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: 
 
 
 def _efficient_block_size(
-    problem: Problem, policies: Sequence[Policy], seed: int, workers: int
+    problem: Problem, policies: Sequence[Policy], spec: RolloutSpec, workers: int
 ) -> int:
     """Return the episodes per block for which at most a twentieth of the time is overhead.
 
@@ -259,10 +259,14 @@ def _efficient_block_size(
     measured by the first turns of one game and of several; of few if one game is slow.
     """
 
+    # A script may have no action after the last turn of the game.
+    limit = problem.horizon if spec.turn_limit is None else spec.turn_limit
+    turns = PROBE_TURNS if limit is None else min(PROBE_TURNS, limit)
+
     def measure_seconds(episode_count: int) -> float:
         """Return the seconds that the first turns of this many episodes take."""
         start_time = time.perf_counter()
-        _run_block(problem, policies, RolloutSpec(range(episode_count), PROBE_TURNS, seed, keep=()))
+        _run_block(problem, policies, RolloutSpec(range(episode_count), turns, spec.seed, keep=()))
         return time.perf_counter() - start_time
 
     measure_seconds(1)  # The first call computes what is cached later.

@@ -1,5 +1,6 @@
 """Hints: the recommended action of a strong agent for a seat, and that agent's action values."""
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -298,6 +299,13 @@ class HintProvider:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
         labels = self.session.action_labels(self.seat)
         return Hint("", labels, self._legal_values()).values_text
+
+    def values_by_action(self) -> dict[str, float]:
+        """Return the value of each legal action by label; {} if the hint agent has no values."""
+        values = self._legal_values()
+        labels = self.session.action_labels(self.seat)
+        pairs = [] if values is None else zip(labels, values.tolist(), strict=True)
+        return {label: value for label, value in pairs if math.isfinite(value)}
 
     def _legal_values(self) -> Reals | None:
         """Return the value of each action `[A]`, nan if illegal; None if there are no values."""

@@ -150,6 +150,10 @@ class JsonReporter(Reporter):
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
+        elif text.startswith("values: "):
+            seat = game.problem.agents[game.viewing_seat]
+            values = game.hint_provider.values_by_action()
+            self._print_event("values", {"seat": seat, "values": values})
         else:
             self.report_text(text)
 

@@ -25,6 +25,7 @@ from dmplay.rollouts import rollout
 from dmplay.transcript.reader import read_transcript
 from tests.benchmarks import interval_coverage
 from tests.support.document_examples import extract_file
+from tests.support.programs import run_dmplay
 
 HEXWORLD = dmplay.load_problem("hexworld")
 
@@ -333,3 +334,21 @@ def test_a_problem_without_agents_is_played_at_random(tmp_path: Path) -> None:
     assert "\nagent  random  " in run_command(
         "run", f"{pendulum}", "--episodes", "2", "--turns", "2"
     )
+
+
+@pytest.mark.parametrize("episodes", ["5", "10", "200"])
+def test_a_script_as_long_as_the_game_plays_any_number_of_games(
+    tmp_path: Path, episodes: str
+) -> None:
+    arguments = ("run", "prisoners-dilemma", "--agent", "script:defect", "--turns", "1")
+    done = run_dmplay(tmp_path, *arguments, "--episodes", episodes)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_values_are_numbers_in_json_lines(tmp_path: Path) -> None:
+    done = run_dmplay(tmp_path, "hexworld", "--seed", "7", "--json", stdin="values\n")
+    (event,) = [event for event in map(json.loads, done.stdout.splitlines()) if "values" in event]
+    assert (event["event"], event["seat"]) == ("values", "agent")
+    assert {name: round(value, 2) for name, value in event["values"].items()} == {
+        "e": 6.27, "ne": 5.47, "nw": 5.35, "w": 5.54, "sw": 6.28, "se": 7.04,
+    }  # fmt: skip
