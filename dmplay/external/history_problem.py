@@ -327,8 +327,20 @@ def _rename_labels(labels: Labels, new_names: Mapping[int, str]) -> Labels:
     names = [new_names.get(n, label) for n, label in enumerate(labels)]
     count = Counter(map(str.lower, names))
     for n, name in new_names.items():
-        names[n] = f"{name}-{n}" if count[name.lower()] > 1 else name
+        names[n] = append_number(name, n, count) if count[name.lower()] > 1 else name
     return Labels(names)
+
+
+def append_number(label: str, number: int, taken: Counter[str]) -> str:
+    """Return the label with the number appended until no other label is equal, and count it.
+
+    Labels are compared in lower case, as they are typed.
+    """
+    new_label = f"{label}-{number}"
+    while taken[new_label.lower()]:
+        new_label += f"-{number}"
+    taken[new_label.lower()] += 1
+    return new_label
 
 
 def _to_state_column(histories: list[GameHistory]) -> Array:

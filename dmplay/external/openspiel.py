@@ -17,7 +17,13 @@ import numpy as np
 from dmplay import safe_files
 from dmplay.core import WAIT_LABEL, Labels, Problem, TextLine
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.external.history_problem import MAX_SEED, ExternalEnvironment, ExternalProblem, TimeStep
+from dmplay.external.history_problem import (
+    MAX_SEED,
+    ExternalEnvironment,
+    ExternalProblem,
+    TimeStep,
+    append_number,
+)
 from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
 from dmplay.formats.gambit_efg import ExtensiveForm, read_efg, schedule_information_sets
 from dmplay.uniforms import expand_uniforms
@@ -365,7 +371,7 @@ def _choose_unique_labels(
     ]
     label_counts = Counter(labels)
     return [
-        f"{label}-{n}"
+        append_number(label, n, label_counts)
         if label_counts[label] > 1 or label in ("", WAIT_LABEL, *RESERVED_WORDS)
         else label
         for n, label in enumerate(labels)

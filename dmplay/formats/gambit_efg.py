@@ -118,14 +118,15 @@ class _TreeReader:
         actions = (
             self._read_chance_actions()
             if player == 0
-            else [*map(_quote, lexer.read_strings("action"))]
+            else _quote_distinct_labels(lexer.read_strings("action"))
         )
         earlier_actions = self.actions.setdefault((player, set_number), actions)
         if len(earlier_actions) != len(actions):
             raise lexer.unexpected_token(
                 f"{len(earlier_actions)} actions, as the set had before", position
             )
-        return actions
+        # A player who saw other labels at another node of the set could tell the nodes apart.
+        return earlier_actions if player else actions
 
     def _read_chance_actions(self) -> list[str]:
         """Return the actions of chance, each with its probability, scaled to sum to 1."""
@@ -135,16 +136,15 @@ class _TreeReader:
         names: list[str] = []
         probabilities: list[float] = []
         while not names or lexer.token != "}":
-            names.append(
-                _quote(lexer.read_string("the name of an action in quotation marks, or }"))
-            )
+            names.append(lexer.read_string("the name of an action in quotation marks, or }"))
             probabilities.append(lexer.read_number())
         lexer.expect("}")
         if min(probabilities) < 0 or abs(sum(probabilities) - 1) > SUM_TOLERANCE:
             raise lexer.unexpected_token("probabilities that sum to 1", position)
+        total = sum(probabilities)
         return [
-            f"{name} {p / sum(probabilities)!r}"
-            for name, p in zip(names, probabilities, strict=True)
+            f"{label} {p / total!r}"
+            for label, p in zip(_quote_distinct_labels(names), probabilities, strict=True)
         ]
 
     def _read_payoffs(self, payoffs_so_far: PayoffVector) -> PayoffVector:
@@ -207,6 +207,33 @@ def schedule_information_sets(
     return turns
 
 
+def _quote_distinct_labels(names: Sequence[str]) -> list[str]:
+    """Return the actions of a node as distinct labels in quotation marks.
+
+    OpenSpiel merges branches whose labels are equal, so the second `"1"` becomes `"1 (2)"`, or the
+    next number that makes a label which the node does not have.
+    """
+    texts = [_normalize_text(name) for name in names]
+    used = set(texts)
+    next_numbers: dict[str, int] = {}
+    labels = []
+    for text in texts:
+        label = text
+        if text in next_numbers:
+            while label in used:
+                label = f"{text} ({next_numbers[text]})".strip()
+                next_numbers[text] += 1
+        next_numbers.setdefault(text, 2)
+        used.add(label)
+        labels.append(f'"{label}"')
+    return labels
+
+
 def _quote(text: str) -> str:
     """Return a text in quotation marks, with no quotation marks or line breaks inside."""
-    return '"' + " ".join(text.replace('"', "'").replace("\\", "/").split()) + '"'
+    return f'"{_normalize_text(text)}"'
+
+
+def _normalize_text(text: str) -> str:
+    """Return a text in one line, with single blanks and no quotation marks or backslashes."""
+    return " ".join(text.replace('"', "'").replace("\\", "/").split())

@@ -215,6 +215,40 @@ def test_a_short_fully_observable_game_is_solved_by_backward_induction(tmp_path:
     assert solved.result == "value 1 to player-0, 1 to player-1 at the start, exact"
 
 
+def test_branches_with_equal_labels_are_different_branches(tmp_path: Path) -> None:
+    file = tmp_path / "coin.efg"
+    file.write_text(
+        """EFG 2 R "coin" { "ann" "bob" }
+c "" 1 "" { "1/2" 1/2 "1/2" 1/2 } 0
+p "" 1 1 "" { "1" "1" } 0
+t "" 1 "" { 1, -1 }
+t "" 2 "" { 2, -2 }
+p "" 1 1 "" { "1" "1" } 0
+t "" 3 "" { 3, -3 }
+t "" 4 "" { 4, -4 }
+"""
+    )
+    coin = dmplay.load_problem(str(file))
+    assert coin.actions[0].labels == ("1", "1-(2)", "wait")
+    games = dmplay.rollout(
+        coin, [dmplay.load_agent(coin, n, "random") for n in range(2)], episodes=60
+    )
+    assert {*games.returns[:, 0].tolist()} == {1.0, 2.0, 3.0, 4.0}
+
+
+def test_a_label_with_a_number_is_never_the_label_of_another_action(tmp_path: Path) -> None:
+    file = tmp_path / "letters.efg"
+    file.write_text(
+        """EFG 2 R "letters" { "ann" "bob" }
+p "" 1 1 "" { "A" "a" "a-0" } 0
+t "" 1 "" { 1, -1 }
+t "" 2 "" { 2, -2 }
+t "" 3 "" { 3, -3 }
+"""
+    )
+    assert dmplay.load_problem(str(file)).actions[0].labels == ("a-0-0", "a-1", "a-0", "wait")
+
+
 def test_a_rewritten_file_is_another_game(tmp_path: Path) -> None:
     file = tmp_path / "entry.efg"
     file.write_text(ENTRY_GAME_TEXT)

@@ -71,6 +71,54 @@ def test_a_game_that_chance_ends_gets_a_final_node_of_the_first_player() -> None
     ]
 
 
+@pytest.mark.parametrize(
+    ("actions", "expected"),
+    [
+        ('"1" "1"', '"1" "1 (2)"'),
+        ('"1" "1" "1"', '"1" "1 (2)" "1 (3)"'),
+        ('"1" "1" "1 (2)"', '"1" "1 (3)" "1 (2)"'),
+        ('"1 (2)" "1" "1 (2)" "1"', '"1 (2)" "1" "1 (2) (2)" "1 (3)"'),
+        ('"a b" "a  b"', '"a b" "a b (2)"'),
+        (r"""   "it's" "it\"s"   """.strip(), '"it\'s" "it\'s (2)"'),
+        ('"" ""', '"" "(2)"'),
+        ('"1" "01" "a" "A"', '"1" "01" "a" "A"'),
+    ],
+)  # fmt: skip
+def test_equal_labels_of_a_node_are_numbered(actions: str, expected: str) -> None:
+    header = 'EFG 2 R "labels" { "ann" }\n'
+    ends = "".join(f't "" {n + 1} "" {{ {n} }}\n' for n in range(len(expected.split('" "'))))
+    player_node = f'p "" 1 1 "" {{ {actions} }} 0\n'
+    normalized = gambit_efg.normalize_efg("labels.efg", (header + player_node + ends).encode())
+    assert normalized.splitlines()[3] == f'p "" 1 1 "" {{ {expected} }} 0'
+
+
+def test_equal_labels_of_chance_are_numbered() -> None:
+    game_text = """EFG 2 R "coin" { "ann" }
+c "" 1 "" { "1/2" 1/2 "1/2" 1/2 } 0
+p "" 1 1 "" { "a" } 0
+t "" 1 "" { 1 }
+p "" 1 2 "" { "a" } 0
+t "" 2 "" { 2 }
+"""
+    assert gambit_efg.normalize_efg("coin.efg", game_text.encode()).splitlines()[3] == (
+        'c "" 1 "" { "1/2" 0.5 "1/2 (2)" 0.5 } 0'
+    )
+
+
+def test_all_nodes_of_a_set_have_the_labels_of_its_first_node() -> None:
+    game_text = """EFG 2 R "hidden coin" { "ann" }
+c "" 1 "" { "heads" 1/2 "tails" 1/2 } 0
+p "" 1 1 "" { "call heads" "call tails" } 0
+t "" 1 "" { 1 }
+t "" 2 "" { 0 }
+p "" 1 1 "" { "miss" "hit" } 0
+t "" 2
+t "" 1
+"""
+    rows = gambit_efg.normalize_efg("coin.efg", game_text.encode()).splitlines()
+    assert rows[4] == rows[7] == 'p "" 1 1 "" { "call heads" "call tails" } 0'
+
+
 def test_faults_are_reported_with_line_and_column() -> None:
     for before, after, message in FAULTS:
         assert GAME_TEXT.count(before) == 1, before
