@@ -45,6 +45,8 @@ HASH_DIGITS = 16  # hexadecimal digits of the hash that identifies a file
 EXTENSIVE_FORM_GAME = "efg_game("  # in the name of a game in extensive form, or of one made of it
 NOTHING_OBSERVED = "nothing"
 EFG_FILE_PATTERN = re.compile(r"efg_game\(filename=(.*?)(?:, sha256=\w+)?\)")
+INNER_EFG_FILE_PATTERN = re.compile(r"efg_game\(filename=([^,()]*)")
+MAX_NESTED_CALLS = 20  # games inside another game; OpenSpiel reads them by recursion
 SEPARATOR_PATTERN = re.compile(r"[\s_,;:]+")
 PLAYER_PREFIX_PATTERN = re.compile(r"^\[P\d+\]|^Pl\d+: ")
 
@@ -81,7 +83,11 @@ def _load_game(name: str) -> Any:
     base_name = text.partition("(")[0]
     if base_name not in pyspiel.registered_names():  # The library itself would print an error.
         raise UnknownName("game", base_name, pyspiel.registered_names(), error_prefix=PIP_EXTRA)
+    if text.count("(") > MAX_NESTED_CALLS:
+        raise BadParameter(f"{PIP_EXTRA}: {base_name}: more than {MAX_NESTED_CALLS} nested games")
     form = _read_extensive_form(name)
+    for file in () if form else INNER_EFG_FILE_PATTERN.findall(text):
+        _read_efg_file(file)  # OpenSpiel reads it again, and would crash if it were deep.
     try:
         with _silence_stderr():
             return pyspiel.load_efg_game(form.text) if form else pyspiel.load_game(text)
@@ -93,7 +99,7 @@ def _load_game(name: str) -> Any:
 def _read_extensive_form(name: str) -> ExtensiveForm | None:
     """Return the content of the file that a game is read from; None if there is no file."""
     match = EFG_FILE_PATTERN.fullmatch(name.partition(":")[2])
-    return read_efg(match[1], safe_files.read_bytes(Path(match[1]))) if match else None
+    return _read_efg_file(match[1]) if match else None
 
 
 @cache
@@ -115,6 +121,11 @@ def _schedule_turns(name: str) -> dict[str, int]:
     return {
         f"{player - 1}-{player - 1}-{number}-": count for (player, number), count in turns.items()
     }
+
+
+def _read_efg_file(name: str) -> ExtensiveForm:
+    """Return the game in an `.efg` file; raise BadFile if it cannot be read."""
+    return read_efg(name, safe_files.read_bytes(Path(name)))
 
 
 @contextmanager

@@ -11,6 +11,9 @@ from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import SUM_TOLERANCE
 
 BYTES_PER_NODE = 2000  # memory of one node while it is read and written
+# Nodes on a path. OpenSpiel reads a tree by recursion, some 600 bytes of stack for each node, and a
+# thread may have a stack of only 512 KB.
+MAX_PATH_NODES = 500
 END_ACTION = "end"  # only action at a node that is added where chance alone ended the game
 
 PayoffVector = tuple[float, ...]  # payoff of each player
@@ -26,10 +29,11 @@ class ExtensiveForm(NamedTuple):
 
 
 class _PathToNode(NamedTuple):
-    """The sum of payoffs on the path to a node, and the last information set on it."""
+    """The sum of payoffs on the path to a node, the last information set on it, and its length."""
 
     payoffs: PayoffVector
     last_set: InformationSet | None = None  # None if only chance has acted
+    node_count: int = 0
 
 
 @dataclass
@@ -64,6 +68,8 @@ class _TreeReader:
         """
         lexer, path = self.lexer, pending.pop()
         kind = lexer.token
+        if path.node_count == MAX_PATH_NODES and kind in ("c", "p"):
+            raise lexer.unexpected_token(f"t: a path has at most {MAX_PATH_NODES} nodes before it")
         lexer.expect("c", "p", "t")
         if lexer.token[:1] == '"':
             lexer.read_string("the name of a node")
@@ -84,7 +90,9 @@ class _TreeReader:
         if player:
             last_set = player, set_
             self.predecessors.setdefault(last_set, set()).update(filter(None, [path.last_set]))
-        pending += [_PathToNode(self._read_payoffs(path.payoffs), last_set)] * len(actions)
+        pending += [
+            _PathToNode(self._read_payoffs(path.payoffs), last_set, path.node_count + 1)
+        ] * len(actions)
         player_text = f"{player} " if player else ""
         return f'{kind} "" {player_text}{set_} "" {{ {" ".join(actions)} }} 0'
 

@@ -1,5 +1,7 @@
 """Tests of OpenSpiel games as problems."""
 
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -247,6 +249,42 @@ t "" 3 "" { 3, -3 }
 """
     )
     assert dmplay.load_problem(str(file)).actions[0].labels == ("a-0-0", "a-1", "a-0", "wait")
+
+
+def test_a_tree_too_deep_for_openspiel_ends_in_one_line(tmp_path: Path) -> None:
+    file = tmp_path / "deep.efg"
+    rows = [f'p "" 1 {n + 1} "" {{ "on" }} 0' for n in range(14_000)]
+    file.write_text("\n".join(['EFG 2 R "deep" { "ann" }', *rows, 't "" 1 "" { 1 }']))
+    nested_calls = f"openspiel:{'misere(game=' * 21}tic_tac_toe(){')' * 21}"
+    for name, message in (
+        (f"{file}", f"{file}:502:1: got 'p', expected t: a path has at most 500 nodes before it"),
+        (f"openspiel:efg_game(filename={file})", f"{file}:502:1: got 'p'"),
+        (f"openspiel:misere(game=efg_game(filename={file}))", f"{file}:502:1: got 'p'"),
+        (nested_calls, "openspiel: misere: more than 20 nested games"),
+    ):
+        code = f"import dmplay; dmplay.load_problem({name!r})"
+        completed = subprocess.run(
+            [sys.executable, "-c", code], capture_output=True, text=True, check=False
+        )
+        assert completed.returncode == 1, completed.stderr
+        assert message in completed.stderr.splitlines()[-1]
+
+
+def test_the_deepest_tree_fits_into_a_small_stack(tmp_path: Path) -> None:
+    file = tmp_path / "path.efg"
+    rows = [f'p "" 1 {n + 1} "" {{ "on" }} 0' for n in range(500)]
+    file.write_text("\n".join(['EFG 2 R "path" { "ann" }', *rows, 't "" 1 "" { 1 }']))
+    game = (sys.executable, "-m", "dmplay", str(file), "--agent", "random", "--quiet")
+    record = tmp_path / "path.dmt"
+    for command in ((*game, "-o", str(record)), (*game[:3], "verify", str(record))):
+        completed = subprocess.run(
+            ["bash", "-c", 'ulimit -s 512 && exec "$@"', "bash", *command],
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert completed.returncode == 0, completed.stderr
+    assert completed.stdout == f"ok {record} (500 turns)\n1 verified\n"
 
 
 def test_a_rewritten_file_is_another_game(tmp_path: Path) -> None:

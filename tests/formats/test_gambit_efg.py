@@ -119,6 +119,24 @@ t "" 1
     assert rows[4] == rows[7] == 'p "" 1 1 "" { "call heads" "call tails" } 0'
 
 
+def write_path(node_count: int, kind: str = "p") -> bytes:
+    """Return a game whose only path has this many nodes before its end."""
+    node = 'c "" {0} "" {{ "on" 1 }} 0' if kind == "c" else 'p "" 1 {0} "" {{ "on" }} 0'
+    rows = [node.format(n + 1) for n in range(node_count)]
+    return "\n".join(['EFG 2 R "path" { "ann" }', *rows, 't "" 1 "" { 1 }']).encode()
+
+
+@pytest.mark.parametrize("kind", ["p", "c"])
+def test_a_path_that_is_too_long_for_recursion_is_refused_where_it_becomes_so(kind: str) -> None:
+    assert gambit_efg.normalize_efg("path.efg", write_path(500, kind)).count(f'\n{kind} ""') >= 500
+    for node_count in (501, 14_000):
+        with pytest.raises(BadFile) as error:
+            gambit_efg.normalize_efg("path.efg", write_path(node_count, kind))
+        assert str(error.value) == (
+            f"path.efg:502:1: got '{kind}', expected t: a path has at most 500 nodes before it"
+        )
+
+
 def test_faults_are_reported_with_line_and_column() -> None:
     for before, after, message in FAULTS:
         assert GAME_TEXT.count(before) == 1, before
