@@ -9,12 +9,20 @@ from dmplay.chance import Reals
 from dmplay.errors import UnknownName
 from dmplay.formats.declarations import Declaration, JointDeclaration
 from dmplay.formats.lexer import SourceText, TokenSpan, is_number, parse_integer
+from dmplay.formats.statements import VALUE_KEYWORDS
 from dmplay.formatting import format_count
 
 DECLARATION_KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
 # key of zmdp's files for the states that end a game, which their T: lines imply too
 END_STATES_KEY = "E"
 START_LIST_KEYS = ("include", "exclude")
+# words that are not names, because a line or a value begins with them
+KEYWORDS = {
+    *DECLARATION_KEYS,
+    *START_LIST_KEYS,
+    *(word for words in VALUE_KEYWORDS.values() for word in words),
+}
+UNIFORM_START = ("start", "uniform")  # the only keyword after a declaration key
 VALUE_KINDS = ("reward", "cost", "rewards", "costs")
 # largest difference from 1 of a sum of probabilities, as in 0.333 0.333 0.333
 SUM_TOLERANCE = 1e-3 + 1e-9
@@ -114,9 +122,22 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
         if tokens[first] in declared:
             raise span.error_at(first, f"{tokens[first]}: stands here twice")
         declared.add(tokens[first])
+        for index in range(colon + 1, last):
+            if tokens[index] in KEYWORDS and (tokens[first], tokens[index]) != UNIFORM_START:
+                got = f"got {tokens[index]!r} after {tokens[first]}:, which is a keyword"
+                raise span.error_at(index, f"{got}; {_keyword_advice(tokens[index])}")
         yield tokens[first], span.slice(colon + 1, last)
         if colon - first > 1:
             yield tokens[first + 1], span.slice(colon + 1, last)
+
+
+def _keyword_advice(keyword: str) -> str:
+    """Return the advice for a keyword where a declaration has its names or numbers."""
+    if keyword in DECLARATION_KEYS:
+        return f"expected {keyword}: with its colon, or another name"
+    if keyword in START_LIST_KEYS:
+        return f"expected start {keyword}: with its colon, or another name"
+    return "expected another name"
 
 
 def _parse_agents(span: TokenSpan) -> tuple[str, ...]:
