@@ -21,6 +21,7 @@ GUIDE_PARTS = 1024  # equal parts of [0, 1) in the guide table
 MAX_BUFFERED_TERMS = (
     2**15
 )  # numbers of terms buffered together, few enough for the processor's cache
+MAX_ROUNDING_ERROR = 1e-12  # of a sum of probabilities, in thousands of additions
 MAX_INT8_EDGES = 127  # most edges whose count an int8 holds
 
 
@@ -89,7 +90,10 @@ class Categorical:
     def probabilities(self) -> Reals:
         """Return the probabilities `[B or 1, K]`."""
         edge = np.zeros((len(self.cumulative), 1))
-        return np.diff(np.hstack([edge, self.cumulative, edge + 1.0]), axis=1)
+        p = np.diff(np.hstack([edge, self.cumulative, edge + 1.0]), axis=1)
+        # A sum of probabilities may exceed 1 by rounding; the rest would then be below 0.
+        p[(p < 0) & (p > -MAX_ROUNDING_ERROR)] = 0.0
+        return p
 
 
 @dataclass(frozen=True)

@@ -293,6 +293,14 @@ def test_array_bytes_leaks_no_memory() -> None:
     assert leaked_bytes < len(arrays)
 
 
+def test_a_rounding_error_of_a_sum_is_not_a_negative_probability() -> None:
+    rounded = Categorical(np.array([[0.25, 1 + 1.1e-15]]))
+    assert rounded.probabilities().tolist() == [[0.25, 0.7500000000000011, 0.0]]
+    assert Categorical(np.array([[0.75, 0.75 - 1e-15]])).probabilities().tolist()[0][1] == 0.0
+    wrong = Categorical(np.array([[0.75, 0.5]]))
+    assert wrong.probabilities().tolist() == [[0.75, -0.25, 0.5]]
+
+
 class CountingGame2048(Game2048):
     """A game of 2048 that records the batch size of each request for legal actions."""
 

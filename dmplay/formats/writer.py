@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay import belief
-from dmplay.core import Labels, Problem
+from dmplay.core import ContinuousStates, Labels, Problem
 from dmplay.errors import BadParameter
 from dmplay.formats.declarations import make_unique_labels
 from dmplay.formats.preamble import DECLARATION_KEYS, START_LIST_KEYS
@@ -34,7 +34,7 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     Raises BadParameter if the format cannot represent the problem.
     """
     if not isinstance(problem.state_count, int) or not all(problem.action_counts):
-        raise BadParameter("a file lists states and actions, and this problem's are not finite")
+        raise BadParameter(f"a file lists states and actions, and {_describe_unlisted(problem)}")
     if suffix == ".nfg":
         return _iter_nfg_lines(problem, description)
     team = suffix == ".dpomdp"
@@ -50,6 +50,15 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     if suffix == ".mdp" and problem.partially_observable:
         raise BadParameter(".mdp is for states that are seen, and here they are not: a .pomdp")
     return _iter_markov_lines(problem, description, team=team)
+
+
+def _describe_unlisted(problem: Problem) -> str:
+    """Return the reason why the states or the actions of a problem cannot be listed."""
+    if not all(problem.action_counts):
+        return "this problem has an action that is a real number"
+    if isinstance(problem.state_count, ContinuousStates):
+        return "the states of this problem are real numbers"
+    return "dmplay makes the states of this problem only in play, without a list of them"
 
 
 class _StatementStyle(NamedTuple):

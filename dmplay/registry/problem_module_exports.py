@@ -187,7 +187,7 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
         and issubclass(agent_class, SeatPolicy)
         and is_dataclass(agent_class)
     ):
-        expected = "expected a frozen dataclass of dmplay.agents.base.SeatPolicy"
+        expected = "expected a class that inherits from dmplay.agents.base.SeatPolicy"
         raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))

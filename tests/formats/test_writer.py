@@ -101,8 +101,10 @@ HUNT_NAME = "collaborative-predator-prey"
 @pytest.mark.parametrize(
     ("name", "file", "message"),
     [
-        ("cart-pole", "x.pomdp", "cart-pole: a file lists states and actions, and this"),
-        ("2048", "x.mdp", "2048: a file lists states and actions"),
+        ("cart-pole", "x.pomdp", "and the states of this problem are real numbers"),
+        ("simple-regulator", "x.mdp", "and this problem has an action that is a real number"),
+        ("2048", "x.mdp", "dmplay makes the states of this problem only in play, without a list"),
+        ("openspiel:kuhn_poker", "x.pomdp", "dmplay makes the states of this problem only in play"),
         ("crying-baby", "x.mdp", r"\.mdp is for states that are seen"),
         ("predator-prey", "x.pomdp", r"\.pomdp is for one agent, and here are 2: write a \.dpomdp"),
         ("predator-prey", "x.dpomdp", r"paid differently, .*: a file of several states holds no"),
