@@ -2,8 +2,10 @@
 
 An environment is one seat of a problem; agents play the others. A learner gets the rewards, even
 those that play withholds because they would reveal a hidden state. An illegal action changes
-nothing, and no turn passes; `info["action_mask"]` marks the legal ones. A game is truncated at its
-turn limit. The observation is
+nothing in the game, and no turn passes, but the step counts: an episode is truncated after as many
+steps as its turn limit. With `illegal="penalty"` such a step is paid `illegal_reward`, and with
+`illegal="end"` it also terminates the episode. `info["action_mask"]` and `action_masks()` mark the
+legal actions. The observation is
 
 - the state, where agents see it; in a game of one state the actions of the last round, each plus
   one, and zeros before the first;
@@ -19,11 +21,12 @@ from gymnasium.vector.utils import batch_space
 
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Problem
-from dmplay.errors import BadParameter, IllegalAction
+from dmplay.errors import BadParameter, EpisodeOver, IllegalAction
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session
 from dmplay.simulation.seat_spaces import (
+    IllegalActionRule,
     Info,
     SeatSpaces,
     load_other_policies,
@@ -45,7 +48,7 @@ class Env(gymnasium.Env[Any, Any]):
 
     metadata = {"render_modes": ["ansi"], "render_fps": 2}  # noqa: RUF012 - as Gymnasium has it
 
-    def __init__(
+    def __init__(  # noqa: PLR0913 - each is the caller's to choose
         self,
         problem: str | Problem,
         *,
@@ -53,6 +56,8 @@ class Env(gymnasium.Env[Any, Any]):
         others: str = "",
         turns: int | None = None,
         render_mode: str | None = None,
+        illegal: str = "noop",
+        illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
         self.problem = resolve_problem(problem, parameters)
@@ -63,7 +68,9 @@ class Env(gymnasium.Env[Any, Any]):
             self.seat.observation_space,
         )
         self.render_mode = render_mode
-        self._turn_limit = turns
+        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
+        self._step_count, self._over = 0, False
         self._policies = load_other_policies(self.problem, seat_index, others)
         self._seed, self._episode = -1, 0
         self.session: Session | None = None
@@ -78,9 +85,8 @@ class Env(gymnasium.Env[Any, Any]):
         self.session = Session(
             self.problem, uniform_source, self._policies, turn_limit=self._turn_limit
         )
-        return self._current_observation(self.session), self.seat.make_info(
-            self.session.legal_actions_mask(self.seat.seat)
-        )
+        self._step_count, self._over = 0, False
+        return self._current_observation(self.session), self._current_info(self.session)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, Info]:
         """Play a turn and return the observation, reward, terminated, truncated and info."""
@@ -89,21 +95,35 @@ class Env(gymnasium.Env[Any, Any]):
             self.seat.decode_actions(np.asarray(action)[None])[0],
             game.legal_actions_mask(seat),
         )
-        reward = 0.0
-        if legal is None or legal[int(chosen_action)]:
+        if self._over and not game.over:
+            raise EpisodeOver("step: the episode is over; call reset")
+        self._step_count += 1
+        reward, is_legal = self._illegal_rule.reward, legal is None or legal[int(chosen_action)]
+        if is_legal:
             turn = game.advance(
                 [chosen_action if i == seat else None for i in range(len(self._policies))]
             )
             reward = float(turn.rewards[seat])
-        end_reason = game.end_reason
-        info = self.seat.make_info(game.legal_actions_mask(seat))
+        terminated = game.end_reason == "terminal" or (
+            self._illegal_rule.ends_episode and not is_legal
+        )
+        truncated = not terminated and self._step_count == self._turn_limit
+        self._over = terminated or truncated
         return (
             self._current_observation(game),
             reward,
-            end_reason == "terminal",
-            end_reason not in (None, "terminal"),
-            info,
+            terminated,
+            truncated,
+            self._current_info(game),
         )
+
+    def action_masks(self) -> Bools:
+        """Return the mask `[A]` of the legal actions, as sb3-contrib's MaskablePPO asks for it."""
+        return self.seat.action_masks(self._current_info(self._current_session()))
+
+    def _current_info(self, game: Session) -> Info:
+        """Return the current info of the seat, with the mask of its legal actions."""
+        return self.seat.make_info(game.legal_actions_mask(self.seat.seat))
 
     def _current_session(self) -> Session:
         """Return the current session; raise BadParameter before the first reset."""
@@ -146,6 +166,8 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         others: str = "",
         turns: int | None = None,
         uniforms: str = "recorded",
+        illegal: str = "noop",
+        illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
         if uniforms not in ("recorded", "fast"):
@@ -159,6 +181,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self._seat.action_space, num_envs)
         self.observation_space = batch_space(self._seat.observation_space, num_envs)
         self._turn_limit = self.problem.horizon if turns is None else turns
+        self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._policies = load_other_policies(self.problem, seat_index, others)
         self._fast = uniforms == "fast"
         self._rows: VectorGames | None = None
@@ -174,7 +197,12 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
                 FastUniforms(seed) if self._fast else ReplayableUniforms(seed, self.num_envs)
             )
             self._rows = VectorGames(
-                self._seat, self._policies, uniform_source, self.num_envs, self._turn_limit
+                self._seat,
+                self._policies,
+                uniform_source,
+                self.num_envs,
+                self._turn_limit,
+                self._illegal_rule,
             )
         else:
             self._rows.reset()
@@ -182,20 +210,29 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
 
     def step(self, actions: Array) -> tuple[Array, Reals, Bools, Bools, Info]:
         """Play a turn in each row; a finished row starts its next game and ignores its action."""
-        if self._rows is None:
-            raise BadParameter(NOT_RESET_MESSAGE)
+        rows = self._current_rows()
         action_array = np.asarray(actions)
         if action_array.shape[:1] != (self.num_envs,):
             raise IllegalAction(
                 f"step: got shape {action_array.shape}, expected {self.num_envs} actions"
             )
-        if self._rows.done_mask.any():
+        if rows.done_mask.any():
             action_array = action_array.copy()
             # Ignored actions may be anything, as in Gymnasium.
-            action_array[self._rows.done_mask] = 0
-        rewards, terminated, truncated = self._rows.step(self._seat.decode_actions(action_array))
-        observations = self._rows.observations.copy()
-        return observations, rewards, terminated, truncated.copy(), self._reset_info(self._rows)
+            action_array[rows.done_mask] = 0
+        rewards, terminated, truncated = rows.step(self._seat.decode_actions(action_array))
+        observations = rows.observations.copy()
+        return observations, rewards, terminated, truncated.copy(), self._reset_info(rows)
+
+    def action_masks(self) -> Bools:
+        """Return the mask `[B, A]` of the legal actions in each row."""
+        return self._seat.action_masks(self._reset_info(self._current_rows()))
+
+    def _current_rows(self) -> VectorGames:
+        """Return the games of all rows; raise BadParameter before the first reset."""
+        if self._rows is None:
+            raise BadParameter(NOT_RESET_MESSAGE)
+        return self._rows
 
     def _reset_info(self, rows: VectorGames) -> Info:
         """Return the info with the mask `[B, A]` of the legal actions."""

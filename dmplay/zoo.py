@@ -1,7 +1,8 @@
 """The problems as parallel environments of PettingZoo, in which a learner plays every seat.
 
-Observations, rewards, masks and illegal actions are those of `dmplay.gym`; if the action of any
-seat is illegal, no turn passes.
+Observations, rewards and masks are those of `dmplay.gym`. If the action of any seat is illegal, no
+turn passes, but the step counts towards the turn limit. `illegal_reward` is paid only to the seats
+whose action is illegal.
 """
 
 from typing import Any
@@ -12,7 +13,14 @@ import pettingzoo
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.session import Session
-from dmplay.simulation.seat_spaces import Info, SeatSpaces, Space, render_board, resolve_problem
+from dmplay.simulation.seat_spaces import (
+    IllegalActionRule,
+    Info,
+    SeatSpaces,
+    Space,
+    render_board,
+    resolve_problem,
+)
 from dmplay.uniforms import SeededUniforms, new_seed
 
 AgentDict = dict[str, Any]
@@ -29,6 +37,8 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         *,
         turns: int | None = None,
         render_mode: str | None = None,
+        illegal: str = "noop",
+        illegal_reward: float = -1.0,
         **parameters: Any,
     ) -> None:
         self.problem = resolve_problem(problem, parameters)
@@ -36,7 +46,9 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         self.agents: list[str] = []
         self.render_mode = render_mode
         self._seats = [SeatSpaces(self.problem, seat) for seat in range(len(self.possible_agents))]
-        self._turn_limit = turns
+        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
+        self._step_count = 0
         self._seed, self._episode = -1, 0
         self.session: Session | None = None
 
@@ -61,7 +73,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         session = self.session = Session(
             self.problem, SeededUniforms(self._seed, self._episode), turn_limit=self._turn_limit
         )
-        self.agents = [*self.possible_agents]
+        self.agents, self._step_count = [*self.possible_agents], 0
         return self._current_observations(session), self._infos(session)
 
     def step(
@@ -81,19 +93,35 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         joint_actions = [
             seat.decode_actions(np.asarray(actions[agent])[None])[0] for seat, agent in pairs
         ]
-        rewards = np.zeros(len(joint_actions))
-        if all(_is_legal(session, seat, action) for seat, action in enumerate(joint_actions)):
+        self._step_count += 1
+        illegal_mask = np.array(
+            [not _is_legal(session, seat, action) for seat, action in enumerate(joint_actions)]
+        )
+        rewards = np.where(illegal_mask, self._illegal_rule.reward, 0.0)
+        if not illegal_mask.any():
             rewards = session.advance(joint_actions).rewards
-        end_reason, agents = session.end_reason, self.agents
-        if end_reason:
+        terminated = session.end_reason == "terminal" or (
+            self._illegal_rule.ends_episode and bool(illegal_mask.any())
+        )
+        truncated = not terminated and self._step_count == self._turn_limit
+        agents = self.agents
+        if terminated or truncated:
             self.agents = []
         return (
             self._current_observations(session),
             dict(zip(agents, rewards.tolist(), strict=True)),
-            dict.fromkeys(agents, end_reason == "terminal"),
-            dict.fromkeys(agents, end_reason not in (None, "terminal")),
+            dict.fromkeys(agents, terminated),
+            dict.fromkeys(agents, truncated),
             self._infos(session),
         )
+
+    def action_masks(self) -> AgentDict:
+        """Return the mask `[A]` of the legal actions of every agent, as booleans."""
+        infos = self._infos(self._current_session())
+        return {
+            agent: seat_spaces.action_masks(infos[agent])
+            for agent, seat_spaces in zip(self.possible_agents, self._seats, strict=True)
+        }
 
     def _current_session(self) -> Session:
         """Return the current session; raises BadParameter before the first `reset`."""

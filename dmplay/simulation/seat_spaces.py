@@ -3,20 +3,37 @@
 Contains its spaces, the policies of the other seats, and the rendering of its board.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from gymnasium import spaces
 
 from dmplay.chance import Array, Bools
 from dmplay.core import Interval, Labels, Policy, Problem, RealVector, TextLine
-from dmplay.errors import BadParameter, IllegalAction
+from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.registry import agents, problems
 from dmplay.session import Session
 
 Space = spaces.Space[Any]
 Info = dict[str, Any]
+ILLEGAL_ACTION_RULES = ("noop", "penalty", "end")
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
+
+
+class IllegalActionRule(NamedTuple):
+    """The consequence of a step with an illegal action; the game itself never changes."""
+
+    reward: float  # of the seat that acted illegally
+    ends_episode: bool
+
+    @classmethod
+    def from_option(cls, illegal: str, illegal_reward: float) -> "IllegalActionRule":
+        """Return the rule of this name: noop (reward 0), penalty, or end of the episode."""
+        if illegal not in ILLEGAL_ACTION_RULES:
+            raise UnknownName("rule for illegal actions", illegal, ILLEGAL_ACTION_RULES)
+        if not np.isfinite(illegal_reward):
+            raise BadParameter(f"illegal_reward: got {illegal_reward!r}, expected a finite number")
+        return cls(0.0 if illegal == "noop" else float(illegal_reward), illegal == "end")
 
 
 class SeatSpaces:
@@ -111,6 +128,15 @@ class SeatSpaces:
         return {
             "action_mask": self._full_action_mask.copy() if legal is None else legal.astype(np.int8)
         }
+
+    def action_masks(self, info: Info) -> Bools:
+        """Return the legal actions of an info as booleans `[A]`, or `[B, A]` for several games.
+
+        Raises BadParameter if the actions are real numbers.
+        """
+        if "action_mask" not in info:
+            raise BadParameter("action_masks: the actions are real numbers, which have no mask")
+        return np.asarray(info["action_mask"], bool)
 
 
 def _make_discrete_space(sizes: Any) -> Space:

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import ACTION_DECIMALS, Memory, Outcome, Policy, check_rewards, required_fields
-from dmplay.simulation.seat_spaces import SeatSpaces
+from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces
 from dmplay.simulation.uniform_sources import UniformSource
 from dmplay.uniforms import NATURE_STREAM
 
@@ -14,13 +14,14 @@ from dmplay.uniforms import NATURE_STREAM
 class VectorGames:
     """A batch of games; a game that is over restarts with the next turn."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - each is the caller's to choose
         self,
         seat_spaces: SeatSpaces,
         policies: Sequence[Policy | None],
         uniform_source: UniformSource,
         game_count: int,
         limit: int | None,
+        illegal_rule: IllegalActionRule,
     ) -> None:
         self.problem, self.seat_spaces, self.uniform_source = (
             seat_spaces.problem,
@@ -28,13 +29,14 @@ class VectorGames:
             uniform_source,
         )
         self._policies = policies
-        self._limit = limit
+        self._limit, self._illegal_rule = limit, illegal_rule
         self._all_rows, self._no_rows = np.arange(game_count), np.zeros(game_count, bool)
         self.reset()
 
     def reset(self) -> None:
         """Begin a new game in every row."""
         self._turns = np.zeros(len(self._all_rows), np.int64)
+        self._steps = np.zeros(len(self._all_rows), np.int64)  # with those of illegal actions
         self.done_mask = self._no_rows
         self._state, self._memories, self.observations = self._start_games(self._all_rows)
         self.legal_actions_mask = self.problem.legal_actions_mask(self._state)
@@ -47,7 +49,7 @@ class VectorGames:
         """
         problem = self.problem
         self.uniform_source.start_next_episode(rows)
-        self._turns[rows] = 0
+        self._turns[rows] = self._steps[rows] = 0
         state = problem.sample_initial_states(
             self.uniform_source.generate_uniforms(
                 NATURE_STREAM, self._turns, problem.uniform_counts.start, rows
@@ -66,6 +68,7 @@ class VectorGames:
         """Play a turn; return the learner's rewards, terminated and truncated masks `[B]`."""
         problem, seat = self.problem, self.seat_spaces.seat
         self._turns += 1
+        self._steps += 1
         joint = self._joint_actions(actions)
         u = self.uniform_source.generate_uniforms(
             NATURE_STREAM, self._turns, problem.uniform_counts.step, self._all_rows
@@ -73,12 +76,16 @@ class VectorGames:
         outcome = problem.step(self._state, joint, u)
         check_rewards(problem, outcome.rewards)
         rewards = outcome.rewards[:, seat] + 0.0
-        self._apply_outcome(joint, outcome, rewards)
+        illegal_rows = self._apply_outcome(joint, outcome, rewards)
+        was_done = self.done_mask
         if self.done_mask.any():
             self._restart_games(np.flatnonzero(self.done_mask), rewards)
         terminated, truncated = problem.terminal(self._state), self._no_rows
+        if self._illegal_rule.ends_episode and len(illegal_rows):
+            terminated = terminated.copy()
+            terminated[illegal_rows] |= ~was_done[illegal_rows]
         if self._limit is not None:
-            truncated = (self._turns >= self._limit) & ~terminated
+            truncated = (self._steps >= self._limit) & ~terminated
         self.done_mask = terminated | truncated
         self.legal_actions_mask = problem.legal_actions_mask(self._state)
         return rewards, terminated, truncated
@@ -100,11 +107,12 @@ class VectorGames:
         legal = None if self.legal_actions_mask is None else self.legal_actions_mask[:, seat]
         return policy.choose(self._memories[seat], legal, u)
 
-    def _apply_outcome(self, joint: Array, outcome: Outcome, rewards: Reals) -> None:
-        """Store the outcome of a turn; illegal joint actions change nothing and pay 0.
+    def _apply_outcome(self, joint: Array, outcome: Outcome, rewards: Reals) -> Ints:
+        """Store the outcome of a turn, and return the rows with an illegal action.
 
-        A row with an illegal action keeps its state, turn and memories.
+        Such a row keeps its state, turn and memories, and is paid as the rule says.
         """
+        illegal_rows = np.zeros(0, np.int64)
         state, observations = outcome.state, self._observe(joint, outcome)
         numbered_policies = enumerate(zip(self._policies, self._memories, strict=True))
         memories = [
@@ -116,7 +124,8 @@ class VectorGames:
                 self._all_rows[:, None], np.arange(joint.shape[1]), joint.astype(int)
             ]
             illegal_rows = np.flatnonzero(~is_legal.all(axis=1))
-            self._turns[illegal_rows], rewards[illegal_rows] = self._turns[illegal_rows] - 1, 0.0
+            self._turns[illegal_rows] -= 1
+            rewards[illegal_rows] = self._illegal_rule.reward
             state, observations = (
                 _replace_rows(state, illegal_rows, self._state[illegal_rows]),
                 _replace_rows(observations, illegal_rows, self.observations[illegal_rows]),
@@ -127,6 +136,7 @@ class VectorGames:
                 [_select_rows(memory, illegal_rows) for memory in self._memories],
             )
         self._state, self.observations, self._memories = state, observations, memories
+        return illegal_rows
 
     def _update_memory(
         self, seat: int, policy: Policy | None, memory: Memory, joint: Array, outcome: Outcome

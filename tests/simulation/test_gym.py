@@ -13,7 +13,7 @@ import dmplay
 from dmplay.agents.base import ReactivePolicy
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Interval, Memory, Problem
-from dmplay.errors import BadParameter, IllegalAction
+from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.gym import Env, VectorEnv
 from dmplay.registry import agents
 from dmplay.rollouts import Rollout, rollout
@@ -142,6 +142,72 @@ def test_an_illegal_action_changes_nothing_and_uses_no_turn() -> None:
     assert not np.array_equal(after_illegal[1], initial[1])
     after_legal, *_ = envs.step(np.array([legal_action, 3]))
     assert np.array_equal(after_legal[0], env.step(legal_action)[0])  # uses the uniforms of turn 1
+
+
+# In 2048 with seed 5, action 1 is illegal at the start, and action 0 is legal.
+@pytest.mark.parametrize(
+    ("illegal", "rewards", "terminated", "truncated"),
+    [
+        ("noop", [0.0, 0.0, 0.0], [False, False, False], [False, False, True]),
+        ("penalty", [-5.0, -5.0, -5.0], [False, False, False], [False, False, True]),
+        ("end", [-5.0], [True], [False]),
+    ],
+)
+def test_an_episode_of_illegal_actions_only_ends(
+    illegal: str, rewards: list[float], terminated: list[bool], truncated: list[bool]
+) -> None:
+    env = Env("2048", turns=3, illegal=illegal, illegal_reward=-5.0)
+    envs = VectorEnv("2048", 1, turns=3, illegal=illegal, illegal_reward=-5.0)
+    env.reset(seed=5)
+    envs.reset(seed=5)
+    steps = [env.step(1)[1:4] for _ in rewards]
+    assert steps == [*zip(rewards, terminated, truncated, strict=True)]
+    batches = [envs.step(np.array([1]))[1:4] for _ in rewards]
+    assert [tuple(column.item() for column in batch) for batch in batches] == steps
+    assert env.session is not None
+    assert not env.session.turns
+    with pytest.raises(EpisodeOver, match="the episode is over; call reset"):
+        env.step(0)
+    env.reset()
+    assert env.step(0)[2:4] == (False, False)
+    *ending, _ = envs.step(np.array([1]))[1:]
+    assert [column.item() for column in ending] == [0.0, False, False]  # the next game starts
+
+
+def test_legal_and_illegal_steps_count_together() -> None:
+    env, envs = Env("2048", turns=3), VectorEnv("2048", 2, turns=3)
+    env.reset(seed=5)
+    envs.reset(seed=5)
+    truncated = [env.step(action)[3] for action in (1, 0, 1)]
+    assert truncated == [False, False, True]
+    rows = [envs.step(np.array([action, 3]))[3].tolist() for action in (1, 0, 1)]
+    assert rows == [[False, False], [False, False], [True, True]]
+    assert env.session is not None
+    assert len(env.session.turns) >= 1
+
+
+def test_action_masks_are_the_legal_actions_as_booleans() -> None:
+    env, envs = Env("2048"), VectorEnv("2048", 2)
+    env.reset(seed=5)
+    envs.reset(seed=5)
+    assert env.action_masks().tolist() == [True, False, True, True]
+    assert envs.action_masks()[0].tolist() == [True, False, True, True]
+    assert envs.action_masks().dtype == env.action_masks().dtype == np.bool_
+    lake = Env("hexworld")
+    lake.reset(seed=5)
+    assert lake.action_masks().tolist() == [True] * 6
+    continuous = Env("simple-regulator")
+    continuous.reset(seed=5)
+    with pytest.raises(BadParameter, match="the actions are real numbers, which have no mask"):
+        continuous.action_masks()
+
+
+@pytest.mark.parametrize("environment", [Env, VectorEnv])
+def test_an_unknown_rule_for_illegal_actions_is_refused(environment: type) -> None:
+    with pytest.raises(UnknownName, match="did you mean penalty"):
+        environment("2048", illegal="penalti")
+    with pytest.raises(BadParameter, match="illegal_reward: got nan, expected a finite number"):
+        environment("2048", illegal="penalty", illegal_reward=float("nan"))
 
 
 @pytest.mark.parametrize(

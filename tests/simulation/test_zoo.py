@@ -12,6 +12,7 @@ from dmplay.errors import BadParameter, IllegalAction
 from dmplay.zoo import ParallelEnv
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, write_text_file
 from tests.support.problem_cases import CASE_NAMES, SHORT_GAME_TURNS, load_problem
+from tests.support.turn_based_games import Nim
 
 CYCLE_COUNT = 30
 
@@ -49,6 +50,35 @@ def test_an_illegal_action_uses_no_turn() -> None:
     after, rewards, *_ = env.step({"agent": illegal_action})
     assert np.array_equal(before["agent"], after["agent"])
     assert rewards == {"agent": 0.0}
+
+
+@pytest.mark.parametrize(
+    ("illegal", "steps"),
+    [
+        ("noop", [(0.0, False, False), (0.0, False, True)]),
+        ("penalty", [(-5.0, False, False), (-5.0, False, True)]),
+        ("end", [(-5.0, True, False)]),
+    ],
+)
+def test_an_episode_of_illegal_actions_only_ends(
+    illegal: str, steps: list[tuple[float, bool, bool]]
+) -> None:
+    env = ParallelEnv("2048", turns=2, illegal=illegal, illegal_reward=-5.0)
+    env.reset(seed=5)
+    assert env.action_masks()["agent"].tolist() == [True, False, True, True]
+    for step in steps:
+        assert env.agents == ["agent"]
+        assert tuple(by_agent["agent"] for by_agent in env.step({"agent": 1})[1:4]) == step
+    assert env.agents == []
+    env.reset()
+    assert env.agents == ["agent"]
+
+
+def test_only_the_agent_that_acts_illegally_is_penalized() -> None:
+    env = ParallelEnv(Nim(), illegal="penalty", turns=5)
+    env.reset(seed=5)
+    rewards = env.step({"left": 2, "right": 2})[1]  # left has to move and may not wait
+    assert rewards == {"left": -1.0, "right": 0.0}
 
 
 def test_a_step_without_an_action_for_every_agent_is_refused() -> None:
