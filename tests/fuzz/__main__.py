@@ -1,8 +1,8 @@
 """Fuzz the command line: `python -m tests.fuzz [--cases N] [--seed S] [--kind K]`.
 
-The cases are mutated transcripts, typed lines and keys, and faulty parameters, settings and
-problems. Each case must end with a message of the program, soon, in little memory and in printable
-characters; a changed fact must not verify. `--case KIND:NUMBER` shows one case again.
+The cases are mutated transcripts, typed lines and keys, and faulty parameters, settings, problems
+and game trees. Each case must end with a message of the program, soon, in little memory and in
+printable characters; a changed fact must not verify. `--case KIND:NUMBER` shows one case again.
 """
 
 import argparse
@@ -52,6 +52,7 @@ def _import_package() -> None:
     for module in pkgutil.walk_packages(dmplay.__path__, "dmplay."):
         if module.name not in (AXELROD_MODULE, "dmplay.__main__"):
             importlib.import_module(module.name)
+    importlib.import_module("pyspiel")  # reads game trees
     changed_facts.list_valid_transcripts()
     sys.dont_write_bytecode = True  # cases write no bytecode files
     gc.freeze()  # garbage collections in workers skip the imported modules

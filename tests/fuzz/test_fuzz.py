@@ -163,6 +163,13 @@ def test_facts_are_the_same_within_the_tolerance(
     assert changed_facts.is_same_fact(first, second) is expected
 
 
+def test_trees_are_drawn_that_are_played_and_that_are_too_deep() -> None:
+    tree = KINDS_BY_NAME["tree"]
+    results = [run_case(tree, 1, number) for number in range(20)]
+    assert {"exit 0", "exit 2"} <= {result.ending for result in results}
+    assert not any(result.faults for result in results)
+
+
 def test_a_problem_without_faulty_parts_runs() -> None:
     for form in (user_problems.TABULAR_TEMPLATE, user_problems.METHODS_TEMPLATE):
         source = form.format(**user_problems.VALID_PARTS).encode()
