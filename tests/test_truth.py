@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from tests.truth_cases import prisoners
 from tests.truth_cases.case import TRUTH_FOLDER, Case, load_family
 
 CHECKED_FAMILIES = {path.stem for path in Path(__file__).parent.glob("truth_cases/*.py")}
@@ -61,3 +62,13 @@ def test_every_family_and_kind_is_checked_or_skipped_by_name(
     with capsys.disabled():
         print("\ntruth cases:", *rows, sep="\n  ")
     assert FAMILIES, f"no truth files in {TRUTH_FOLDER}"
+
+
+@pytest.mark.parametrize("discount", [0.5, 0.9, 0.99])
+def test_the_rounds_left_out_of_a_repeated_dilemma_are_within_the_tolerance(
+    discount: float,
+) -> None:
+    # No payoff is larger than 4: the sucker loses 4, and the traitor loses nothing.
+    rounds = prisoners.count_rounds(discount, tolerance=1e-9)
+    largest_rest = 4 * sum(discount**n for n in range(rounds, rounds + 10_000))
+    assert 0 < largest_rest < 1e-9

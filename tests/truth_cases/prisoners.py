@@ -1,3 +1,5 @@
+import math
+
 import numpy as np
 
 import dmplay
@@ -12,7 +14,6 @@ PROBLEM = PrisonersDilemma(discount=0.9)
 ACTIONS = PROBLEM.actions[0]
 PAYOFFS = PROBLEM.payoffs
 AGENT_NAMES = {"tit for tat": "tit-for-tat", "grim trigger": "grim"}
-ROUND_COUNT = 230  # rounds; the remaining 10 * 0.9 ** 230 is below the tolerance
 
 
 def payoff(case: Case) -> None:
@@ -58,11 +59,22 @@ def hierarchical_softmax(case: Case) -> None:
     case.close("distribution", profile.column_strategy)
 
 
+def count_rounds(discount: float, tolerance: float) -> int:
+    """Return the number of rounds after which the rest of an infinite game is negligible.
+
+    The rest, max|R| * discount**n / (1 - discount), is at most half of the tolerance. The other
+    half is for rounding.
+    """
+    negligible_rest = 0.5 * tolerance * (1.0 - discount) / float(abs(PAYOFFS).max())
+    return math.ceil(math.log(negligible_rest) / math.log(discount))
+
+
 def repeated(case: Case) -> None:
     problem = PrisonersDilemma(discount=case.inputs["gamma"])
     names = [AGENT_NAMES.get(rule, rule.replace(" ", "-")) for rule in case.inputs["rules"]]
     rules = [dmplay.load_agent(problem, seat, name) for seat, name in enumerate(names)]
-    batch = dmplay.rollout(problem, rules, episodes=1, turn_limit=ROUND_COUNT)
+    rounds = count_rounds(problem.discount, case.tol)
+    batch = dmplay.rollout(problem, rules, episodes=1, turn_limit=rounds)
     case.close("returns", batch.returns[0])
 
 
