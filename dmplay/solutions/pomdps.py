@@ -53,7 +53,11 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
     turns = resolve_horizon(problem.horizon)
     hint_agent = agents.find_hint_provider(problem, 0, turns)
     plans_whole_game = hint_agent is not None and hint_agent[1].plans_whole_game
-    is_default = turns == DEFAULT_TURNS == problem.horizon and not plans_whole_game
+    is_default = (
+        resolve_horizon(None) is None
+        and turns == DEFAULT_TURNS == problem.horizon
+        and not plans_whole_game
+    )
     is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
     if problem.discount < 1.0 and (turns is None or is_default or is_long):
         stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)

@@ -102,7 +102,8 @@ def simulate_games(
 def resolve_horizon(default_turns: int | None) -> int | None:
     """Return the number of turns to plan, as set by the user or else the default.
 
-    None stands for a game without end.
+    None stands for a game without end: `resolve_horizon(None)` is None unless the user set a
+    number.
     """
     options = _options.get() or SimulationOptions()
     options.used_options.add("turns")

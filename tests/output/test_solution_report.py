@@ -12,6 +12,7 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.solutions import simulated_returns, teams
 from dmplay.solutions.method_choice import solve_problem
+from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
 from dmplay.solutions.solution import Solution
 from dmplay.work_budget import report_progress_to
 from tests.support.document_examples import TIGER_SOURCE
@@ -42,6 +43,21 @@ def test_the_infinite_crying_baby_has_two_alpha_vectors() -> None:
     baby_solution = solve_problem(dmplay.load_problem("crying-baby"))
     assert [row["first"] for row in baby_solution.rows] == ["feed", "ignore"]
     assert baby_solution.rows[1]["at sated"] == pytest.approx(-16.305483)
+
+
+def test_twenty_turns_of_the_crying_baby_are_not_an_endless_game() -> None:
+    # 20 is also the number of turns that the problem has by default.
+    values = {}
+    for turns in (19, 20, 21):
+        with use_simulation_options(SimulationOptions(turns=turns)):
+            baby_solution = solve_problem(dmplay.load_problem("crying-baby"))
+        assert baby_solution.method == f"alpha vectors, {turns} turns"
+        values[turns] = baby_solution.result
+    assert values == {
+        19: "2 vectors; value -22.1103 at the start",
+        20: "2 vectors; value -22.3668 at the start",
+        21: "2 vectors; value -22.5976 at the start",
+    }
 
 
 def test_the_machine_has_thirteen_alpha_vectors_for_twenty_turns() -> None:
