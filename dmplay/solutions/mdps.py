@@ -8,10 +8,16 @@ import numpy as np
 from dmplay.agents import fully_observable_problems
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, initial_state_distribution
+from dmplay.errors import BadParameter
 from dmplay.formatting import format_count, format_upper_bound
 from dmplay.solutions.simulated_returns import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_action_names
-from dmplay.solvers import backward_value_iteration, transition_graph, value_iteration
+from dmplay.solvers import (
+    backward_induction,
+    backward_value_iteration,
+    transition_graph,
+    value_iteration,
+)
 from dmplay.solvers.transition_graph import TransitionGraph
 from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
@@ -25,12 +31,16 @@ MAX_LISTED_STATES = 1000  # If there are more states, only the start states are 
 
 
 def solve_mdp(problem: Problem) -> Solution:
-    """Return the values of one agent without a last turn, and the value of a game of some turns.
+    """Return the values of games of the requested turns, else the values without a last turn.
 
-    Without a discount, a problem with a horizon is solved only for that.
+    Without a discount, a problem with a horizon is solved only for that. With a discount, the
+    value at the start of its horizon follows the values without a last turn.
     """
-    horizon = resolve_horizon(problem.horizon)
-    if problem.discount == 1.0 and horizon is not None:
+    horizon, requested_turns = resolve_horizon(problem.horizon), resolve_horizon(None)
+    if horizon is not None and problem.discount == 1.0:
+        return solve_finite_horizon(problem)
+    if requested_turns is not None and requested_turns < _effective_horizon(problem.discount):
+        _check_turns(problem, requested_turns)
         return solve_finite_horizon(problem)
     is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_LISTED_STATES
     solution = solve_by_value_iteration(problem) if is_small else solve_infinite_horizon(problem)
@@ -46,7 +56,20 @@ def solve_mdp(problem: Problem) -> Solution:
             f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
             f"of {span}"
         )
-    return solution._replace(result=f"{solution.result}; {value_text}")
+    return solution._replace(
+        method=f"{solution.method}, without end", result=f"{solution.result}; {value_text}"
+    )
+
+
+def _check_turns(problem: Problem, turns: int) -> None:
+    """Raise BadParameter if the values of games of `turns` turns take too much to compute."""
+    state_count = len(problem.enumerate_states())
+    max_turns = min(backward_induction.MAX_TURNS, MAX_STATE_TURNS // state_count)
+    if turns > max_turns:
+        raise BadParameter(
+            f"--turns: got {turns}, expected at most {max_turns} "
+            f"for {format_count(state_count, 'state')}; without it games have no end"
+        )
 
 
 def _effective_horizon(discount: float) -> int:

@@ -329,6 +329,34 @@ def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPat
         options.check_options_used(method_choice.solve_problem(Lamp()).method)
 
 
+def test_the_values_of_a_lamp_are_those_of_the_turns_asked_for() -> None:
+    # With one turn left the switch never pays; with two it costs 0.5 and earns 0.5 * 1.
+    tables = {}
+    for turns in (1, 2, 3):
+        with use_simulation_options(SimulationOptions(turns=turns)):
+            solution = method_choice.solve_problem(Lamp())
+        assert solution.method == f"backward induction over 2 states, {turns} turns".replace(
+            "1 turns", "1 turn"
+        )
+        tables[turns] = [(row["value"], row["best"]) for row in solution.rows]
+    assert tables == {
+        1: [(0.0, "wait"), (1.0, "wait")],
+        2: [(0.0, "wait switch"), (1.5, "wait")],
+        3: [(0.25, "switch"), (1.75, "wait")],
+    }
+
+
+def test_more_turns_than_can_be_solved_are_refused_with_the_maximum() -> None:
+    with (
+        use_simulation_options(SimulationOptions(turns=20_000)),
+        pytest.raises(
+            BadParameter,
+            match=r"^--turns: got 20000, expected at most 10000 for 2 states; without it games",
+        ),
+    ):
+        method_choice.solve_problem(Lamp(discount=0.999999))
+
+
 def test_turns_beyond_the_discount_have_the_value_of_an_endless_game() -> None:
     with use_simulation_options(SimulationOptions(turns=10**8)):
         assert method_choice.solve_problem(Lamp()).result.endswith(
