@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from decimal import ROUND_CEILING, Context
 
@@ -10,6 +10,7 @@ from dmplay.core import ContinuousStates, Labels, ObservationSpace, Problem, Rea
 
 VARIES = "varies"
 JSON_SCHEMA = 1  # version of the keys of JSON reports
+MAX_EXTRA_DECIMALS = 2  # decimals added to probabilities so that they sum to 1 as printed
 MIN_WHOLE_SCORE = 1000  # score from which on no decimals are printed
 
 
@@ -108,6 +109,20 @@ def format_count(number: float, noun: str, form: str = "") -> str:
 def append_noun(number_text: str, noun: str) -> str:
     """Return a number that is already text with its noun: "1 turn", "4.7 turns"."""
     return f"{number_text} {noun}{'s' * (number_text != '1')}"
+
+
+def count_probability_decimals(probabilities: Iterable[float], decimals: int = 2) -> int:
+    """Return the number of decimals at which rounded probabilities sum to 1.
+
+    It is the smallest from `decimals` on, with at most two more; if there is none, as for three
+    thirds, it is `decimals`. `probabilities` are those of all outcomes.
+    """
+    values = list(probabilities)
+    for count in range(decimals, decimals + MAX_EXTRA_DECIMALS + 1):
+        # The digits without the point are the rounded number in units of its last decimal.
+        if sum(int(f"{value:.{count}f}".replace(".", "")) for value in values) == 10**count:
+            return count
+    return decimals
 
 
 def align_columns(rows: Sequence[Sequence[str]]) -> list[str]:

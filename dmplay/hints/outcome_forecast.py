@@ -9,6 +9,7 @@ from dmplay.belief import apply_bayes_rule
 from dmplay.chance import Array, FiniteChance
 from dmplay.core import ContinuousStates, Problem, enumerate_possible_outcomes
 from dmplay.errors import BadParameter, BudgetExceeded
+from dmplay.formatting import count_probability_decimals
 from dmplay.session import Session, View
 from dmplay.views.protocol import Forecast
 from dmplay.work_budget import Budget
@@ -155,16 +156,17 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
         low, high = forecast.outcomes.min(axis=0), forecast.outcomes.max(axis=0)
         state_range = f"{_format_state(problem, low)} to {_format_state(problem, high)}"
         return f"if {name}{others}: {state_range}{sample_note}"
+    listed = forecast.probabilities[:MAX_LISTED_OUTCOMES].tolist()
+    omitted_probability = float(forecast.probabilities[MAX_LISTED_OUTCOMES:].sum())
+    decimals = count_probability_decimals([*listed, omitted_probability])
     outcomes = [
-        f"{probability:.2f} {_format_outcome(problem, seat, forecast, index)}"
-        for index, probability in enumerate(forecast.probabilities[:MAX_LISTED_OUTCOMES])
+        f"{probability:.{decimals}f} {_format_outcome(problem, seat, forecast, index)}"
+        for index, probability in enumerate(listed)
     ]
     more = len(forecast.probabilities) - len(outcomes)
-    omitted_probability = float(forecast.probabilities[MAX_LISTED_OUTCOMES:].sum())
-    return (
-        f"if {name}{others}: "
-        f"{', '.join([*outcomes, *[f'{omitted_probability:.2f} {more} more'] * bool(more)])}"
-    )
+    if more:
+        outcomes.append(f"{omitted_probability:.{decimals}f} {more} more")
+    return f"if {name}{others}: {', '.join(outcomes)}"
 
 
 def _format_outcome(problem: Problem, seat: int, forecast: Forecast, outcome_index: int) -> str:
@@ -179,8 +181,10 @@ def _format_outcome(problem: Problem, seat: int, forecast: Forecast, outcome_ind
         for index in np.argsort(-belief, kind="stable")[:MAX_LISTED_OUTCOMES]
         if belief[index] >= MIN_LISTED_PROBABILITY
     ]
+    decimals = count_probability_decimals(belief.tolist())
     belief_text = ", ".join(
-        f"{problem.format_state(states[index])} {belief[index]:.2f}" for index in likely_states
+        f"{problem.format_state(states[index])} {belief[index]:.{decimals}f}"
+        for index in likely_states
     )
     return f"{observation} (then {belief_text})" if belief_text else observation
 

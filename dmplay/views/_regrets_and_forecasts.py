@@ -14,6 +14,7 @@ from rich.text import Text
 
 from dmplay.chance import Array, Reals
 from dmplay.core import Problem
+from dmplay.formatting import count_probability_decimals
 from dmplay.session import View
 from dmplay.views import _belief_bars
 from dmplay.views._belief_bars import format_likeliest_states
@@ -190,9 +191,12 @@ def format_forecast_rows(
     if options.forecast is None:
         return []
     forecast, problem = options.forecast, view.problem
+    probabilities = forecast.probabilities.tolist()
+    decimals = count_probability_decimals(probabilities) - 2  # of a percentage
     outcome_rows = [
-        f"{format_percent(float(probability)):>4} {format_observation(problem, view.seat, outcome)}"
-        for probability, outcome in zip(forecast.probabilities, forecast.outcomes, strict=True)
+        f"{format_percent(probability, decimals):>{4 + decimals}} "
+        f"{format_observation(problem, view.seat, outcome)}"
+        for probability, outcome in zip(probabilities, forecast.outcomes, strict=True)
     ][:MAX_FORECAST_ROWS]
     condition = format_action_condition(view, forecast, phrase_template)
     rows = [condition, *outcome_rows]

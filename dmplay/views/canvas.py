@@ -161,11 +161,14 @@ def format_signed(value: float) -> str:
     return f"{value:+g}" if value else "0"
 
 
-def format_percent(probability: float) -> str:
-    """Format a probability in at most four columns: `7%`, `100%`, `<1%`; '' for 0."""
+def format_percent(probability: float, decimals: int = 0) -> str:
+    """Format a probability with these decimals: `7%`, `100%`, `<1%`, `50.5%`; '' for 0.
+
+    Without decimals it has at most four columns.
+    """
     if probability < 1e-9:
         return ""
-    return f"{100 * probability:.0f}%" if probability >= 0.005 else "<1%"
+    return f"{100 * probability:.{decimals}f}%" if probability >= 0.005 else "<1%"
 
 
 def format_to_width(value: float, width: int) -> str:

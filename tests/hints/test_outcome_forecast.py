@@ -1,5 +1,8 @@
 """Tests of the forecast of an action's outcomes, which uses only what its seat can know."""
 
+import re
+from decimal import Decimal
+
 import numpy as np
 import pytest
 
@@ -8,6 +11,7 @@ from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import enumerate_outcomes
 from dmplay.errors import BadParameter, IllegalAction
+from dmplay.formatting import count_probability_decimals
 from dmplay.game.game_series import GameController
 from dmplay.game.launch_requests import GameRequest
 from dmplay.hints.outcome_forecast import N_SAMPLES, forecast_outcomes, format_forecast
@@ -41,6 +45,36 @@ def create_session(name: str, *actions: int) -> Session:
     for action in actions:
         new_session.advance([action])
     return new_session
+
+
+def list_printed_probabilities(text: str) -> list[str]:
+    """Return the probabilities of the outcomes in a line of a forecast, without beliefs."""
+    assert text.startswith("if ")
+    return re.findall(r"\d\.\d+", re.sub(r"\(then [^)]*\)", "", text))
+
+
+@pytest.mark.parametrize(
+    ("name", "action", "printed"),
+    [
+        ("crying-baby", "sing", ["0.505", "0.495"]),
+        ("crying-baby", "feed", ["0.90", "0.10"]),
+        ("crying-baby", "ignore", ["0.515", "0.485"]),
+        ("hexworld", "w", ["0.70", "0.15", "0.15"]),
+        ("machine-replacement", "manufacture", ["1.00"]),
+    ],
+)
+def test_the_printed_probabilities_of_what_an_action_brings_sum_to_one(
+    name: str, action: str, printed: list[str]
+) -> None:
+    text = run_line(GameController(make_game(name)), f"whatif {action}")
+    assert list_printed_probabilities(text) == printed
+    assert sum(map(Decimal, printed)) == 1
+
+
+def test_probabilities_that_no_rounding_makes_sum_to_one_keep_two_decimals() -> None:
+    assert count_probability_decimals([1 / 3] * 3) == 2
+    assert count_probability_decimals([1 / 8] * 8) == 3
+    assert count_probability_decimals([0.3336, 0.3336, 0.3328]) == 4
 
 
 def create_screen(name: str, *seats: str) -> PlayScreen:

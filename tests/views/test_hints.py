@@ -7,7 +7,7 @@ import pytest
 
 import dmplay
 from dmplay.views import generic as module
-from dmplay.views._regrets_and_forecasts import format_regret
+from dmplay.views._regrets_and_forecasts import format_forecast_rows, format_regret
 from dmplay.views.protocol import DrawOptions, Forecast, ViewModule, fit_board, load_view_module
 from tests.support.games import make_view_after
 
@@ -340,3 +340,13 @@ def test_the_suggested_action_is_the_best_of_equal_actions(
     )
     assert [format_regret(options, action, 12) for action in range(3)] == labels
     assert format_regret(options, 0) == "best"  # too narrow for the longer label
+
+
+def test_the_percentages_of_a_forecast_sum_to_a_hundred() -> None:
+    view = make_view_after("crying-baby", "ignore")
+    forecast = Forecast(1, np.array([0.505, np.nextafter(0.495, 1.0)]), np.array([0, 1]))
+    assert format_forecast_rows(view, LARGE_OPTIONS._replace(forecast=forecast), ()) == [
+        "if you sing",
+        "50.5% crying",
+        "49.5% quiet",
+    ]
