@@ -2,19 +2,17 @@
 
 import contextlib
 import sys
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from shlex import quote
 
 from dmplay import __version__
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.formatting import format_count
-from dmplay.gallery.gallery import SHELL_COMMAND, Gallery
+from dmplay.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
 from dmplay.gallery.problem_list import list_problem_entries
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
 from dmplay.game.parsed_commands import PlayCommand, ShellCommand
-from dmplay.game.saves import MAX_SAVES
 from dmplay.registry import problems
 from dmplay.screen.full_screen import run_full_screen
 from dmplay.screen.play_screen import PlayScreen
@@ -83,7 +81,7 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
 
 def _run_gallery(shell: Shell) -> int:
     """Show the gallery and run each choice until the player leaves; return the exit code."""
-    gallery = Gallery(list_problem_entries(), shell.terminal, time.strftime("%Y%m%d"))
+    gallery = Gallery(list_problem_entries(), shell.terminal, todays_seed())
     while True:
         code = run_full_screen(gallery)
         if code or not gallery.pending_command:
@@ -128,6 +126,7 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
     finally:
         if not quiet:
             print_epilogue(table)
+        report_removed_saves(table.removed_save_count)
 
 
 def print_epilogue(table: GameController) -> None:
@@ -146,11 +145,6 @@ def print_epilogue(table: GameController) -> None:
         lines.append(f"{verb}: dmplay {verb} {quote(str(recorders[-1].path))}{trust}")
     if table.has_game and table.game.play_again_command and not sealed:
         lines.append(f"again: {table.game.play_again_command}")
-    if table.removed_save_count:
-        lines.append(
-            f"removed: {format_count(table.removed_save_count, 'older game')}; "
-            f"the last {MAX_SAVES} are kept"
-        )
     lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
     for line in lines:
         print(escape_unprintable(line), file=sys.stderr)
@@ -163,6 +157,13 @@ def report_write_errors(recorders: Iterable[Recorder]) -> int:
         assert recorder.write_error
         if isinstance(recorder.write_error, BrokenPipeError):
             raise recorder.write_error
+def report_removed_saves(count: int) -> None:
+    """Print how many saved games were deleted, and the option that keeps more; nothing for 0."""
+    if count:
+        games_text = format_count(count, "older game")
+        print(f"removed: {games_text}, to make room; --keep MB keeps more", file=sys.stderr)
+
+
         message = escape_unprintable(
             f"cannot write {recorder.path}: {recorder.write_error.strerror}"
         )

@@ -26,9 +26,11 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.builtin_names import problem_names
 
 PROJECT_FILE = "dmplay.toml"
+DISPLAY_OPTIONS = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
 # Options that may be set once for all commands.
-GENERAL_OPTIONS = ("plain", "color", "ascii", "theme", "speed", "width", "motion", "input")
-PROJECT_FILE_OPTIONS = (*GENERAL_OPTIONS, "keys", "rate", "turns", "seed", "episode")
+GENERAL_OPTIONS = (*DISPLAY_OPTIONS, "keep")
+# A project's file must not set `keep`, which could delete the games of its reader.
+PROJECT_FILE_OPTIONS = (*DISPLAY_OPTIONS, "keys", "rate", "turns", "seed", "episode")
 SettingsTable = dict[str, object]
 
 

@@ -23,6 +23,7 @@ def play(
     ghost: options.GhostAgent = "",
     turns: options.TurnLimit = None,
     record: options.RecordPath = None,
+    keep: options.KeptMegabytes = 200,
     frames: options.Frames = False,
     force: options.Force = False,
     reveal: options.Reveal = False,
@@ -68,6 +69,7 @@ def play(
         ghost_agent=ghost,
         turns=turns,
         record_path=record,
+        kept_megabytes=keep,
         record_frames=frames,
         force=force,
         strict=strictness,
@@ -231,6 +233,7 @@ def mcp(
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="for the transcripts")
     ] = None,
 ) -> object:
+    keep: options.KeptMegabytes = 200,
     """Have a language model play by the Model Context Protocol; dmplay guide mcp tells how.
 
     \b
@@ -239,4 +242,4 @@ def mcp(
     """
     from dmplay.game.parsed_commands import McpServerConfig
 
-    return McpServerConfig(problems, hints, undo, belief, seed, turns, folder)
+    return McpServerConfig(problems, hints, undo, belief, seed, turns, folder, keep)

@@ -228,6 +228,9 @@ UnattendedTurnLimit = Annotated[
 RecordPath = Annotated[
     Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
 ]
+KeptMegabytes = Annotated[
+    int, _shared_option("keep", "size of all saved games, in megabytes", metavar="MB", min=1)
+]
 Frames = Annotated[
     bool,
     typer.Option("--frames", help="boards in the transcript too", callback=_config_filter("wish")),

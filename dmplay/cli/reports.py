@@ -12,7 +12,12 @@ from dmplay.terminal_capabilities import TerminalOptions, current_terminal
 
 
 @options.with_terminal_options("json", "color", "width")
-def list_(kind: options.ProblemKind = "", *, terminal_options: TerminalOptions) -> object:
+def list_(
+    kind: options.ProblemKind = "",
+    all_: Annotated[bool, typer.Option("--all", help="all games, not only the last 20")] = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
     """List the problems: table F.1 of the book. Or the games that are kept.
 
     \b
@@ -24,8 +29,9 @@ def list_(kind: options.ProblemKind = "", *, terminal_options: TerminalOptions) 
     from dmplay.output import problem_info, saved_games
 
     if kind == "games":
-        return saved_games.report_saved_games(json=terminal_options.json)
-
+        return saved_games.report_saved_games(all_games=all_, json=terminal_options.json)
+    if all_:
+        raise BadParameter("--all: only for the games; dmplay list games --all")
     return Printout(
         problem_info.report_problem_table(kind, terminal_options),
         terminal_options,

@@ -1,5 +1,6 @@
 """The gallery: a list of all problems by kind, and a preview of the selected one."""
 
+import time
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -19,7 +20,7 @@ from dmplay.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_
 from dmplay.shell.commands import PlayerQuit
 from dmplay.styled_text import to_rich_text
 from dmplay.terminal_capabilities import Terminal, escape_unprintable
-from dmplay.transcript.reader import Transcript
+from dmplay.transcript.reader import TranscriptOutline
 from dmplay.work_budget import ComputationStopped
 
 LIST_COLUMNS = 31  # columns of the list
@@ -29,17 +30,22 @@ CHROME_ROWS = 3  # rows of title, message and keys
 SHELL_COMMAND = ("shell",)
 
 
+def todays_seed() -> int:
+    """Return the seed of the game of the day: the current date in UTC, as YYYYMMDD."""
+    return int(time.strftime("%Y%m%d", time.gmtime()))
+
+
 class Gallery:
     """The state of the gallery: the list, the filter, the selection and the final command."""
 
     thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
 
-    def __init__(self, entries: list[ProblemEntry], terminal: Terminal, date: str) -> None:
+    def __init__(self, entries: list[ProblemEntry], terminal: Terminal, daily_seed: int) -> None:
         self.terminal = terminal
         self.message = self.progress_message = ""
         # words of the CLI command to run after the gallery quits
         self.pending_command: tuple[str, ...] = ()
-        self.daily_seed = int(date)  # date as YYYYMMDD, the seed of the daily game
+        self.daily_seed = daily_seed
         self._entries = entries
         self._cursor_row = 0  # index among the visible entries
         self._filter_text = ""
@@ -49,7 +55,7 @@ class Gallery:
         self._previews: dict[str, ProblemPreview | str] = {}  # a string is the error message
         self._records: list[ProblemRecord] = []
         self._unfinished_games: dict[
-            str, Transcript
+            str, TranscriptOutline
         ] = {}  # the last unfinished game of each problem
         self._games_loaded = False  # records and unfinished games were loaded
 
@@ -288,11 +294,11 @@ class Gallery:
 
         Show a message if there is none.
         """
-        transcript = self._unfinished_games.get(self.selected_problem) or next(
+        unfinished_game = self._unfinished_games.get(self.selected_problem) or next(
             iter(self._unfinished_games.values()), None
         )
-        if transcript:
-            self.quit_with_command("resume", transcript.path)
+        if unfinished_game:
+            self.quit_with_command("resume", unfinished_game.path)
         self.message = "no game is unfinished"
 
     def start_filter(self) -> None:
@@ -329,11 +335,11 @@ class Gallery:
         self.message = "cancelled"
 
 
-def _load_your_games() -> tuple[list[ProblemRecord], dict[str, Transcript]]:
+def _load_your_games() -> tuple[list[ProblemRecord], dict[str, TranscriptOutline]]:
     """Return the player's records, and the last unfinished game of each problem, newest first."""
-    unfinished_games: dict[str, Transcript] = {}
-    for transcript in saves.iter_unfinished_saves():
-        unfinished_games.setdefault(transcript.header.problem.partition(":")[0], transcript)
+    unfinished_games: dict[str, TranscriptOutline] = {}
+    for outline in saves.iter_unfinished_saves():
+        unfinished_games.setdefault(outline.header.problem.partition(":")[0], outline)
     return load_records(), unfinished_games
 
 
@@ -395,7 +401,7 @@ GALLERY_KEYS = (
         ("d",),
         "d",
         "today's",
-        "the game of the day: its seed is the date, the same for all",
+        "the game of the day: its seed is the date in UTC, the same for all",
         lambda g: g.quit_with_command("play", g.selected_problem, "--seed", str(g.daily_seed)),
         1,
     ),

@@ -11,7 +11,7 @@ from dmplay.player_records import GameResult, ProblemRecord
 from dmplay.registry import agents, problems
 from dmplay.session import Session, View
 from dmplay.terminal_capabilities import escape_unprintable
-from dmplay.transcript.reader import Transcript
+from dmplay.transcript.reader import TranscriptOutline
 from dmplay.uniforms import SeededUniforms
 from dmplay.views.canvas import split_rows
 from dmplay.views.protocol import (
@@ -100,7 +100,9 @@ def make_preview(problem_name: str, seed: int) -> ProblemPreview:
     )
 
 
-def your_game_rows(record: ProblemRecord | None, unfinished_game: Transcript | None) -> list[Text]:
+def your_game_rows(
+    record: ProblemRecord | None, unfinished_game: TranscriptOutline | None
+) -> list[Text]:
     """Return the rows about the player's best, last and unfinished game."""
     rows = []
     if record and record.best:
@@ -108,8 +110,8 @@ def your_game_rows(record: ProblemRecord | None, unfinished_game: Transcript | N
     if record and record.last != record.best:
         rows.append(_label_row("last", _format_result(record.last)))
     if unfinished_game:
-        turns = sum(block.kind == "turn" for block in unfinished_game.blocks) - 1
-        rows.append(_label_row("left", f"after {format_count(turns, 'turn')}; c goes on"))
+        turns_text = format_count(unfinished_game.turns, "turn")
+        rows.append(_label_row("left", f"after {turns_text}; c goes on"))
     return rows
 
 

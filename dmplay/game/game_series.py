@@ -193,7 +193,6 @@ class GameController:
         """
         if self.game.recorder:
             return next_numbered_path(path)
-        self.removed_save_count += saves.remove_old_saves()
         return saves.create_save(self.game.problem_name) or next_numbered_path(path)
 
     def run_cli_words(self, words: Sequence[str]) -> str:

@@ -135,7 +135,7 @@ def _choose_transcript_path(
         return resolve_dash(request.record_path, STDOUT_PATH), 0
     if not request.keep_save and HUMAN not in player_names:
         return None, 0
-    removed_count = saves.remove_old_saves()
+    removed_count = saves.remove_old_saves(request.kept_megabytes)
     return saves.create_save(problem_name), removed_count
 
 

@@ -11,6 +11,8 @@ from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.transcript.format import HUMAN_PLAYER
 from dmplay.transcript.header import Header
 
+DEFAULT_KEPT_MEGABYTES = 200  # total size of the saved games that are kept
+
 
 @dataclass(frozen=True)
 class GameRequest:
@@ -26,6 +28,7 @@ class GameRequest:
     seats: Sequence[str] = ()  # NAME=AGENT
     turns: int | None = None
     record_path: Path | None = None
+    kept_megabytes: float = DEFAULT_KEPT_MEGABYTES  # total size of the saved games to keep
     record_frames: bool = False
     has_rate_option: bool = field(
         default=False, kw_only=True

@@ -8,7 +8,12 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.errors import BadParameter
-from dmplay.game.launch_requests import AnyGameRequest, GameRequest, ReplayRequest
+from dmplay.game.launch_requests import (
+    DEFAULT_KEPT_MEGABYTES,
+    AnyGameRequest,
+    GameRequest,
+    ReplayRequest,
+)
 from dmplay.terminal_capabilities import TerminalOptions
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
@@ -83,6 +88,7 @@ class McpServerConfig(NamedTuple):
     seed: int | None = None  # seed of all games, which are its episodes; None: a new seed
     turn_limit: int | None = None  # turn limit of each game
     transcript_folder: Path | None = None  # folder of transcripts; None: the folder of saved games
+    kept_megabytes: float = DEFAULT_KEPT_MEGABYTES  # total size of the saved games to keep
 
     @property
     def strict(self) -> bool | str:

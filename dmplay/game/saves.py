@@ -1,14 +1,17 @@
-"""Saved games in the state folder: the last 20 of people and the last 20 of language models.
+"""Saved games in the state folder, up to a total size.
 
-A game is saved here if no other file is given for it.
+A game is saved here if no other file is given for it. Its file name begins with a number, which
+orders the games even if the clock was set back.
 """
 
 import contextlib
 import errno
 import os
+import re
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import count
 from pathlib import Path
@@ -16,11 +19,18 @@ from pathlib import Path
 from dmplay import safe_files
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
-from dmplay.transcript.reader import Transcript, read_transcript
+from dmplay.transcript.reader import (
+    Transcript,
+    TranscriptOutline,
+    read_outline,
+    read_transcript,
+)
 from dmplay.transcript.recorder import Recorder
 
-MAX_SAVES = 20
-NEW_FILE_SECONDS = 60  # seconds for which the file of a new game may be empty
+BYTES_PER_MEGABYTE = 1_000_000
+KEPT_SHARE = 0.9  # share of the maximum size that is left after saves were deleted
+PROTECTED_SECONDS = 24 * 60 * 60  # age in seconds up to which a save is never deleted
+NUMBER_PATTERN = re.compile(r"(?!\d{8}-\d{6}-)(\d+)-")  # older versions wrote date and time
 STDIN_PATH, STDOUT_PATH = Path("/dev/stdin"), Path("/dev/stdout")
 
 
@@ -65,51 +75,67 @@ def create_save(problem: str) -> Path | None:
 def create_game_file(game_folder: Path, problem: str) -> Path:
     """Create an empty, private transcript file with a unique name in a folder; return its path.
 
-    The name is made of the date, the time and the problem.
+    The name is made of a number, the next one in this folder, and the problem.
     """
     safe_name = problem.lstrip("./").replace(":", "-").replace("/", "-")
-    stem = f"{time.strftime('%Y%m%d-%H%M%S')}-{safe_name}"
-    for number in count():
-        path = game_folder / f"{stem}{f'-{number}' if number else ''}.dmt"
+    last_number = max((_save_number(path) for path in game_folder.glob("*.dmt")), default=0)
+    for number in count(last_number + 1):
+        path = game_folder / f"{number:06}-{safe_name}.dmt"
         with contextlib.suppress(FileExistsError):
             os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
             break
     return path
 
 
-def remove_old_saves() -> int:
-    """Delete saves without turns and all but the newest 19 of people and of models, each.
+def _save_number(path: Path) -> int:
+    """Return the number in the name of a save; 0 if it has none."""
+    match = NUMBER_PATTERN.match(path.name)
+    return int(match[1]) if match else 0
 
-    Files of running games, and empty files of the last 60 seconds, are not deleted. Return the
-    number of deleted saves that had turns.
-    """
-    save_folder, removed_count = saves_folder(os.environ), 0
-    if not prepare_folder(save_folder):
-        return 0
+
+def list_saves() -> list[Path]:
+    """Return the files in the folder of saved games, newest first."""
     # A FIFO would never end, and only a regular file can be a save.
-    paths = sorted(filter(Path.is_file, save_folder.glob("*.dmt")), key=_age_key)
-    empty_saves = [path for path in paths if not _has_turns(path)]
-    nonempty_saves = [path for path in paths if path not in empty_saves]
-    model_saves = [path for path in nonempty_saves if _has_model_seat(path)]
-    person_saves = [path for path in nonempty_saves if path not in model_saves]
-    for path in [*empty_saves, *person_saves[: -(MAX_SAVES - 1)], *model_saves[: -(MAX_SAVES - 1)]]:
-        with contextlib.suppress(OSError):
-            status = path.stat()
-            is_new = not status.st_size and time.time() - status.st_mtime < NEW_FILE_SECONDS
-            if (
-                is_new
-                or safe_files.is_game_running(path)
-                or (path in empty_saves and _has_turns(path))
-            ):
-                continue  # A turn may have been played since the folder was listed.
+    paths = filter(Path.is_file, saves_folder(os.environ).glob("*.dmt"))
+    return sorted(paths, key=lambda path: (_save_number(path), path.name), reverse=True)
+
+
+def remove_old_saves(max_megabytes: float) -> int:
+    """Delete the oldest saves if all of them together are larger than this; return their number.
+
+    A game that is running or that was played within the last 24 hours is not deleted. Games of
+    people and games of language models are each deleted only down to half of the size.
+    """
+    if not prepare_folder(saves_folder(os.environ)):
+        return 0
+    statuses = {path: status for path in list_saves() if (status := _file_status(path))}
+    total_bytes = sum(status.st_size for status in statuses.values())
+    if total_bytes <= max_megabytes * BYTES_PER_MEGABYTE:
+        return 0
+    kept_bytes = KEPT_SHARE * max_megabytes * BYTES_PER_MEGABYTE
+    is_of_model = {path: _has_model_seat(path) for path in statuses}
+    bytes_by_kind = Counter[bool]()
+    for path, status in statuses.items():
+        bytes_by_kind[is_of_model[path]] += status.st_size
+    removed_count = 0
+    for path, status in reversed(statuses.items()):
+        kind, is_recent = is_of_model[path], time.time() - status.st_mtime < PROTECTED_SECONDS
+        if bytes_by_kind.total() <= kept_bytes:
+            break
+        if bytes_by_kind[kind] <= kept_bytes / 2 or is_recent or safe_files.is_game_running(path):
+            continue
+        with contextlib.suppress(OSError):  # Another process may have deleted it.
             path.unlink()
-            removed_count += path not in empty_saves
+            bytes_by_kind[kind] -= status.st_size
+            removed_count += 1
     return removed_count
 
 
-def _has_turns(path: Path) -> bool:
-    """Return whether a save contains a turn, even if it was undone later."""
-    return bool(_find_line(path, b"turn: 1\n"))
+def _file_status(path: Path) -> os.stat_result | None:
+    """Return the size and times of a file; None if another process has deleted it."""
+    with contextlib.suppress(OSError):
+        return path.stat()
+    return None
 
 
 def _has_model_seat(path: Path) -> bool:
@@ -184,49 +210,47 @@ def remove_unplayed_save(recorder: Recorder) -> bool:
 
     A save whose transcript could not be written is not deleted.
     """
-    if not is_save(recorder.path) or recorder.write_error or _has_turns(recorder.path):
+    if not is_save(recorder.path) or recorder.write_error:
+        return False
+    if _find_line(recorder.path, b"turn: 1\n"):  # even if the turn was undone later
         return False
     recorder.path.unlink(missing_ok=True)
     return True
 
 
-def iter_saves() -> Iterator[Transcript]:
-    """Yield the transcripts of readable saved games, newest first."""
-    for path in sorted(saves_folder(os.environ).glob("*.dmt"), key=_age_key, reverse=True):
+def iter_saves() -> Iterator[TranscriptOutline]:
+    """Yield the outlines of readable saved games, newest first; each file is read when needed."""
+    return iter_outlines(list_saves())
+
+
+def iter_outlines(paths: Iterable[Path]) -> Iterator[TranscriptOutline]:
+    """Yield the outlines of the transcripts in these files; files without a start are omitted."""
+    for path in paths:
         with contextlib.suppress(DmplayError, OSError):
-            yield read_transcript(path)
+            outline = read_outline(path)
+            if outline.has_start:
+                yield outline
 
 
-def iter_unfinished_saves() -> Iterator[Transcript]:
+def iter_unfinished_saves() -> Iterator[TranscriptOutline]:
     """Yield the saved games of people that can be resumed, newest first.
 
     These have at least one turn, no end or one chosen by the player, and are not running now.
     """
-    for transcript in iter_saves():
-        path, is_unfinished = (
-            Path(transcript.path),
-            transcript.end_block is None or transcript.player_end_reason,
-        )
-        is_of_people = MODEL_PLAYER not in transcript.header.seats.values()
+    for outline in iter_saves():
+        is_of_people = MODEL_PLAYER not in outline.header.seats.values()
         if (
             is_of_people
-            and is_unfinished
-            and _has_turns(path)
-            and not safe_files.is_game_running(path)
+            and not outline.has_natural_end
+            and outline.turns
+            and not safe_files.is_game_running(Path(outline.path))
         ):
-            yield transcript
+            yield outline
 
 
 def find_latest_unfinished() -> Path:
     """Return the path of the newest unfinished save; raise BadParameter if there is none."""
-    for transcript in iter_unfinished_saves():
-        return Path(transcript.path)
+    for outline in iter_unfinished_saves():
+        return Path(outline.path)
     save_folder = saves_folder(os.environ)
     raise BadParameter(f"no unfinished game in {save_folder}; name a file: dmplay resume FILE")
-
-
-def _age_key(path: Path) -> tuple[float, str]:
-    """Return the sort key of a save: its modification time (0 if it no longer exists) and name."""
-    with contextlib.suppress(OSError):  # another process may have deleted it
-        return path.stat().st_mtime, path.name
-    return 0.0, path.name

@@ -51,6 +51,7 @@ class ModelGames:
     def __init__(self, config: McpServerConfig) -> None:
         self.config = config
         self.failed_recorders: list[Recorder] = []  # of games with turns that could not be written
+        self.removed_save_count = 0  # number of old saves deleted for these games
         self._problem_names: dict[str, str] = {}
         for name in config.problems or _builtin_problem_names():
             problems.resolve_problem(name, {})  # raises UnknownName before a client connects
@@ -109,6 +110,7 @@ class ModelGames:
             turns=DEFAULT_TURN_LIMIT if never_ends else config.turn_limit,
             record_path=config.transcript_folder
             and saves.create_game_file(config.transcript_folder, problem),
+            kept_megabytes=config.kept_megabytes,
             strict=config.strict,
             person_label=MODEL_PLAYER,
             is_seed_visible=False,
@@ -117,6 +119,7 @@ class ModelGames:
         seat_of_game = self._seats[f"g{self._started_count}"] = ModelSeat(
             start_new_game(request), model_seat
         )
+        self.removed_save_count += seat_of_game.game.removed_save_count
         seat_of_game.game.play_until_choice()
         return self._report_status(f"g{self._started_count}")
 

@@ -14,7 +14,7 @@ from dmplay import __version__
 from dmplay.bots.protocol import JsonObject
 from dmplay.errors import DmplayError, UnknownName
 from dmplay.formatting import escape_newlines
-from dmplay.game_launcher import report_write_errors
+from dmplay.game_launcher import report_removed_saves, report_write_errors
 from dmplay.mcp.language_model_games import GameStatus, ModelGames
 from dmplay.mcp.stdio_streams import StdioStreams
 from dmplay.signals import exit_on_signals
@@ -151,4 +151,5 @@ def serve(games: ModelGames) -> int:
         pass  # the client is gone
     finally:
         games.end_all_games()
+        report_removed_saves(games.removed_save_count)
     return report_write_errors(games.failed_recorders)

@@ -1,14 +1,15 @@
 """The report of saved games: problem, players, end reason, peeks and hints."""
 
-from collections import Counter
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.formatting import describe_end_reason, format_json_report
-from dmplay.game.saves import iter_saves
+from dmplay.formatting import describe_end_reason, format_count, format_json_report
+from dmplay.game.saves import iter_outlines, list_saves
 from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
-from dmplay.transcript.reader import Transcript
+from dmplay.transcript.reader import TranscriptOutline
 from dmplay.transcript.verification_report import describe_peeks_and_hints
+
+MAX_LISTED_GAMES = 20  # unless all games are listed
 
 
 class SavedGame(NamedTuple):
@@ -33,25 +34,31 @@ class SavedGame(NamedTuple):
         return f"{self.path}: {self.problem}, {seats}; {status}"
 
 
-def _summarize_game(transcript: Transcript) -> SavedGame:
-    """Return the summary of the saved game in a transcript."""
-    header, hint_counts = transcript.header, Counter[str]()
-    for block in transcript.blocks:
-        if block.kind == "help" and isinstance(counts := block["help"], dict):
-            hint_counts.update(
-                {name: count for name, count in counts.items() if type(count) is int}
-            )
-    ending, folder = transcript.end_reason or "unfinished", transcript_folder(Path(transcript.path))
+def _summarize_game(outline: TranscriptOutline) -> SavedGame:
+    """Return the summary of a saved game."""
+    header, folder = outline.header, transcript_folder(Path(outline.path))
     problem = rebase_name(header.problem, folder, CURRENT_FOLDER)
     seats = {
         name: rebase_name(player, folder, CURRENT_FOLDER) for name, player in header.seats.items()
     }
-    return SavedGame(problem, seats, ending, header.peeked, dict(hint_counts), transcript.path)
+    ending = outline.end_reason or "unfinished"
+    return SavedGame(problem, seats, ending, header.peeked, dict(outline.hint_counts), outline.path)
 
 
-def report_saved_games(*, json: bool) -> str:
-    """Return the games in the folder of saved games, the last first, as text or JSON."""
-    games = [_summarize_game(transcript) for transcript in iter_saves()]
+def report_saved_games(*, all_games: bool, json: bool) -> str:
+    """Return the games in the folder of saved games, newest first, as text or JSON.
+
+    Without `all_games`, only the newest MAX_LISTED_GAMES files are read.
+    """
+    paths = list_saves()
+    listed_paths = paths if all_games else paths[:MAX_LISTED_GAMES]
+    games = [_summarize_game(outline) for outline in iter_outlines(listed_paths)]
+    older_count = len(paths) - len(listed_paths)
     if json:
-        return format_json_report({"games": [game._asdict() for game in games]})
-    return "\n".join(map(str, games)) or "no game is kept"
+        return format_json_report(
+            {"games": [game._asdict() for game in games], "older": older_count}
+        )
+    rows = [*map(str, games)] or ["no game is kept"]
+    if older_count:
+        rows.append(f"{format_count(older_count, 'older game')}: dmplay list games --all")
+    return "\n".join(rows)

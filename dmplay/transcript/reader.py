@@ -2,7 +2,8 @@
 
 import re
 import sys
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -31,6 +32,7 @@ END_BLOCK_PATTERN = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
 # the end line, whose checksum is its last value, without its newline
 COMPLETE_LAST_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}\Z', re.MULTILINE)
 BLOCK_SEPARATOR = "\n\n"
+HINT_PATTERN = re.compile(r"^help: .*$", re.MULTILINE)
 NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
 
 
@@ -147,6 +149,53 @@ def read_transcript(path: str | Path) -> Transcript:
 def read_incomplete_transcript(path: str | Path) -> Transcript:
     """Return the transcript in a file, even if the file ends before its first turn."""
     return parse_transcript(safe_files.read_bytes(Path(path)), str(path))
+
+
+@dataclass(frozen=True)
+class TranscriptOutline:
+    """The facts that identify a recorded game, read without its turns."""
+
+    path: str
+    header: Header
+    end_reason: str  # '' without an end line
+    turns: int  # number of recorded turns, including turns that were undone later
+    has_start: bool  # False if the file ends before the start of the game
+    hint_counts: Mapping[str, int]  # by seat
+
+    @property
+    def has_natural_end(self) -> bool:
+        """True if the game has ended, and no player ended it early."""
+        return bool(self.end_reason) and self.end_reason not in PLAYER_END_REASONS
+
+
+def read_outline(path: Path) -> TranscriptOutline:
+    """Return the outline of a transcript, whose turns are neither parsed nor checked.
+
+    Raises BadTranscript if the header or the end is malformed; or OSError.
+    """
+    name = str(path)
+    content, last, _ = _split_sections(_decode_utf8(safe_files.read_bytes(path), name), name)
+    header_block = next(_parse_blocks(content, name, 1), None)
+    if header_block is None:
+        raise BadTranscript(name, 1, None, "not a transcript, or torn before its first turn")
+    end_block = next(_parse_blocks(last, name, content.count("\n") + 1), None) if last else None
+    end_facts = end_block["end"] if end_block else None
+    hint_counts = Counter[str]()
+    for row in HINT_PATTERN.findall(content):
+        _, counts = parse_line(row, name, 1)
+        if isinstance(counts, dict):
+            hint_counts.update(
+                {seat: count for seat, count in counts.items() if type(count) is int}
+            )
+    blocks_with_turn = content.count("\nturn: ")  # the start and the turns
+    return TranscriptOutline(
+        name,
+        parse_header(header_block, name),
+        str(end_facts.get("reason")) if isinstance(end_facts, dict) else "",
+        max(blocks_with_turn - 1, 0),
+        blocks_with_turn > 0,
+        hint_counts,
+    )
 
 
 def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:

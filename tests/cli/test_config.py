@@ -39,7 +39,7 @@ VALUES_BY_TYPE: Mapping[str, tuple[object, ...]] = {
 }
 GENERAL_VALUES: Mapping[str, object] = {
     "plain": True, "ascii": True, "speed": 7.0, "width": 60, "theme": "mono",
-    "motion": False, "input": False,
+    "motion": False, "input": False, "keep": 500,
 }  # fmt: skip
 
 

@@ -1,7 +1,9 @@
 """Tests of the gallery: its rows in viewports of every size, its keys and its commands."""
 
 import sys
+import time
 from collections.abc import Iterable
+from datetime import UTC, datetime
 from pathlib import Path
 
 import pytest
@@ -42,7 +44,7 @@ from tests.support.terminals import (
 )
 from tests.support.user_problems import write_package_metadata
 
-DAILY_SEED = "20261122"
+DAILY_SEED = 20261122
 VIEWPORT_SIZES = [
     (50, 14),
     (80, 24),
@@ -166,6 +168,19 @@ def test_a_small_terminal_shows_only_the_list_and_the_goal() -> None:
     assert not any("agents" in row for row in rows)
 
 
+def test_the_game_of_the_day_is_that_of_utc_in_every_time_zone(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    seeds = set()
+    for zone in ("Pacific/Kiritimati", "Pacific/Pago_Pago", "UTC"):  # 25 hours apart
+        monkeypatch.setenv("TZ", zone)
+        time.tzset()
+        seeds.add(module.todays_seed())
+    monkeypatch.delenv("TZ")
+    time.tzset()
+    assert seeds == {int(f"{datetime.now(UTC):%Y%m%d}")}
+
+
 def test_a_small_terminal_shows_the_full_daily_seed_and_goal() -> None:
     rows = render_gallery_rows(make_gallery(), 50, 14)
     assert rows[0].strip() == f"dmplay  15 problems   today's seed {make_gallery().daily_seed}"
@@ -229,7 +244,7 @@ def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
     [
         (["enter"], ("play", "2048")),
         (["down", "enter"], ("play", "cart-pole")),
-        (["d"], ("play", "2048", "--seed", DAILY_SEED)),
+        (["d"], ("play", "2048", "--seed", str(DAILY_SEED))),
         (["a"], ("play", "2048", "--agent", "expectimax")),
         (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "frequency")),
         ([":"], ("shell",)),

@@ -1,20 +1,22 @@
 """Tests of the saves folder: played games are not lost, and only their owner can read them."""
 
+import json
 import os
 import time
 from pathlib import Path
 
 import pytest
 
+from dmplay import safe_files
 from dmplay.game import saves
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game_launcher import print_epilogue
+from dmplay.output.saved_games import report_saved_games
+from dmplay.transcript.reader import read_outline, read_transcript
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit
-
-PLAYED_GAME_TEXT = "dmplay: 1\n\nturn: 1\n"
 
 
 @pytest.fixture
@@ -24,71 +26,92 @@ def saves_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return saves.saves_folder(os.environ)
 
 
-def write_saves(saves_folder: Path, text: str, age: float) -> list[Path]:
-    """Write thirty games with this text and this modification time, in seconds since the epoch."""
-    saves_folder.mkdir(parents=True, exist_ok=True)
-    paths = [saves_folder / f"{age}-{number:02}.dmt" for number in range(30)]
-    for path in paths:
-        path.write_text(text)
-        os.utime(path, (age, age))
-    return paths
+def write_save(folder: Path, number: int, *, days: float = 2, player: str = "human") -> Path:
+    """Write a saved game of 100 kB that was last played some days ago; return its path."""
+    folder.mkdir(parents=True, exist_ok=True)
+    path = folder / f"{number:06}-hexworld.dmt"
+    text = f'dmplay: 1\nproblem: "hexworld"\nseats: {{"agent": "{player}"}}\nseed: 7\n\nturn: 1\n'
+    path.write_text(text + "\n" * (100_000 - len(text)))
+    last_played = time.time() - days * 86400
+    os.utime(path, (last_played, last_played))
+    return path
 
 
-def test_a_game_in_progress_is_not_removed_by_newer_games(saves_folder: Path) -> None:
+def kept_numbers(folder: Path) -> list[int]:
+    """Return the numbers of the saves in a folder, oldest first."""
+    return sorted(int(path.name.partition("-")[0]) for path in folder.glob("*.dmt"))
+
+
+def test_saves_are_kept_up_to_a_size_and_the_oldest_are_deleted_first(saves_folder: Path) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number)
+    assert saves.remove_old_saves(3) == 0
+    assert saves.remove_old_saves(1) == 21
+    assert kept_numbers(saves_folder) == [*range(22, 31)]
+
+
+def test_saves_are_ordered_by_number_and_not_by_the_clock(saves_folder: Path) -> None:
+    for number in range(1, 21):  # The clock went back before the newest games.
+        write_save(saves_folder, number, days=2 if number <= 10 else 400)
+    saves.remove_old_saves(1)
+    assert kept_numbers(saves_folder) == [*range(12, 21)]
+    old_name = saves_folder / "20261124-002725-hexworld.dmt"
+    write_save(saves_folder, 1).rename(old_name)
+    assert [path.name[:6] for path in saves.list_saves()][:2] == ["000020", "000019"]
+    assert saves.list_saves()[-1] == old_name
+
+
+def test_a_game_of_the_last_day_is_not_deleted(saves_folder: Path) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number, days=0.9)
+    assert saves.remove_old_saves(1) == 0
+    write_save(saves_folder, 7, days=1.1)
+    write_save(saves_folder, 8, days=-300)  # The clock was set back since.
+    assert saves.remove_old_saves(1) == 1
+    assert 7 not in kept_numbers(saves_folder)
+
+
+def test_a_game_in_progress_is_not_deleted(saves_folder: Path) -> None:
     game = start_new_game(GameRequest("hexworld"))
     assert game.recorder is not None
-    os.utime(game.recorder.path, (1, 1))
     game.choose(0)
-    write_saves(saves_folder, PLAYED_GAME_TEXT, 9)
     os.utime(game.recorder.path, (1, 1))
-    other_game = start_new_game(GameRequest("hexworld"))
-    assert game.recorder.path.exists()
-    assert len([*saves_folder.iterdir()]) == saves.MAX_SAVES + 1
+    for number in range(2, 32):
+        write_save(saves_folder, number)
+    assert saves.remove_old_saves(1) == 22
+    assert kept_numbers(saves_folder) == [1, *range(24, 32)]
     game.finish()
-    other_game.finish()
-
-
-def test_the_file_name_of_a_save_contains_the_problem_name(tmp_path: Path) -> None:
-    for problem, name in (("./tiger.py:Tiger", "tiger.py-Tiger"), ("../a/b.mdp", "a-b.mdp")):
-        assert (
-            saves.create_game_file(tmp_path, problem)
-            .name.partition("-")[2]
-            .endswith(f"-{name}.dmt")
-        )
-        assert not [*tmp_path.glob("*-.*")]
 
 
 def test_saves_of_language_models_do_not_replace_those_of_people(saves_folder: Path) -> None:
     """Saves of people do not replace those of language models either."""
-    for age, player in enumerate(("mcp", "human", "mcp"), 1):
-        write_saves(saves_folder, f'dmplay: 1\nseats: {{"agent": "{player}"}}\n\nturn: 1\n', age)
-    start_new_game(GameRequest("hexworld")).finish()
-    ages = [path.name.partition("-")[0] for path in saves_folder.iterdir()]
-    assert (ages.count("1"), ages.count("2"), ages.count("3")) == (0, 19, 19)
+    for number in range(1, 41):
+        player = "mcp" if 5 <= number < 10 or number > 20 else "human"
+        write_save(saves_folder, number, player=player)
+    saves.remove_old_saves(1)
+    numbers = kept_numbers(saves_folder)
+    assert [number for number in numbers if number <= 20] == [*range(17, 21)]
+    assert [number for number in numbers if number > 20] == [*range(36, 41)]
 
 
-def test_saves_without_turns_are_removed_before_played_games(saves_folder: Path) -> None:
-    played_games = write_saves(saves_folder, PLAYED_GAME_TEXT, 1)[: saves.MAX_SAVES - 1]
-    for path in {*saves_folder.iterdir()} - {*played_games}:
-        path.unlink()
-    write_saves(saves_folder, "dmplay: 1\n", 5)
-    start_new_game(GameRequest("hexworld")).finish()
-    assert {*played_games} < {*saves_folder.iterdir()}
-    assert len([*saves_folder.iterdir()]) == saves.MAX_SAVES
+def test_every_new_save_has_the_next_number(saves_folder: Path) -> None:
+    names = [
+        path.name for path in (saves.create_save("hexworld"), saves.create_save("catch")) if path
+    ]
+    assert names == ["000001-hexworld.dmt", "000002-catch.dmt"]
+    write_save(saves_folder, 41)
+    path = saves.create_save("2048")
+    assert path
+    assert path.name == "000042-2048.dmt"
+    taken = saves_folder / "000043-2048.dmt"
+    taken.mkdir()  # as if another program had just taken the name
+    assert saves.create_game_file(saves_folder, "2048").name == "000044-2048.dmt"
 
 
-def test_the_file_of_a_new_game_is_not_removed(saves_folder: Path) -> None:
-    first = saves.create_save("hexworld")
-    second = saves.create_save("hexworld")
-    assert first
-    assert second
-    assert {*saves_folder.iterdir()} == {first, second}
-    assert first != second
-    old_time = time.time() - 2 * saves.NEW_FILE_SECONDS
-    os.utime(first, (old_time, old_time))
-    assert saves.remove_old_saves() == 0
-    third = saves.create_save("catch")
-    assert {*saves_folder.iterdir()} == {second, third}
+def test_the_file_name_of_a_save_contains_the_problem_name(tmp_path: Path) -> None:
+    for problem, name in (("./tiger.py:Tiger", "tiger.py-Tiger"), ("../a/b.mdp", "a-b.mdp")):
+        assert saves.create_game_file(tmp_path, problem).name.partition("-")[2] == f"{name}.dmt"
+        assert not [*tmp_path.glob("*-.*")]
 
 
 def test_a_game_without_turns_is_neither_saved_nor_reported(
@@ -121,19 +144,72 @@ def test_a_new_game_reports_the_path_of_the_previous_game_and_no_older_one() -> 
     assert controller.restart() == "new game of hexworld, seed 7."  # the previous game had no turns
 
 
-def test_removed_saves_are_reported_once(
-    saves_folder: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("options", [(), ("--quiet",)])
+def test_deleted_saves_are_reported_once(
+    options: tuple[str, ...], tmp_path: Path, saves_folder: Path
 ) -> None:
-    write_saves(saves_folder, PLAYED_GAME_TEXT, 1)
-    controller = GameController()
-    for _ in range(2):
-        controller.set_game(start_new_game(GameRequest("hexworld", seed=7)))
-        controller.game.choose(0)
-    controller.end_game()
-    print_epilogue(controller)
-    lines = capsys.readouterr().err.split("\n")
-    assert lines[-2] == "removed: 12 older games; the last 20 are kept"
-    assert "".join(lines).count("removed: ") == 1
+    for number in range(1, 31):
+        write_save(saves_folder, number)
+    words = ("hexworld", "--seed", "7", "--keep", "1", *options)
+    result = run_dmplay(tmp_path, *words, stdin="e\nnew\ne\nquit\n")
+    message = "removed: 21 older games, to make room; --keep MB keeps more\n"
+    assert result.stderr.endswith(message)
+    assert result.stderr.count("removed: ") == 1
+    assert kept_numbers(saves_folder) == [*range(22, 33)]
+
+
+def test_the_size_of_the_saves_is_a_setting_of_the_user_only(
+    tmp_path: Path, saves_folder: Path
+) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number)
+    (tmp_path / "dmplay.toml").write_text("keep = 1\n")
+    result = run_dmplay(tmp_path, "hexworld", stdin="e\n")
+    assert "only your own config.toml and the command line set this" in result.stderr
+    (tmp_path / "dmplay.toml").rename(tmp_path / "mine.toml")
+    config_folder = tmp_path / ".config" / "dmplay"
+    config_folder.mkdir(parents=True)
+    (tmp_path / "mine.toml").rename(config_folder / "config.toml")
+    assert "removed: 21 older games" in run_dmplay(tmp_path, "hexworld", stdin="e\n").stderr
+
+
+def test_listing_saved_games_reads_only_those_that_are_shown(
+    saves_folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    saves_folder.mkdir(parents=True)
+    text = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseed: 7\n\nturn: 0\n\n'
+    for number in range(1, 101):
+        Path(saves_folder, f"{number:06}-hexworld.dmt").write_text(text)
+    read_paths: list[Path] = []
+    read_bytes = safe_files.read_bytes
+
+    def read_and_note(path: Path) -> bytes:
+        read_paths.append(path)
+        return read_bytes(path)
+
+    monkeypatch.setattr(safe_files, "read_bytes", read_and_note)
+    rows = report_saved_games(all_games=False, json=False).split("\n")
+    assert len(read_paths) == 20
+    assert rows[0].endswith("000100-hexworld.dmt: hexworld, agent human; unfinished")
+    assert rows[20:] == ["80 older games: dmplay list games --all"]
+    assert json.loads(report_saved_games(all_games=False, json=True))["older"] == 80
+    assert len(report_saved_games(all_games=True, json=False).split("\n")) == 100
+
+
+def test_an_outline_has_the_facts_of_the_whole_transcript(tmp_path: Path) -> None:
+    commands = "e\nhint\nw\nundo\nhint\nw\nw\nquit\n"
+    run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin=commands)
+    outline = read_outline(tmp_path / "g.dmt")
+    assert outline.header == read_transcript(tmp_path / "g.dmt").header
+    assert (outline.end_reason, outline.turns) == ("quit", 4)
+    assert outline.hint_counts == {"agent": 2}
+    assert not outline.has_natural_end
+
+
+@pytest.mark.parametrize("text", ["", "dmplay: 1\n", "dmplay: 1\n\nturn: 0\n\n", "\xff"])
+def test_a_file_that_is_no_transcript_is_not_listed(text: str, tmp_path: Path) -> None:
+    (tmp_path / "g.dmt").write_text(text)
+    assert [*saves.iter_outlines([tmp_path / "g.dmt", tmp_path / "none.dmt"])] == []
 
 
 def test_resume_without_a_path_skips_a_game_without_turns(
@@ -147,12 +223,10 @@ def test_resume_without_a_path_skips_a_game_without_turns(
 
 
 def test_games_started_simultaneously_each_have_a_file(tmp_path: Path, saves_folder: Path) -> None:
-    old_paths = write_saves(saves_folder, PLAYED_GAME_TEXT, 1)
     games = [start_dmplay(tmp_path, "-e", "play hexworld", "-e", "e") for _ in range(8)]
     assert [wait_for_exit(game) for game in games] == [0] * 8
-    new_paths = {*saves_folder.iterdir()} - {*old_paths}
-    assert len(new_paths) == 8
-    for path in new_paths:
+    assert len({*saves_folder.iterdir()}) == 8
+    for path in saves_folder.iterdir():
         assert "\nturn: 1\n" in path.read_text()
 
 

@@ -143,7 +143,7 @@ def test_a_saved_game_is_listed_with_names_relative_to_the_current_folder(
     monkeypatch.chdir(tmp_path)
     write_text_file(tmp_path, "tiger.pomdp", TIGER_TEXT)
     start_new_game(GameRequest("./tiger.pomdp", seed=7)).finish()
-    (row,) = json.loads(saved_games.report_saved_games(json=True))["games"]
+    (row,) = json.loads(saved_games.report_saved_games(all_games=True, json=True))["games"]
     assert (row["problem"], row["seats"]) == ("tiger.pomdp", {"agent": "human"})
     with pytest.raises(UnknownName, match="unknown kind 'gams'; did you mean games"):
         format_list("gams", 80)

@@ -11,7 +11,7 @@ def game_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path / "state"))
     monkeypatch.setenv("COLUMNS", "80")
     monkeypatch.setenv("LINES", "24")
-    monkeypatch.setattr("time.strftime", lambda form: "20300102-030405")
+    monkeypatch.setattr("time.strftime", lambda form, *_: "20300102")
     monkeypatch.setattr("os.urandom", bytes)
     monkeypatch.chdir(tmp_path)
     return tmp_path

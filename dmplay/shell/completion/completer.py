@@ -14,7 +14,7 @@ from dmplay.shell.completion.problem_options import complete_agents, complete_se
 
 PLAY_OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost", "--turns",
-    "--record", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
+    "--record", "--keep", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
     "--player", "--assignment", "--trust",
 )  # fmt: skip
 EXPORT_OPTIONS = (

@@ -1,6 +1,5 @@
 """Completions of names; those of problems are listed without importing a problem."""
 
-import os
 from pathlib import Path
 
 from dmplay.registry.builtin_names import problem_names
@@ -56,11 +55,11 @@ def list_saved_seeds() -> list[str]:
     Games that a person or a language model has not finished are omitted, because their seeds are
     not to be disclosed.
     """
-    from dmplay.game.saves import saves_folder
+    from dmplay.game.saves import list_saves
     from dmplay.transcript.format import EXTERNAL_PLAYERS
 
     seeds_in_order: dict[str, None] = {}
-    for path in sorted(saves_folder(os.environ).glob("*.dmt"), reverse=True)[:MAX_SEEDS]:
+    for path in list_saves()[:MAX_SEEDS]:
         header, _, body = path.read_text(encoding="utf-8", errors="replace").partition("\n\n")
         if any(f'"{player}"' in header for player in EXTERNAL_PLAYERS) and "\nend: " not in body:
             continue
