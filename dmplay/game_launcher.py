@@ -11,7 +11,7 @@ from dmplay.formatting import format_count
 from dmplay.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
 from dmplay.gallery.problem_list import list_problem_entries
 from dmplay.game.game_series import GameController
-from dmplay.game.game_setup import start_game
+from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.parsed_commands import PlayCommand, ShellCommand
 from dmplay.registry import problems
 from dmplay.screen.full_screen import run_full_screen
@@ -130,7 +130,10 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
 
 
 def print_epilogue(table: GameController) -> None:
-    """Print the paths of the transcripts, and commands to replay the last or play it again."""
+    """Print the paths of the transcripts, and commands to go on with the last game.
+
+    They replay it, resume it if it was left, and play it again.
+    """
     recorders = [
         candidate
         for candidate in table.finished_games
@@ -140,14 +143,25 @@ def print_epilogue(table: GameController) -> None:
     # a sealed game can be neither replayed nor started again
     sealed = table.has_game and table.game.is_concealed
     if recorders:
-        trust = " --trust" if problems.requires_trust(table.finished_games[recorders[-1]]) else ""
-        verb = "resume" if sealed and recorders[-1].path == table.game.transcript_path else "replay"
-        lines.append(f"{verb}: dmplay {verb} {quote(str(recorders[-1].path))}{trust}")
+        is_current = table.has_game and recorders[-1] is table.game.recorder
+        if not (sealed and is_current):
+            needs_trust = problems.requires_trust(table.finished_games[recorders[-1]])
+            trust = " --trust" if needs_trust else ""
+            lines.append(f"replay: dmplay replay {quote(str(recorders[-1].path))}{trust}")
+        resume_command = format_resume_command(table.game) if is_current else ""
+        lines += [f"resume: {resume_command}"] if resume_command else []
     if table.has_game and table.game.play_again_command and not sealed:
         lines.append(f"again: {table.game.play_again_command}")
     lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
     for line in lines:
         print(escape_unprintable(line), file=sys.stderr)
+
+
+def report_removed_saves(count: int) -> None:
+    """Print how many saved games were deleted, and the option that keeps more; nothing for 0."""
+    if count:
+        games_text = format_count(count, "older game")
+        print(f"removed: {games_text}, to make room; --keep MB keeps more", file=sys.stderr)
 
 
 def report_write_errors(recorders: Iterable[Recorder]) -> int:
@@ -157,13 +171,6 @@ def report_write_errors(recorders: Iterable[Recorder]) -> int:
         assert recorder.write_error
         if isinstance(recorder.write_error, BrokenPipeError):
             raise recorder.write_error
-def report_removed_saves(count: int) -> None:
-    """Print how many saved games were deleted, and the option that keeps more; nothing for 0."""
-    if count:
-        games_text = format_count(count, "older game")
-        print(f"removed: {games_text}, to make room; --keep MB keeps more", file=sys.stderr)
-
-
         message = escape_unprintable(
             f"cannot write {recorder.path}: {recorder.write_error.strerror}"
         )

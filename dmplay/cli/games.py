@@ -48,7 +48,7 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
-    from dmplay.game.launch_requests import GameRequest
+    from dmplay.game.launch_requests import AnyGameRequest, GameRequest
     from dmplay.game.parsed_commands import PlayCommand
 
     if str(record) == "-" and not quiet:
@@ -79,14 +79,15 @@ def play(
         can_ask=current_terminal(terminal_options).can_ask,
         has_rate_option=has_rate_option,
     )
+    game_request: AnyGameRequest = request
     if assignment:
         from dmplay.evaluation.assignment import read_assignment
 
-        request = read_assignment(assignment).build_request(request, trusted=trust)
+        game_request = read_assignment(assignment).build_request(request, trusted=trust)
     elif not problem:
         raise BadParameter("missing argument 'PROBLEM'; see dmplay play --help")
     return PlayCommand(
-        request, terminal_options, quiet, speed, rate if terminal_options.motion else None
+        game_request, terminal_options, quiet, speed, rate if terminal_options.motion else None
     )
 
 
@@ -232,8 +233,8 @@ def mcp(
     folder: Annotated[
         Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="for the transcripts")
     ] = None,
-) -> object:
     keep: options.KeptMegabytes = 200,
+) -> object:
     """Have a language model play by the Model Context Protocol; dmplay guide mcp tells how.
 
     \b

@@ -17,7 +17,7 @@ from shlex import quote
 
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.game.game_setup import MAX_SEED, assign_players
-from dmplay.game.launch_requests import GameRequest, request_from_header
+from dmplay.game.launch_requests import GameRequest, ResumeRequest, request_from_header
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import HUMAN, load_resumed_players, make_header, make_seat_policy
 from dmplay.registry import problems
@@ -98,19 +98,22 @@ class Assignment:
         )
         return recorded == assigned or recorded_name == assigned_name
 
-    def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest:
-        """Return the request for the next game that a player has not played yet."""
+    def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest | ResumeRequest:
+        """Return the request for the next game of a player: the one that was left, or a new one."""
         _check_request(options)
+        seed, record = self._choose_next_game(options)
+        if not options.force and self._is_unfinished(record):
+            return ResumeRequest(record, trusted, options.key_preferences, options.can_ask)
         name = rebase_name(self.header.problem, transcript_folder(self.path), CURRENT_FOLDER)
         lookup = problems.resolve_problem(name, self.header.parameters, trusted=trusted)
         seats, _ = load_resumed_players(
             lookup.problem, self.header, trusted=trusted, folder=transcript_folder(self.path)
         )
-        seed, record = self._choose_next_game(options)
         game_header = replace(self.header, problem=name, seed=seed, player=options.player)
         game_request = request_from_header(game_header, seats, record, options.key_preferences)
         return replace(
             game_request,
+            is_handed_in=True,
             record_frames=options.record_frames,
             force=options.force,
             can_ask=options.can_ask,
@@ -120,8 +123,7 @@ class Assignment:
     def _choose_next_game(self, options: GameRequest) -> tuple[int, Path]:
         """Return the seed of the next game and the path of its transcript.
 
-        Raises BadParameter if the last game is unfinished, all were played, or the seed is not
-        assigned.
+        Raises BadParameter if all were played, or the seed is not assigned.
         """
         if options.seed is not None and options.seed not in self.seeds:
             seed_list = ", ".join(map(str, self.seeds))
@@ -131,15 +133,29 @@ class Assignment:
         if options.seed is not None:
             return options.seed, options.record_path or files[options.seed]
         for seed, file in files.items():
-            if not file.exists():
+            if not file.exists() or self._is_unfinished(file):
                 return seed, options.record_path or file
-            if (
-                load_transcript(file, read_incomplete_transcript).end_reason
-                in RESUMABLE_END_REASONS
-            ):
-                raise BadParameter(f"{file} is unfinished; dmplay resume {file} goes on with it")
         file_list = ", ".join(map(str, files.values()))
         raise BadParameter(f"{self.path}: you played it all; hand in {file_list}")
+
+    def _is_unfinished(self, path: Path) -> bool:
+        """Return whether a file has a game that was left before its end and can be resumed.
+
+        Raises BadParameter if it has a game that was not assigned.
+        """
+        if not path.is_file():
+            return False
+        transcript = load_transcript(path, read_incomplete_transcript)
+        header = transcript.header
+        # A problem file that was changed in the meantime is still the same game.
+        differences = {*self.find_differences(header, path)} - {"origin"}
+        if differences:
+            raise BadParameter(
+                f"{path}: not a game of {self.path} (another {', '.join(sorted(differences))}); "
+                "play in another folder"
+            )
+        is_sealed = header.strict and header.peeked
+        return transcript.end_reason in RESUMABLE_END_REASONS and not is_sealed
 
 
 def _check_request(options: GameRequest) -> None:

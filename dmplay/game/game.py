@@ -55,6 +55,7 @@ class Game:
         self.request = request  # None for a replay
         self.view_module = load_view_module(session.problem)
         self.warning = ""  # displayed when the game is resumed or replayed
+        self.is_resumed = False  # whether its first turns were played earlier
         self.end_notes = ""  # appended to the transcript at the end
         self.review_lines: Sequence[str] = ()  # review of the choices and uniforms, after the game
         self.ghost: Ghost | None = None
@@ -109,6 +110,16 @@ class Game:
         return self.request is not None and self.request.strict == "hints"
 
     @property
+    def pauses_when_left(self) -> bool:
+        """True if a player who leaves pauses the game, and does not end it.
+
+        That is so if the game is to be handed in: it was assigned, or a game with the player's name
+        is resumed.
+        """
+        is_handed_in = self.request is not None and self.request.is_handed_in
+        return is_handed_in and self.recorder is not None and not self.session.over
+
+    @property
     def reveal(self) -> bool:
         """True if hidden states are displayed during the game."""
         return self.request is not None and self.request.reveal
@@ -120,6 +131,11 @@ class Game:
         return is_resumable and has_hidden_information(
             self.problem, self.player_names, reveal=self.reveal
         )
+
+    @property
+    def is_paused(self) -> bool:
+        """True if the game was paused; it is not played on in this object."""
+        return self.narrator.is_paused
 
     @property
     def seed(self) -> int:
@@ -460,8 +476,21 @@ class Game:
         if self.recorder:
             self.recorder.write_turn()
 
+    def pause(self) -> None:
+        """Close the transcript, and the bots, so that the game can be resumed later.
+
+        The session is not over: nothing that is hidden may be shown.
+        """
+        with TURN_GATE:
+            if self.recorder:
+                self.recorder.write_end(reason="interrupted")
+            self.narrator.is_paused = True
+        self._close_bots()
+
     def finish(self, reason: str = "quit") -> None:
-        """End the game, its transcript and the bots that play in it."""
+        """End the game, its transcript and the bots that play in it; do nothing if it is paused."""
+        if self.narrator.is_paused:
+            return
         with TURN_GATE:
             self.session.end(reason)
             if self.recorder:
@@ -469,6 +498,10 @@ class Game:
                     f"# {self.narrator.forfeit_reason}\n" if self.narrator.forfeit_reason else ""
                 )
                 self.recorder.write_end(f"{forfeit_note}{self.end_notes}")
+        self._close_bots()
+
+    def _close_bots(self) -> None:
+        """Close the bots that play in this game, and note their log files."""
         if any(map(names_bot, self.player_names)):
             from dmplay.bots.shutdown import close_bots  # imported only if a bot plays
 

@@ -46,7 +46,8 @@ class GameController:
             on_game_end,
         )  # runs CLI words; called at each end
         self._game: Game | None = None
-        self._disclosed_games: set[GameKey] = set()  # hidden information is shown after they end
+        self._game_key: GameKey | None = None  # the key of the current game
+        self._disclosed_games: set[GameKey] = set()  # games whose hidden information was shown
         self._path_by_game_key: dict[
             GameKey, Path | None
         ] = {}  # all games, with the latest transcript
@@ -90,9 +91,20 @@ class GameController:
         self._path_by_game_key[game_key] = game.transcript_path
         game.play_until_choice()
         game.on_intermediate_turn = lambda: self.on_intermediate_turn()  # noqa: PLW0108
-        if game.problem.partially_observable:
-            self._disclosed_games.add(game_key)
+        self._game_key = game_key
         self.complete_handover()
+
+    @property
+    def _known_games(self) -> set[GameKey]:
+        """The games whose hidden information is known when another game starts.
+
+        The current game is one of them: it then ends and is shown, unless it is paused.
+        """
+        game = self._game
+        is_current_known = game and game.problem.partially_observable and not game.is_paused
+        if is_current_known and self._game_key:
+            return {*self._disclosed_games, self._game_key}
+        return self._disclosed_games
 
     def _repeats_uniforms(self, game: Game, game_key: GameKey) -> bool:
         """Return whether the uniforms of this game were used by an earlier game.
@@ -121,10 +133,16 @@ class GameController:
         self._seat_at_terminal = self.game.viewing_seat
 
     def end_game(self, reason: str = "quit") -> None:
-        """End the current game and its transcript; delete a save without turns."""
+        """End the current game and its transcript; delete a save without turns.
+
+        A game that is to be handed in is paused if its player leaves it.
+        """
         if self._game is None:
             return
+        if reason == "quit" and self._game.pauses_when_left:
+            self._game.pause()
         self._game.finish(reason)
+        self._disclosed_games = self._known_games
         recorder = self._game.recorder
         if (
             recorder
@@ -162,7 +180,8 @@ class GameController:
     def restart(self, **changes: object) -> str:
         """Start the same game with these changes and the same seed; return its description.
 
-        Whether the seed may be shown does not change.
+        Whether the seed may be shown does not change. Raise BadParameter if the current game is to
+        be handed in, unless the seed is another: trying its dice would reveal its chances.
         """
         old_request = self._require_request()
         record = old_request.record_path and next_numbered_path(old_request.record_path)
@@ -171,7 +190,15 @@ class GameController:
             old_request, record_path=record, force=False, keep_save=keep_save, has_rate_option=False
         )
         new_request = replace(new_request, **changes)  # type: ignore[arg-type] # fields of a request
-        self.set_game(start_new_game(new_request, self._disclosed_games))
+        uses_same_dice = self.game.pauses_when_left and new_request.seed == old_request.seed
+        if uses_same_dice and new_request.is_handed_in:
+            raise BadParameter(
+                "this game is to be handed in, so its dice are used once; new takes other dice"
+            )
+        new_game = start_new_game(new_request, self._known_games)
+        if uses_same_dice:  # An agent takes the seat, and its game shows what the dice bring.
+            self.game.finish()
+        self.set_game(new_game)
         return self.describe_new_game()
 
     def _require_request(self) -> GameRequest:
@@ -181,9 +208,14 @@ class GameController:
         return self.game.request
 
     def describe_new_game(self) -> str:
-        """Return a line with the new game, its seed and the transcripts of the previous game."""
+        """Return a line with the game that was started or resumed, its seed, and the transcripts of
+        the previous game.
+        """
         seed = f", seed {self.game.seed}" if self.game.is_seed_visible else ""
         saved_paths = "".join(f" kept: {recorder.path}" for recorder in self._previous_recorders)
+        if self.game.is_resumed:
+            turn = len(self.game.session.turns)
+            return f"resumed {self.game.problem_name}{seed}. turn {turn}.{saved_paths}"
         return f"new game of {self.game.problem_name}{seed}.{saved_paths}"
 
     def choose_branch_path(self, path: Path) -> Path:
@@ -203,7 +235,7 @@ class GameController:
         result = run_cancellable(TaskInfo(f"working on {words[0]}"), lambda: interpreter(words))
         if isinstance(result, str):
             return Page(result)
-        self.set_game(start_game(result.interactive_request, self._disclosed_games))
+        self.set_game(start_game(result.interactive_request, self._known_games))
         return ""
 
 

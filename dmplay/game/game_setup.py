@@ -1,5 +1,6 @@
 """Functions that set up games: new, resumed, and branched from a transcript."""
 
+import shlex
 from collections.abc import Collection, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -35,17 +36,23 @@ from dmplay.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
 from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import resolve_key_maps
 from dmplay.registry import agents, problem_sources, problems
-from dmplay.safe_files import check_not_source, write_file
-from dmplay.session import Session
+from dmplay.safe_files import check_not_source, is_game_running, write_file
+from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.transcript.concealment import (
     GameKey,
     disclose_transcript,
+    has_hidden_information,
     is_concealed,
     make_game_key,
     mark_header_peeked,
     mark_peeked,
 )
-from dmplay.transcript.format import MODEL_PLAYER, FrameRenderer, resolve_turn_limit
+from dmplay.transcript.format import (
+    MODEL_PLAYER,
+    NATURAL_END_REASONS,
+    FrameRenderer,
+    resolve_turn_limit,
+)
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, read_incomplete_transcript
 from dmplay.transcript.recorder import Recorder
@@ -207,6 +214,8 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
     it. If the players have seen its hidden information, the transcript is marked as peeked.
     """
     path, transcript = request.path, load_transcript(request.path, read_incomplete_transcript)
+    if path.is_file() and is_game_running(path):  # Its file must not be changed here.
+        raise BadParameter(f"{path}: somebody plays this game now")
     loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
     resolve_key_maps(loaded_problem.problem, request.key_preferences)
     check_seats(transcript, loaded_problem.problem)
@@ -241,11 +250,39 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
         recorder.write_turn()
     game = _make_continued_game(loaded_problem, transcript.header, players, request, recorder)
     game.warning = describe_problem_change(transcript, loaded_problem)
+    game.is_resumed = True
     game.repeats_uniforms = REPEATED_UNIFORMS_NOTE in transcript.notes
     if ghost and ghost.name != recorded_ghost:
         recorder.write_note(ghost.transcript_note)
     game.set_ghost(ghost)
     return game
+
+
+def format_resume_command(game: Game) -> str:
+    """Return the `dmplay` command that resumes a game that was left; '' if it cannot be resumed.
+
+    A shell comment after it says that the resumed game is marked as peeked.
+    """
+    assert game.recorder
+    assert game.request
+    is_disclosed = not game.is_concealed and has_hidden_information(
+        game.problem, game.player_names, reveal=game.reveal
+    )
+    agent_names = {player.partition(":")[0] for player in game.player_names} - {HUMAN}
+    if (
+        game.session.end_reason in NATURAL_END_REASONS
+        or not agent_names.isdisjoint(UNRESUMABLE_PLAYERS)
+        or (is_disclosed and game.strict)
+    ):
+        return ""
+    words = ["dmplay", "resume", str(game.recorder.path)]
+    builtin_names = {*agents.load_roster(game.problem).agents} if agent_names else set()
+    if not agent_names <= builtin_names or problems.requires_trust(game.problem_name):
+        words.append("--trust")
+    if not game.human_seats and (game.request.turns or 0) > DEFAULT_TURN_LIMIT:
+        words += ["--turns", str(game.request.turns)]
+    is_marked = is_disclosed and not game.request.peeked
+    return shlex.join(words) + "  # marks the game as peeked" * is_marked
 
 
 def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
@@ -327,6 +364,8 @@ def _make_continued_game(
         recorder.path,
         request.key_preferences,
     )
+    if not isinstance(request, BranchRequest):
+        new_request = replace(new_request, is_handed_in=bool(header.player))
     keyboard = Keyboard(
         loaded_problem.problem, list_human_seats(player_names), request.key_preferences
     )

@@ -42,6 +42,7 @@ class GameRequest:
     player: str = ""  # the name that the person states
     parameters: Mapping[str, object] = field(default_factory=dict)
     keep_save: bool = False  # save in the state folder even if only agents play
+    is_handed_in: bool = False  # whether leaving pauses the game, which is to be handed in
     key_preferences: KeyPreferences = DEFAULT_KEY_PREFERENCES
     ghost_agent: str = ""  # agent that plays a copy of the game beside the person
     person_label: str = HUMAN_PLAYER  # player of human seats as recorded

@@ -36,6 +36,7 @@ class Narrator:
         self.reveal = reveal
         self.shows_uniforms = True  # False if uniforms must not be shown
         self.ghost: Ghost | None = None
+        self.is_paused = False  # whether the game was left and can be resumed as if it never was
         self.last_forfeit = ""  # seat and reason of the last forfeit
         self.view_cache = ViewCache(session.problem)
         self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
@@ -87,8 +88,13 @@ class Narrator:
         }
 
     def describe_result(self) -> str:
-        """Return the result as text: end reason, turns, and the score and total of each seat."""
+        """Return the result as text: end reason, turns, and the score and total of each seat.
+
+        For a paused game, return only the number of turns.
+        """
         session = self.session
+        if self.is_paused:
+            return f"paused after {format_count(len(session.turns), 'turn')}."
         agents = session.problem.agents
         seat_sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
         score_name = score_label(session.problem)
@@ -125,6 +131,8 @@ class Narrator:
 
     def closing_lines(self) -> list[str]:
         """Return lines with the result, the ghost's result, and the hidden facts of every turn."""
+        if self.is_paused:
+            return [self.describe_result()]
         return [
             f"over: {self.describe_result()}",
             *self._ghost_comparison_lines(),

@@ -73,7 +73,11 @@ def seat_agent(controller: GameController, argument: str) -> str:
     seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
     players = [*game.player_names]
     players[game.problem.seat_index(name)] = player
-    cleared_options = {} if list_human_seats(players) else {"player": "", "ghost_agent": ""}
+    cleared_options = (
+        {}
+        if list_human_seats(players)
+        else {"player": "", "ghost_agent": "", "is_handed_in": False}
+    )
     return controller.confirmation_question(f"agent {argument}") or controller.restart(
         seats=seats, **cleared_options
     )

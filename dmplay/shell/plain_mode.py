@@ -42,8 +42,9 @@ class Reporter:
         self.report_text(text)
 
     def report_error(self, line_number: int, error: DmplayError) -> None:
-        """Report an error in an input line."""
-        self.report_text(f"error: {error}")
+        """Report an error in an input line, by default on standard error."""
+        message = escape_unprintable(f"error: line {line_number}: {error}")
+        print(message, file=sys.stderr, flush=True)
 
     def start_prompt(self, game: Game) -> str:
         """Return the prompt of the next input line; subclasses may print a request instead."""
@@ -100,6 +101,13 @@ class SentenceReporter(Reporter):
     def report_text(self, text: str) -> None:
         """Print a text with unprintable characters escaped."""
         print(escape_unprintable(text), flush=True)
+
+    def report_error(self, line_number: int, error: DmplayError) -> None:
+        """Report an error in an input line: to people at once, for a script with the number."""
+        if self._terminal.is_interactive:
+            self.report_text(f"error: {error}")
+        else:
+            super().report_error(line_number, error)
 
     def start_prompt(self, game: Game) -> str:
         """Return `action> `, after the agent's name if several people play."""
@@ -174,7 +182,10 @@ class JsonReporter(Reporter):
         return ""
 
     def report_end(self, game: Game) -> None:
-        """Print the end reason, returns, seed and hidden information."""
+        """Print the end reason, returns, seed and hidden information; or that it is paused."""
+        if game.is_paused:
+            self._print_event("paused", {"turns": len(game.session.turns)})
+            return
         self._print_event("end", game.narrator.result_facts({"seed": game.seed}))
 
     def _print_event(self, event: str, facts: dict[str, object]) -> None:
@@ -194,8 +205,9 @@ def play_by_lines(
 ) -> None:
     """Play in lines until the game is over, the input ends or the player leaves.
 
-    An invalid line is reported, and the next one read, at an interactive terminal and in JSON. In
-    other piped input it ends the game: raise BadParameter with the number of the line.
+    An invalid line is reported, and the next one read, at an interactive terminal, in JSON and in a
+    game that is to be handed in. In other piped input it ends the game: raise BadParameter with the
+    number of the line.
     """
     controller.is_interactive = terminal.is_interactive
     controller.on_intermediate_turn = lambda: reporter.report_turn(controller.game)
@@ -212,7 +224,11 @@ def play_by_lines(
             except PlayerQuit:
                 break
             except DmplayError as error:
-                if not (terminal.is_interactive or reporter.continues_after_error):
+                if not (
+                    terminal.is_interactive
+                    or reporter.continues_after_error
+                    or controller.game.pauses_when_left
+                ):
                     controller.end_game("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.report_error(number, error)

@@ -144,7 +144,8 @@ def run_script(
 ) -> None:
     """Run a script, with each line echoed after its prompt.
 
-    The first invalid line ends the game: raise BadParameter with the number of the line.
+    The first invalid line ends the game: raise BadParameter with the number of the line. In a game
+    that is to be handed in it is reported, and the next one read.
     """
     shell.controller.is_interactive = False
     for number, line in enumerate(lines, 1):
@@ -157,8 +158,11 @@ def run_script(
         except PlayerQuit:
             return
         except DmplayError as error:
-            shell.controller.end_game("illegal")
-            raise BadParameter(f"{line_label} {number}: {error}") from None
+            message = f"{line_label} {number}: {error}"
+            if shell.game is None or not shell.game.pauses_when_left:
+                shell.controller.end_game("illegal")
+                raise BadParameter(message) from None
+            print(f"error: {escape_unprintable(message)}", file=sys.stderr, flush=True)
 
 
 def run_prompt_loop(shell: Shell) -> None:

@@ -9,7 +9,7 @@ from dmplay.core import Problem
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import EXTERNAL_PLAYERS, compute_checksum, format_lines
 from dmplay.transcript.header import Header
-from dmplay.transcript.reader import Transcript, parse_transcript
+from dmplay.transcript.reader import HEADER_KEYS, Transcript, parse_transcript
 from dmplay.transcript.replay import replay
 
 # a problem and its uniforms; seeing all of such a game reveals the next one
@@ -70,9 +70,9 @@ def mark_peeked(transcript: Transcript) -> Transcript:
     if path in safe_files.INPUT_DEVICES:
         raise BadParameter("--peek: name the file, so that it can be marked")
     rows = transcript.content.split("\n")
-    rows.insert(
-        max(entry.line for entry in transcript.header_block.entries.values()), "peeked: true"
-    )
+    earlier_keys = HEADER_KEYS[: HEADER_KEYS.index("peeked")]  # The order of keys is fixed.
+    entries = transcript.header_block.entries
+    rows.insert(max(entries[key].line for key in entries if key in earlier_keys), "peeked: true")
     content, end = "\n".join(rows), transcript.end_text
     end_facts = transcript.end_block["end"] if transcript.end_block else None
     if transcript.end_block and isinstance(end_facts, dict):

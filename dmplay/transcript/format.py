@@ -246,10 +246,13 @@ class TurnFormatter:
         return row
 
 
-def collect_end_facts(session: Session) -> dict[str, object]:
-    """Return the facts of the end line, without its checksum."""
+def collect_end_facts(session: Session, reason: str | None = None) -> dict[str, object]:
+    """Return the facts of the end line, without its checksum.
+
+    `reason` is given for a game that is paused and not over.
+    """
     facts: dict[str, object] = {
-        "reason": session.end_reason,
+        "reason": reason or session.end_reason,
         "turns": len(session.turns),
         "return": _round_by_agent(session.problem, session.returns()),
         "total": _round_by_agent(session.problem, session.total_rewards()),
@@ -257,9 +260,12 @@ def collect_end_facts(session: Session) -> dict[str, object]:
     return facts | ({"help": dict(session.hint_counts)} if session.hint_counts else {})
 
 
-def format_end_block(session: Session, digest: str) -> list[str]:
-    """Return the end line, with the checksum of the lines above it."""
-    return format_lines({"end": collect_end_facts(session) | {"sha256": digest}})
+def format_end_block(session: Session, digest: str, reason: str | None = None) -> list[str]:
+    """Return the end line, with the checksum of the lines above it.
+
+    `reason` is given for a game that is paused and not over.
+    """
+    return format_lines({"end": collect_end_facts(session, reason) | {"sha256": digest}})
 
 
 def format_lines(facts: Mapping[str, object]) -> list[str]:

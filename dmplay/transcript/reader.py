@@ -174,7 +174,8 @@ def read_outline(path: Path) -> TranscriptOutline:
     Raises BadTranscript if the header or the end is malformed; or OSError.
     """
     name = str(path)
-    content, last, _ = _split_sections(_decode_utf8(safe_files.read_bytes(path), name), name)
+    text = _restore_line_ends(_decode_utf8(safe_files.read_bytes(path), name))
+    content, last, _ = _split_sections(text, name)
     header_block = next(_parse_blocks(content, name, 1), None)
     if header_block is None:
         raise BadTranscript(name, 1, None, "not a transcript, or torn before its first turn")

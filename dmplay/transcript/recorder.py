@@ -126,16 +126,17 @@ class Recorder:
         """Write a note, which the checksum does not cover."""
         self._append_bytes(f"{row}\n".encode())
 
-    def write_end(self, notes: str = "") -> None:
-        """Write the end line and notes, and close the file; do nothing if it is closed."""
+    def write_end(self, notes: str = "", *, reason: str | None = None) -> None:
+        """Write the end line and notes, and close the file; do nothing if it is closed.
+
+        `reason` is given for a game that is paused and not over.
+        """
         if self._file < 0:
             return
-        self._append_bytes(
-            "\n".join(
-                [*format_end_block(self.session, shorten_digest(self._digest)), notes]
-            ).encode()
-        )
-        is_private = self.is_private or self.session.end_reason in RESUMABLE_END_REASONS
+        end_block = format_end_block(self.session, shorten_digest(self._digest), reason)
+        self._append_bytes("\n".join([*end_block, notes]).encode())
+        end_reason = reason or self.session.end_reason
+        is_private = self.is_private or end_reason in RESUMABLE_END_REASONS
         self._set_file_mode(
             safe_files.PRIVATE_FILE_MODE if is_private else safe_files.default_file_mode()
         )

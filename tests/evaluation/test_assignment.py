@@ -8,7 +8,7 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.game.game_setup import start_new_game
-from dmplay.game.launch_requests import GameRequest
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.parsed_commands import PlayCommand
 from dmplay.game.transcript_files import verify_file
 from dmplay.transcript.reader import read_transcript as transcript
@@ -80,9 +80,33 @@ def test_the_games_of_an_assignment_are_played_one_after_another() -> None:
     )
 
 
-def test_an_interrupted_game_must_be_resumed_first() -> None:
+def parse_resumed_path(*arguments: str) -> Path:
+    """Parse the arguments of `dmplay play` that resume a game; return its file."""
+    command = interpret_command(["play", *arguments])
+    assert isinstance(command, PlayCommand)
+    assert isinstance(command.request, ResumeRequest)
+    return command.request.path
+
+
+def test_an_interrupted_game_is_resumed_first() -> None:
     start_new_game(parse_request(*ADA_ARGUMENTS)).finish("interrupted")
-    with pytest.raises(BadParameter, match=r"ada-lovelace-8.dmt is unfinished; dmplay resume ada"):
+    assert parse_resumed_path(*ADA_ARGUMENTS) == Path("ada-lovelace-8.dmt")
+    assert parse_resumed_path(*ADA_ARGUMENTS, "--seed", "8") == Path("ada-lovelace-8.dmt")
+    assert parse_request(*ADA_ARGUMENTS, "--seed", "7").seed == 7
+    assert parse_request(*ADA_ARGUMENTS, "--seed", "8", "--force").force
+
+
+def test_an_interrupted_game_in_a_named_file_is_resumed() -> None:
+    arguments = (*ADA_ARGUMENTS, "-o", "mine.dmt")
+    start_new_game(parse_request(*arguments)).finish("interrupted")
+    assert parse_resumed_path(*arguments) == Path("mine.dmt")
+
+
+def test_the_game_of_another_assignment_is_not_resumed() -> None:
+    start_new_game(parse_request(*ADA_ARGUMENTS)).finish("interrupted")
+    Path("walks").write_text(ASSIGNMENT_TEXT.replace("turns: 3", "turns: 4"))
+    message = r"ada-lovelace-8.dmt: not a game of walks \(another turns\); play in another folder"
+    with pytest.raises(BadParameter, match=message):
         parse_request(*ADA_ARGUMENTS)
 
 
