@@ -1,12 +1,13 @@
 """The policy that follows a script."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept
+from dmplay.core import Memory, Percept, make_readonly
 from dmplay.errors import DmplayError
 from dmplay.formatting import format_count
 
@@ -32,9 +33,14 @@ class Script(SeatPolicy):
         """
         return (memory[0] + (percept.action == self._actions_at(memory[0])),)
 
+    @cached_property
+    def _action_array(self) -> Array:
+        """The actions as an array, made once, because a script can be long."""
+        return make_readonly(np.array(self.actions or (0,)))
+
     def _actions_at(self, positions: Array) -> Array:
         """Return the actions `[B]` at these positions, the last one past the end."""
-        actions = np.array(self.actions or (0,))
+        actions = self._action_array
         return np.asarray(actions[np.minimum(positions, len(actions) - 1)])
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
