@@ -26,7 +26,8 @@ from dmplay.views.protocol import DrawOptions
 from dmplay.views.view_cache import IdentityCache, SeatSnapshot
 
 # left edge, width, height and margin of a plot, in SVG units
-PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 44, 640, 120, 10
+PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 4, 640, 120, 10
+PLOT_VIEW_HEIGHT = PLOT_HEIGHT + 2 * PLOT_MARGIN
 LINE_COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
 MAX_CACHED_STEPS = 512  # boards with panels to cache as JSON
 MAX_MEMORY_CHARACTERS, READ_CHARACTERS = (
@@ -228,9 +229,11 @@ def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:
         f'<line class="axis" x1="{PLOT_LEFT}" '
         f'x2="{PLOT_LEFT + PLOT_WIDTH}" y1="{y(0):.1f}" y2="{y(0):.1f}"/>'
     )
+    # The plot is stretched to the width of the page, so its labels are not part of it.
     end_labels = "".join(
-        f'<text x="{PLOT_LEFT - 6}" y="{y(value) + 4:.1f}" text-anchor="end">{value:.3g}</text>'
-        for value in {low, high}
+        f'<span class="label" style="top: {100 * y(value) / PLOT_VIEW_HEIGHT:.1f}%">'
+        f"{value:.3g}</span>"
+        for value in sorted({low, high})
     )
     cursor = (
         f'<line class="now" x1="{PLOT_LEFT}" x2="{PLOT_LEFT}" '
@@ -242,11 +245,12 @@ def _render_plot(title: str, lines: Sequence[PlotLine]) -> str:
     )
     view_box = (
         f'viewBox="0 0 {PLOT_LEFT + PLOT_WIDTH + PLOT_MARGIN} '
-        f'{PLOT_HEIGHT + 2 * PLOT_MARGIN}" preserveAspectRatio="none"'
+        f'{PLOT_VIEW_HEIGHT}" preserveAspectRatio="none"'
     )
     return (
-        f'<figure><figcaption>{title}: {legend}</figcaption><svg {view_box} role="img" '
-        f'aria-label="{title}">{axis}{end_labels}{"".join(polylines)}{cursor}</svg></figure>'
+        f'<figure><figcaption>{title}: {legend}</figcaption><div class="plot">{end_labels}'
+        f'<svg {view_box} role="img" aria-label="{title}">{axis}{"".join(polylines)}{cursor}</svg>'
+        "</div></figure>"
     )
 
 

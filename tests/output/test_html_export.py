@@ -227,3 +227,9 @@ def test_a_long_page_is_written_in_short_parts(tmp_path: Path) -> None:
     parts = [*render_page(game, None, LARGE_OPTIONS)]
     assert len(game.session.turns) == 300
     assert max(map(len, parts)) < len("".join(parts)) / 4
+
+
+def test_the_labels_of_a_plot_are_not_stretched_with_it() -> None:
+    page = "".join(render_page(Playback(CRYING_BABY_PATH), None, LARGE_OPTIONS))
+    assert '<span class="label" style="top: ' in page
+    assert "<text" not in page
