@@ -25,7 +25,13 @@ from dmplay.rendering.painter import Painter
 from dmplay.screen.busy_keys import QUIT_KEYS, BusyKeyAction, classify_busy_key
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.modes import Mode
-from dmplay.screen.play_operations import autoplay_turn, clock_rate, run_typed_line, tick_clock
+from dmplay.screen.play_operations import (
+    autoplay_rate,
+    autoplay_turn,
+    clock_rate,
+    run_typed_line,
+    tick_clock,
+)
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.screen.screen_protocols import FullScreen, KeyDrivenScreen
 from dmplay.shell.commands import PlayerQuit
@@ -392,7 +398,7 @@ class PlayEventLoop(ScreenEventLoop):
             partial(autoplay_turn, screen),
             lambda: screen.modes.play_mode is Mode.AUTOPLAY,
         )
-        yield self._run_clock(lambda: screen.speed, on_beat, is_running)
+        yield self._run_clock(partial(autoplay_rate, screen), on_beat, is_running)
         if screen.realtime_rate:
             on_beat, is_running = partial(tick_clock, screen), lambda: screen.clock.is_started
             yield self._run_clock(partial(clock_rate, screen), on_beat, is_running)

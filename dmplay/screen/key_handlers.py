@@ -214,7 +214,9 @@ SCREEN_KEYS = (
     ScreenKey(
         ("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead
     ),
-    ScreenKey(("P", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause),
+    ScreenKey(
+        ("P", "p", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause
+    ),
     ScreenKey(
         ("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True
     ),

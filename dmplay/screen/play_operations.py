@@ -8,6 +8,8 @@ from dmplay.shell.commands import PlayerQuit, iter_commands_until_handover, run_
 from dmplay.shell.game_commands import preview_action
 
 MIN_SPEED, MAX_SPEED = 0.1, 50.0  # turns per second
+MAX_BEATS_PER_SECOND = 30.0  # A frame takes some milliseconds, so faster play skips frames.
+MAX_TURNS_PER_BEAT = 200  # so that a key stops autoplay at once
 GAME_OVER_MESSAGE = "the game is over"
 MAX_UNSAVED_TURNS = 20  # number of unsaved turns that one key may discard
 
@@ -120,11 +122,24 @@ def _start_animation(screen: PlayScreen) -> None:
 
 
 def autoplay_turn(screen: PlayScreen) -> None:
-    """Play one turn in autoplay; an error stops autoplay."""
+    """Play the turns of one beat in autoplay, usually one; an error stops autoplay."""
     screen.modes.handle_event(ModeEvent.STOPPED)
     with screen.errors_as_messages():
-        step_agents(screen)
+        for _ in range(turns_per_beat(screen)):
+            step_agents(screen)
+            if screen.game.session.over:
+                break
         screen.modes.handle_event(ModeEvent.STARTED)
+
+
+def turns_per_beat(screen: PlayScreen) -> int:
+    """Return the number of turns that autoplay plays before the next frame."""
+    return min(max(round(screen.speed / MAX_BEATS_PER_SECOND), 1), MAX_TURNS_PER_BEAT)
+
+
+def autoplay_rate(screen: PlayScreen) -> float:
+    """Return the number of beats of autoplay per second."""
+    return screen.speed / turns_per_beat(screen)
 
 
 def change_speed(screen: PlayScreen, factor: float) -> None:

@@ -25,7 +25,8 @@ from dmplay.screen.footer import format_footer
 from dmplay.screen.frame import compose_frame
 from dmplay.screen.frame_state import FrameState, Viewport
 from dmplay.screen.key_handlers import handle_key as do
-from dmplay.screen.play_operations import autoplay_turn
+from dmplay.screen.modes import Mode
+from dmplay.screen.play_operations import autoplay_rate, autoplay_turn, turns_per_beat
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.session import Session
@@ -404,6 +405,46 @@ def test_agents_that_play_behind_the_help_page_are_logged_turn_by_turn() -> None
     do(screen, "?")
     autoplay_turn(screen)
     assert [row.partition(".")[0] for row in screen.log] == ["turn 1"]
+
+
+def test_a_high_speed_plays_several_turns_between_two_frames() -> None:
+    screen = PlayScreen(
+        GameController(make_game("simple-regulator", "random")),
+        Terminal(True, "", True, False, False),
+        speed=300.0,
+    )
+    assert autoplay_rate(screen) == 30
+    autoplay_turn(screen)
+    assert len(screen.game.session.turns) == 10
+    screen.speed = 2.0
+    assert autoplay_rate(screen) == 2
+    autoplay_turn(screen)
+    assert len(screen.game.session.turns) == 11
+    screen.speed = 1e6
+    assert turns_per_beat(screen) == 200
+
+
+def test_fast_play_stops_at_the_end_of_the_game() -> None:
+    screen = PlayScreen(
+        GameController(make_game("hexworld", "optimal")),
+        Terminal(True, "", True, False, False),
+        speed=6000.0,
+    )
+    autoplay_turn(screen)
+    assert screen.game.session.over
+    assert screen.message == ""
+
+
+@pytest.mark.parametrize("key", ["p", "P"])
+def test_p_starts_and_stops_the_agents_in_either_case(key: str) -> None:
+    screen = PlayScreen(
+        GameController(make_game("hexworld", "optimal")), Terminal(True, "", True, False, False)
+    )
+    modes = []
+    for _ in range(2):
+        do(screen, key)
+        modes.append(screen.modes.play_mode)
+    assert modes == [Mode.AUTOPLAY, Mode.WAIT_FOR_KEY]
 
 
 def test_a_page_stays_open_on_a_larger_screen_that_needs_fewer_parts() -> None:
