@@ -71,7 +71,7 @@ def test_play_keeps_the_turns_before_and_names_the_line(folder: Path) -> None:
     [
         ("run", "./line.py", "--agent", "script:on,on,on,on", "--episodes", "5"),
         ("solve", "./line.py"),
-        ("play", "./line.py", "--agent", "random", "--turns", "40", "-o", "a.dmt"),
+        ("play", "./line.py", "--agent", "script:on,on,on,on", "-o", "a.dmt"),
         ("compare", "./line.py", "random", "script:on,on,on,on", "--episodes", "5"),
     ],
     ids=lambda arguments: str(arguments[0]),

@@ -134,6 +134,8 @@ def test_styles_of_a_user_s_picture_are_no_markup(tmp_path: Path, picture: str) 
             "steps",
             "dmplay",
             "axis",
+            "label",
+            "plot",
             "now",
             "series",
             "bold",
