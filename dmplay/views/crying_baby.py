@@ -215,17 +215,26 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
     role = (
         "" if is_single_agent else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
     )
+    song = ", a song makes its crying tell you more" if _is_song_informative(problem) else ""
     return Lesson(
         "You "
         f"{'are ' * (not is_single_agent)}{role}care "
         "for a baby that is hungry "
         "or sated; you only hear "
         "whether it cries",
-        "You want it sated: feeding sates it for sure, a song makes its crying tell you more",
+        f"You want it sated: feeding sates it for sure{song}",
         f"A turn that finds it hungry costs {-problem.hungry_reward:g}, feeding {feeding}, "
         f"singing {singing}, ignoring {ignoring}",
         "feed",
     )
+
+
+def _is_song_informative(problem: CaregiverProblem) -> bool:
+    """Return whether a sung-to baby's crying tells more about both states than without a song."""
+    sated, hungry = problem.cries_sated, problem.cries_hungry
+    sated_sung, hungry_sung = problem.cries_sated_sung, problem.cries_hungry_sung
+    is_never_less = sated_sung <= sated <= hungry <= hungry_sung
+    return is_never_less and (sated, hungry) != (sated_sung, hungry_sung)
 
 
 def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
