@@ -96,7 +96,13 @@ class GameTimeline(Game):
         if move is None:
             return None
         values = np.array([move.values.get(label, np.nan) for label in labels])
-        return Hint(" or ".join(move.best), labels, values)
+        return Hint(
+            " or ".join(move.best),
+            labels,
+            values,
+            scope=move.scope,
+            has_regrets=move.regret is not None,
+        )
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
@@ -124,7 +130,7 @@ class GameTimeline(Game):
     @property
     def _turn_regrets(self) -> list[float]:
         """The regret of each turn, summed over the human seats."""
-        return [sum(move.regret for move in moves) for moves in self._moves_by_turn]
+        return [sum(move.regret or 0.0 for move in moves) for moves in self._moves_by_turn]
 
     @property
     def _worst_turns(self) -> list[int]:
@@ -156,9 +162,14 @@ class GameTimeline(Game):
 def _describe_choice(move: ReviewedAction) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
-        return f"chose {move.chosen}, the best"
-    regret = format_fixed(move.regret, count_decimals([*move.values.values()]))
-    return f"chose {move.chosen}; {' or '.join(move.best)} was better by {regret}"
+        return f"chose {move.chosen}, {review.append_scope('the best', move.scope)}"
+    gain = (
+        ""
+        if move.regret is None
+        else f" by {format_fixed(move.regret, count_decimals([*move.values.values()]))}"
+    )
+    better = review.append_scope(f"was better{gain}", move.scope)
+    return f"chose {move.chosen}; {' or '.join(move.best)} {better}"
 
 
 class PostGameReview:

@@ -139,7 +139,7 @@ def apply_by_group(b: Reals, groups: Ints, function: Callable[[Reals, int], Arra
 
     `b` are the beliefs `[B, S]`, and `groups` `[B]` the group number of each row.
     """
-    distinct_groups = np.flatnonzero(np.bincount(groups)).tolist()
+    distinct_groups = np.flatnonzero(np.bincount(groups)).tolist() or [0]  # of no rows: any
     if len(distinct_groups) == 1:
         return np.ascontiguousarray(function(b, distinct_groups[0]))
     rows = [np.flatnonzero(groups == group) for group in distinct_groups]

@@ -35,6 +35,8 @@ class _PayoffTablePolicy(ReactivePolicy):
 class _MixedStrategyPolicy(_PayoffTablePolicy):
     """A policy with the same mixed strategy in every round."""
 
+    ignores_history = True
+
     @property
     @abstractmethod
     def _mixed_strategy(self) -> Categorical:
@@ -66,6 +68,8 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
     The values are against the strategies of the other agents in it.
     """
+
+    plans_one_round = True
 
     @cached_property
     def _solution(self) -> RegretMatchingResult:
@@ -114,6 +118,7 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
     """The best reply to the action frequencies of the opponent so far (fictitious play)."""
 
     uniform_count = 0
+    plans_one_round = True
     hint_basis = "best reply to what the other's play suggests"
 
     def initial_memory(self, observation: Array) -> Memory:

@@ -12,6 +12,7 @@ from dmplay.agents._belief_policy import SparseTransition, apply_by_group
 from dmplay.agents.base import SeatPolicy
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, parameter
+from dmplay.formatting import format_count
 from dmplay.solvers import exact_pomdp, joint_plan_dynamic_programming
 from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.solvers.value_iteration import select_greedy_actions
@@ -31,6 +32,12 @@ class SharedObservationPlan(SeatPolicy):
     horizon: int = parameter(
         MAX_PLAN_TURNS, f"turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS
     )
+
+    hint_basis = "joint plan that both follow"
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
+        return "" if turns == 1 else f"{format_count(self.horizon, 'turn')} ahead"
 
     def __post_init__(self) -> None:
         """Raise an error for a horizon out of bounds, or with too many plans."""

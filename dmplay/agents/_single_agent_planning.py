@@ -3,28 +3,58 @@
 from abc import abstractmethod
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from dmplay.agents._belief_policy import apply_by_group
 from dmplay.agents._memoization import memoize
-from dmplay.agents.base import MAX_TABULAR_STATES, StationaryPolicy
+from dmplay.agents._turns_left import TurnsLeftPolicy
+from dmplay.agents.base import MAX_TABULAR_STATES, PAYS_SOONEST, StationaryPolicy
 from dmplay.agents.greedy_belief_policies import FiniteHorizonPolicy, GreedyBeliefPolicy
 from dmplay.chance import Array, Bools, Reals, weighted_sum
-from dmplay.core import Memory, Problem
+from dmplay.core import Memory, Percept, Problem, requires_fields
 from dmplay.errors import BadPolicy
 from dmplay.solvers import exact_pomdp, value_iteration
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 
+if TYPE_CHECKING:
+    from dmplay.solvers.backward_induction import BackwardInductionResult
+
 TIE_BREAK_DISCOUNT = 1.0 - 1e-6
+MAX_PLANNED_STATES = 2_000_000  # states times turns up to which a hint plans a game to its end
+MAX_ALPHA_VECTOR_TURNS = 100  # turns of alpha vectors that can be computed in time
 
 
 @dataclass(frozen=True)
-class MdpOptimalPolicy(StationaryPolicy):
+class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
     """The best action in every state, by policy iteration (section 7.4) or, if large, by sweeps.
 
-    Values of actions that a state does not allow are those of its first legal action, or -inf.
+    Values of actions that a state does not allow are those of its first legal action, or -inf. In a
+    game of `horizon` turns they are those of the turns left, by backward induction.
     """
+
+    @property
+    def tie_rule(self) -> str:
+        """Which of several best actions it takes."""
+        return PAYS_SOONEST if self.problem.discount == 1.0 else ""
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the problem has few enough states for that many turns."""
+        states = self.problem.state_count
+        return isinstance(states, int) and states * turns <= MAX_PLANNED_STATES
+
+    @requires_fields("observation")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the new state and, if there is a horizon, one more turn done."""
+        return super().update_memory(memory, percept)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the best action in each state."""
+        if self.horizon:
+            return self._choose_best(memory[0], self.action_values(memory), legal)
+        return super().choose(memory, legal, u)
 
     @cached_property
     def _q(self) -> Reals:
@@ -32,11 +62,11 @@ class MdpOptimalPolicy(StationaryPolicy):
 
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
         """Return the first best action; without a discount, ties go to the one that pays sooner."""
-        q = (
-            self.action_values((s,))
-            if legal is None
-            else np.where(legal, self.action_values((s,)), -np.inf)
-        )
+        return self._choose_best(s, self.action_values((s,)), legal)
+
+    def _choose_best(self, s: Array, q: Reals, legal: Bools | None) -> Array:
+        """Return the first best action of values `[B, A]`, or the one that pays sooner."""
+        q = q if legal is None else np.where(legal, q, -np.inf)
         if self.problem.discount == 1.0:
             tie_break_q = self._tie_break_q[self.problem.state_indices(s)]
             q = np.where(value_iteration.mark_best_actions(q), tie_break_q, -np.inf)
@@ -48,8 +78,32 @@ class MdpOptimalPolicy(StationaryPolicy):
         return solve_action_values(self.problem, TIE_BREAK_DISCOUNT)
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return Q* of each action."""
-        return np.asarray(self._q[self.problem.state_indices(memory[0])])
+        """Return Q* of each action; with the turns left if there is a horizon."""
+        s = self.problem.state_indices(memory[0])
+        if not self.horizon:
+            return np.asarray(self._q[s])
+        solution, turns_left = _solve_by_turns(self.problem, self.horizon), self.turns_left(memory)
+        q = np.full((len(s), self.problem.action_counts[0]), -np.inf)
+        for turns in np.unique(turns_left).tolist():
+            rows = np.flatnonzero(turns_left == turns)
+            action_rows, positions = solution.graph.list_legal_actions(s[rows])
+            next_values = solution.get_values(turns - 1)
+            q[rows[positions], solution.graph.joint_actions[action_rows, 0]] = (
+                solution.graph.compute_action_values(
+                    action_rows, self.problem.discount, next_values
+                )[:, 0]
+            )
+        return np.where(np.isfinite(q).any(axis=1, keepdims=True), q, 0.0)
+
+
+@memoize
+def _solve_by_turns(problem: Problem, turns: int) -> "BackwardInductionResult":
+    """Return the values of games of up to `turns` turns, by backward induction."""
+    from dmplay.solvers import backward_induction, transition_graph
+
+    return backward_induction.run_backward_induction(
+        problem, transition_graph.build_full_graph(problem), turns
+    )
 
 
 def solve_action_values(problem: Problem, discount: float) -> Reals:
@@ -83,12 +137,33 @@ class _AlphaVectorPolicy(GreedyBeliefPolicy):
 
 
 @dataclass(frozen=True)
-class PomdpOptimalPolicy(_AlphaVectorPolicy):
-    """The best action for its belief in a game without end, by alpha vectors."""
+class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
+    """The best action for its belief in a game without end or of `horizon` turns.
+
+    It is found by alpha vectors.
+    """
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
         return _solve_infinite_horizon(self.problem)
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the alpha vectors of that many turns can be computed in time.
+
+        Without a discount there is no other plan.
+        """
+        return turns <= MAX_ALPHA_VECTOR_TURNS or self.problem.discount >= 1.0
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return Q of the belief, with the turns left if there is a horizon."""
+        if not self.horizon:
+            return super().action_values(memory)
+        return apply_by_group(memory[0], self.turns_left(memory), self._finite_horizon_values)
+
+    def _finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
+        stages = _solve_stages(self.problem, self.horizon)
+        return exact_pomdp.compute_action_values(stages[turns_left - 1], b)
 
 
 @dataclass(frozen=True)
@@ -123,10 +198,15 @@ def _solve_infinite_horizon(problem: Problem) -> AlphaVectorStage:
     )
 
 
-@memoize
 def _solve_finite_horizon(problem: Problem, horizon: int) -> AlphaVectorStage:
     """Return the alpha vectors of `horizon` turns of a problem."""
-    return exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, horizon)[-1]
+    return _solve_stages(problem, horizon)[-1]
+
+
+@memoize
+def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
+    """Return the alpha vectors for 1 to `horizon` turns left."""
+    return exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, horizon)
 
 
 def require_discount_below_one(problem: Problem) -> float:

@@ -12,6 +12,13 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_parameters, requires_fields
 from dmplay.solvers.value_iteration import select_greedy_actions
 
+# the scopes of values that are not about the turns left
+WITHOUT_END, ONE_ROUND = "without end", "for one round"
+# the rules for ties
+ENDS_SOONEST, PAYS_SOONEST = (
+    "of equals the one that ends soonest",
+    "of equals the one that pays soonest",
+)
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
@@ -32,6 +39,12 @@ class SeatPolicy(Policy):
     plans_whole_game: ClassVar[bool] = (
         False  # whether the agent's name alone means a plan for the current game
     )
+    # whether its values are those of the next round of a repeated game, without later rounds
+    plans_one_round: ClassVar[bool] = False
+    # whether its values are those of a game without a turn limit
+    values_without_end: ClassVar[bool] = False
+    # whether its choices are independent of what others did before
+    ignores_history: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""
@@ -40,6 +53,11 @@ class SeatPolicy(Policy):
     @property
     def hint_basis(self) -> str:
         """The basis of its hints, '' if the agent's name says enough."""
+        return ""
+
+    @property
+    def tie_rule(self) -> str:
+        """Which of several best actions it takes, '' for the first."""
         return ""
 
     @property
@@ -55,6 +73,22 @@ class SeatPolicy(Policy):
     def action_values(self, memory: Memory) -> Reals | None:
         """Return None, as the action values are unknown."""
         return None
+
+    def memory_at_turn(self, observation: Array, turns_done: int) -> Memory:
+        """Return the memory with which it acts on an observation after `turns_done` turns.
+
+        It is that of a game that begins there, as most policies do not count turns.
+        """
+        return self.initial_memory(observation)
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the game that its values are about, '' if it is one of `turns` turns.
+
+        `turns` is None for a game without a turn limit.
+        """
+        if self.plans_one_round:
+            return "" if turns == 1 else ONE_ROUND
+        return WITHOUT_END if self.values_without_end and turns is not None else ""
 
     def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:
         """Return this policy adapted to a game of `turns` turns against the named `opponents`."""
@@ -128,6 +162,7 @@ class ConstantPolicy(ReactivePolicy):
     """A policy that always takes the same action, which a subclass sets."""
 
     action = 0
+    ignores_history = True
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the constant action for each row."""

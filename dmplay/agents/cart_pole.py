@@ -59,10 +59,9 @@ class LinearQuadraticPolicy(ReactivePolicy):
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
-    @property
-    def hint_basis(self) -> str:
-        """The name of the agent and the number of turns it looks ahead."""
-        return f"regulate, {LOOKAHEAD_TURNS} turns ahead"
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns it looks ahead, of which fewer may be left."""
+        return f"{LOOKAHEAD_TURNS} turns ahead"
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.

@@ -103,6 +103,9 @@ class ChaseBelief(_FactoredBeliefPolicy):
 class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
     """Acts as if the team were to see everything from the next turn on (section 21.1)."""
 
+    values_without_end = True
+    hint_basis = "qmdp, as if the team saw all from the next turn on"
+
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
         super().__post_init__()

@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import WITHOUT_END, ConstantPolicy, GreedyPolicy, ReactivePolicy
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.solvers import collision_avoidance_grid
@@ -48,6 +48,11 @@ class Optimal(GreedyPolicy, ReactivePolicy):
         (s,) = memory
         times = np.floor(np.clip(s[:, 3], 0, collision_avoidance_grid.TIMES_TO_COLLISION[-1]))
         return collision_avoidance_grid.interpolate_values(self._q_table, times, s)
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return "without end" if the turn limit may come before the aircraft meet."""
+        longest = collision_avoidance_grid.TIMES_TO_COLLISION[-1]
+        return "" if turns is None or turns > longest else WITHOUT_END
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

@@ -24,8 +24,11 @@ class FeedWhenCrying(ReactivePolicy):
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents for the baby; the optimal one gives hints if the discount is below 1."""
-    hint_agent = "optimal" if problem.discount < 1.0 else "plan"
+    """Return the agents for the baby.
+
+    The optimal one gives hints; without a discount it needs a turn limit.
+    """
+    is_discounted = problem.discount < 1.0
     return Roster(
         {
             "feed-when-crying": FeedWhenCrying,
@@ -33,5 +36,6 @@ def build_roster(problem: Problem, seat: int) -> Roster:
             "plan": RecedingHorizonPolicy,
             "qmdp": Qmdp,
         },
-        hint_agent,
+        hint_provider="optimal" if is_discounted else "plan",
+        finite_horizon_hint_provider="optimal",
     )

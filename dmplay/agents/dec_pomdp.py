@@ -11,6 +11,7 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
+from dmplay.agents.greedy_belief_policies import describe_plan_length
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -96,6 +97,11 @@ class JointPlan(SeatPolicy):
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return a policy that plans the whole game, if it is not too long."""
         return self if turns is None or turns > MAX_PLAN_TURNS else replace(self, horizon=turns)
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns that it plans at a time if it is not that of the game."""
+        planned_turns = self.planned_turns
+        return "" if turns == planned_turns else describe_plan_length(planned_turns)
 
 
 @dataclass(frozen=True)

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.agents._memoization import memoize
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
-from dmplay.agents.base import ReactivePolicy, SeatPolicy
+from dmplay.agents.base import WITHOUT_END, ReactivePolicy, SeatPolicy
 from dmplay.agents.greedy_belief_policies import MAX_HORIZON
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import (
@@ -65,6 +65,14 @@ class _StateAndTurnPolicy(SeatPolicy):
         if turns is None or turns == self.problem.horizon or turns > MAX_HORIZON:
             return self
         return replace(self, horizon=turns)
+
+    def memory_at_turn(self, observation: Array, turns_done: int) -> Memory:
+        """Return the memory of a state after `turns_done` turns."""
+        return (observation, np.full(len(observation), turns_done))
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return "without end" if a game of `turns` turns is not planned to its end."""
+        return "" if turns in {None, self._game_turns} else WITHOUT_END
 
     def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
         """Yield rows with equally many turns after this one, their states, and that number.
@@ -188,10 +196,11 @@ class MaximinPolicy(_StateAndTurnPolicy):
 class BestReplyEquilibrium(ReactivePolicy):
     """Plays its part of the policies that best responses lead to; `dmplay solve` shows regrets.
 
-    The values are against the other agents' part.
+    The values are against the other agents' part, in a game without end.
     """
 
     uniform_count = 1  # for the action
+    values_without_end = True
 
     @cached_property
     def _solution(self) -> BestResponseResult:

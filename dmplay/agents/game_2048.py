@@ -48,6 +48,9 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
     """
 
     problem: Game2048
+
+    values_without_end = True
+
     depth: int = parameter(
         12, "plies without a time limit: slides and tiles in turn", 1, MAX_DEPTH_PLIES
     )

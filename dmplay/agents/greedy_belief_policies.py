@@ -9,6 +9,7 @@ from dmplay.agents._belief_policy import BeliefAndTurnPolicy, BeliefPolicy, appl
 from dmplay.agents.base import GreedyPolicy
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, parameter
+from dmplay.formatting import format_count
 from dmplay.solvers.value_iteration import select_greedy_actions
 
 MAX_HORIZON = 1000  # maximum number of turns that are planned
@@ -29,6 +30,10 @@ class FiniteHorizonPolicy(GreedyBeliefPolicy):
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return a policy that does not plan beyond the end of the game."""
         return self if turns is None else replace(self, horizon=min(turns, self.horizon))
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
+        return "" if turns == 1 else f"{format_count(self.horizon, 'turn')} ahead"
 
 
 @dataclass(frozen=True)
@@ -66,3 +71,12 @@ class RemainingHorizonPolicy(BeliefAndTurnPolicy, FiniteHorizonPolicy):
         if turns is None or turns > self.MAX_PLANNED_TURNS:
             return super().adapt_to_game(turns, rivals)
         return replace(self, horizon=turns)
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of turns that it plans at a time if it is not that of the game."""
+        return "" if turns == self.horizon else describe_plan_length(self.horizon)
+
+
+def describe_plan_length(turns: int) -> str:
+    """Return the scope of values of a plan that begins again after `turns` turns."""
+    return f"in plans of {format_count(turns, 'turn')}"

@@ -37,6 +37,8 @@ class Pump(ReactivePolicy):
 class Optimal(GreedyPolicy, ReactivePolicy):
     """Takes the best action by value iteration on a grid, interpolating between its points."""
 
+    values_without_end = True
+
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action, roughly the negative number of turns to the goal."""
         solution = solve_on_grid(self.problem, VALUE_GRID)

@@ -9,7 +9,10 @@ from typing import Self
 import numpy as np
 
 from dmplay import belief
+from dmplay.agents._belief_policy import apply_by_group
 from dmplay.agents._shared_observation_plan import PartnerBeliefFilter, SharedObservationPlan
+from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
+from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import GreedyPolicy, SeatPolicy
 from dmplay.agents.crying_baby import FeedWhenCrying
@@ -27,23 +30,16 @@ PARTNER_MODELS = ("feed-when-crying", "random", *ACTIONS)
 
 
 @dataclass(frozen=True)
-class BestResponse(GreedyPolicy, SeatPolicy):
-    """Plays a best response to a partner who always plays `to`: a named agent or one action.
+class _PartnerModelPolicy(SeatPolicy):
+    """A policy whose memory is its belief if the partner always plays `to`.
 
     Both caregivers observe the same, so the partner's actions can be predicted. The problem becomes
-    a POMDP whose state is the baby's state and the last observation, in a game without end. The
-    values are against that partner.
+    a POMDP whose state is the baby's state and the last observation.
     """
 
     to: str = parameter(
         "feed-when-crying", f"the partner: {', '.join(PARTNER_MODELS)}", choices=PARTNER_MODELS
     )
-
-    def __post_init__(self) -> None:
-        """Raise BadPolicy if the discount is 1, as a game without end then has no value."""
-        super().__post_init__()
-        if self.problem.discount >= 1.0:
-            raise BadPolicy("a game without end needs a discount below 1")
 
     @cached_property
     def pomdp_tables(self) -> Tables:
@@ -93,11 +89,6 @@ class BestResponse(GreedyPolicy, SeatPolicy):
         return Tables(transition, rewards, np.repeat(observation_model[None], action_count, axis=0))
 
     @cached_property
-    def _alpha_vectors(self) -> AlphaVectorStage:
-        """The alpha vectors of the POMDP without end."""
-        return exact_pomdp.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
-
-    @cached_property
     def _belief_filter(self) -> PartnerBeliefFilter:
         """The belief filter by own action and observation, with a random partner as its
         fallback.
@@ -128,14 +119,63 @@ class BestResponse(GreedyPolicy, SeatPolicy):
             self._belief_filter.update_beliefs(memory[0], (percept.action, percept.observation)),
         )
 
+
+@dataclass(frozen=True)
+class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
+    """Plays a best response to a partner who always plays `to`: a named agent or one action.
+
+    It plans a game without end or of `horizon` turns, as a POMDP of its own. The values are against
+    that partner.
+    """
+
+    def __post_init__(self) -> None:
+        """Raise BadPolicy if a game without end has no value, as the discount is 1."""
+        super().__post_init__()
+        if self.problem.discount >= 1.0 and not self.horizon:
+            raise BadPolicy("a game without end needs a discount below 1; horizon=TURNS ends it")
+
+    @property
+    def hint_basis(self) -> str:
+        """The model of the partner."""
+        partner = "at random" if self.to == "random" else f"who plays {self.to}"
+        return f"best response to a partner {partner}"
+
+    @cached_property
+    def _alpha_vectors(self) -> AlphaVectorStage:
+        """The alpha vectors of the POMDP without end."""
+        return exact_pomdp.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
+
+    @cached_property
+    def _stages(self) -> list[AlphaVectorStage]:
+        """The alpha vectors of the POMDP with 1 to `horizon` turns left."""
+        return exact_pomdp.solve_finite_horizon(
+            self.pomdp_tables, self.problem.discount, self.horizon
+        )
+
     def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each action against that partner."""
-        return exact_pomdp.compute_action_values(self._alpha_vectors, memory[0])
+        """Return Q of each action against that partner, with the turns left if there is a
+        horizon.
+        """
+        if not self.horizon:
+            return exact_pomdp.compute_action_values(self._alpha_vectors, memory[0])
+        return apply_by_group(memory[0], self.turns_left(memory), self._finite_horizon_values)
+
+    def _finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
+        """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""
+        return exact_pomdp.compute_action_values(self._stages[turns_left - 1], b)
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the alpha vectors of that many turns can be computed in time."""
+        return turns <= MAX_ALPHA_VECTOR_TURNS or self.problem.discount >= 1.0
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
-        """Return the best response to the first opponent that can be modelled, else this policy."""
-        modelled_names = [name for name in rivals if name in PARTNER_MODELS]
-        return replace(self, to=modelled_names[0]) if modelled_names else self
+        """Return the best response for the turns left, to a random partner beside a player.
+
+        Beliefs, forecasts and hints assume one partner: a caregiver does not see the other act, so
+        the belief of its seat takes the other to act uniformly at random, whoever it is.
+        """
+        policy = super().adapt_to_game(turns, rivals)
+        return replace(policy, to="random") if rivals else policy
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

@@ -9,8 +9,12 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
-from dmplay.agents.base import GreedyPolicy
-from dmplay.agents.greedy_belief_policies import MAX_HORIZON, NEGLIGIBLE_WEIGHT
+from dmplay.agents.base import WITHOUT_END, GreedyPolicy
+from dmplay.agents.greedy_belief_policies import (
+    MAX_HORIZON,
+    NEGLIGIBLE_WEIGHT,
+    describe_plan_length,
+)
 from dmplay.chance import Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -112,6 +116,12 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         if turns in (None, self.planned_turns) or not self._should_plan_to_end(turns or 0):
             return self
         return replace(self, horizon=turns)
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return "without end", or the turns planned, if a game of `turns` turns is not planned."""
+        if turns in {None, self.planned_turns}:
+            return ""
+        return describe_plan_length(self.planned_turns) if self.planned_turns else WITHOUT_END
 
     def _should_plan_to_end(self, turns: int) -> bool:
         """Return whether the end of a game of `turns` turns matters and can be planned to."""

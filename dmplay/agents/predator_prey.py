@@ -9,16 +9,18 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents._memoization import memoize
+from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, StationaryPolicy
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
-from dmplay.core import Memory, parameter
+from dmplay.core import Memory, Percept, parameter, requires_fields
 from dmplay.errors import BadPolicy
 from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import induced_mdp, markov_game_policy_iteration, sparse_mdp
 from dmplay.solvers.value_iteration import select_greedy_actions
 
+MAX_PLANNED_STATES = 200_000  # states times turns of which the values of all moves are kept
 MAX_QUICK_OUTCOMES = 300_000  # outcomes of all states and moves that can be enumerated in a moment
 
 
@@ -65,11 +67,11 @@ OPPONENT_MODELS = ("natural", *DISTANCE_POLICIES, "random")
 
 
 @dataclass(frozen=True)
-class BestResponse(StationaryPolicy):
+class BestResponse(TurnsLeftPolicy, StationaryPolicy):
     """Plays a best response to others who all play `to`: natural, chase, flee or random.
 
     Natural means that predators chase and prey flee. It plans a hunt without end, by policy
-    iteration; its values are against these others.
+    iteration, or one of `horizon` turns; its values are against these others.
     """
 
     problem: PredatorPrey
@@ -92,20 +94,35 @@ class BestResponse(StationaryPolicy):
         policy = DISTANCE_POLICIES[name](self.problem, seat)
         return np.eye(action_count)[policy.choose((states,), None, np.zeros((len(states), 0)))]
 
+    @requires_fields("observation")
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the new state and, if there is a horizon, one more turn done."""
+        return super().update_memory(memory, percept)
+
+    def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+        """Return the first of the best moves in each state."""
+        if self.horizon:
+            return select_greedy_actions(self.action_values(memory))
+        return super().choose(memory, legal, u)
+
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
         """Return the first of the best moves in each state."""
         return select_greedy_actions(self.action_values((s,)))
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return Q of each move against these others."""
-        return np.asarray(_solve_best_response(self)[self.problem.state_indices(memory[0])])
+        """Return Q of each move against these others, with the turns left if they are limited."""
+        s = self.problem.state_indices(memory[0])
+        if not self.horizon:
+            return np.asarray(_solve_best_response(self)[s])
+        return np.asarray(_solve_finite_best_response(self)[self.turns_left(memory) - 1, s])
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return the best response to the opponents' common policy, else this policy.
 
-        It is unchanged if the opponents play different policies, natural ones, or one it cannot
-        model.
+        It plans the turns left. The opponents stay natural if they play different policies, natural
+        ones, or one it cannot model.
         """
+        policy = super().adapt_to_game(turns, rivals)
         seats = range(len(self.problem.agents))
         natural_names = {
             _natural_policy_name(self.problem, seat) for seat in seats if seat != self.seat
@@ -116,16 +133,32 @@ class BestResponse(StationaryPolicy):
             or opponent_names == natural_names
             or rivals[0] not in OPPONENT_MODELS
         ):
-            return self
-        return replace(self, to=rivals[0])
+            return policy
+        return replace(policy, to=rivals[0])
+
+    def can_plan_turns(self, turns: int) -> bool:
+        """Return whether the values of that many turns can be computed and stored in time."""
+        return self.problem.state_count * turns <= MAX_PLANNED_STATES
 
 
 @memoize
 def _solve_best_response(agent: BestResponse) -> Reals:
     """Return Q `[S, 6]` of the best response to the other seats' policies."""
+    return sparse_mdp.compute_optimal_q(_build_best_response_mdp(agent), agent.problem.discount)
+
+
+@memoize
+def _solve_finite_best_response(agent: BestResponse) -> Reals:
+    """Return Q `[T, S, 6]` of the best response with 1 to `horizon` turns left."""
+    return sparse_mdp.compute_finite_horizon_q(
+        _build_best_response_mdp(agent), agent.problem.discount, agent.horizon
+    )
+
+
+def _build_best_response_mdp(agent: BestResponse) -> sparse_mdp.SparseMdp:
+    """Return the MDP of an agent's seat among the others that it assumes."""
     policies = [agent.action_probabilities(seat) for seat in range(agent.problem.walker_count)]
-    model = induced_mdp.build_induced_mdp(agent.problem, agent.seat, policies)
-    return sparse_mdp.compute_optimal_q(model, agent.problem.discount)
+    return induced_mdp.build_induced_mdp(agent.problem, agent.seat, policies)
 
 
 @dataclass(frozen=True)

@@ -26,6 +26,8 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 from dmplay.work_budget import limit_total_work
 
+# Values of one round of a repeated game do not tell what the opponent does later.
+NO_REGRET_REMARK = "no regret because the other may react"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
 MIN_TURNS_TO_MATCH = 5  # Shorter games match too many agents.
@@ -201,7 +203,8 @@ def _grade_file(
                 names,
                 can_review=uniforms_key[:2] not in unreviewable_problems,
             )
-            if grade.occupant == HUMAN and grade.is_finished and grade.regret is None:
+            is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
+            if grade.occupant == HUMAN and grade.is_finished and is_unreviewable:
                 unreviewable_problems.add(uniforms_key[:2])
         turn_keys = [(turn.actions.tobytes(), turn.uniforms.tobytes()) for turn in session.turns]
         yield _GradedGame(grade, uniforms_key, (*uniforms_key[:2], seat, *turn_keys))
@@ -259,12 +262,21 @@ def _add_regret(
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
             reviewed = [*review_actions(session, [seat], names)]
+    regrets = [move.regret for move in reviewed if move.regret is not None]
+    has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
     matching_agents = [*_iter_matching_agents(session, seat)]
     return grade._replace(
-        regret=sum(move.regret for move in reviewed) if reviewed else None,
-        best_count=sum(move.chosen in move.best for move in reviewed),
-        valued_count=len(reviewed),
-        remarks=(*grade.remarks, *(f"as {name} plays" for name in matching_agents)),
+        regret=sum(regrets) if has_regrets else None,
+        best_count=sum(move.chosen in move.best for move in reviewed) if has_regrets else 0,
+        valued_count=len(reviewed) if has_regrets else 0,
+        remarks=(
+            *grade.remarks,
+            *dict.fromkeys(
+                f"regret {move.scope}" for move in reviewed if move.scope and has_regrets
+            ),
+            *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
+            *(f"as {name} plays" for name in matching_agents),
+        ),
     )
 
 

@@ -10,11 +10,12 @@ from typing import TypeVar
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Interval, Policy
+from dmplay.core import Interval
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.hints.outcome_forecast import forecast_outcomes, format_forecast
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session, Turn
+from dmplay.solvers.value_iteration import VALUE_TOLERANCE
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 from dmplay.work_budget import limit_total_work
 
@@ -74,6 +75,8 @@ class Hint:
     values: Reals | None  # [A], nan for illegal actions
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
+    scope: str = ""  # the game that the values are about, '' if it is this one
+    has_regrets: bool = True  # False if a value of a later round may depend on the action
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -109,24 +112,34 @@ class Hint:
         }
         return {"by": by.strip("()"), "action": self.action_name, "values": finite_values}
 
-    @cached_property
+    @property
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        None if the agent has no values.
+        None if the agent has no values, or if they ignore later rounds.
         """
+        return self._value_gaps if self.has_regrets else None
+
+    @cached_property
+    def _value_gaps(self) -> Reals | None:
+        """The best value minus the value of each action `[A]`; None if there are no values."""
         if self.values is None or not np.isfinite(self.values).any():
             return None
         finite = np.where(np.isfinite(self.values), self.values, np.nan)
         differences: Reals = np.nanmax(finite) - finite
         return differences
 
-    @cached_property
+    @property
     def ranked_actions(self) -> list[tuple[int, float]]:
         """The legal actions with their regrets, smallest first; of equals, the recommended one
-        first.
+        first. Empty if there are no regrets.
         """
-        regret_list = [] if self.regrets is None else self.regrets.tolist()
+        return self._actions_by_value if self.has_regrets else []
+
+    @cached_property
+    def _actions_by_value(self) -> list[tuple[int, float]]:
+        """The legal actions with the differences of their values to the best one, best first."""
+        regret_list = [] if self._value_gaps is None else self._value_gaps.tolist()
         pairs = [
             (action, 0.0 if regret <= REGRET_TOLERANCE else regret)
             for action, regret in enumerate(regret_list)
@@ -145,7 +158,7 @@ class Hint:
         At most the 10 best actions are listed, by value if `ordered` is true or some are omitted,
         else in the problem's order.
         """
-        best_first = [action for action, _ in self.ranked_actions]
+        best_first = [action for action, _ in self._actions_by_value]
         if self.values is None or not best_first:
             return []
         order = (
@@ -170,10 +183,11 @@ class HintProvider:
         # with turn count and last turn
         self._cached_hint: tuple[int, Turn | None, Hint] | None = None
         self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
+        self._cached_state_values: tuple[int, Reals | None] | None = None  # with turn count
 
     @cached_property
-    def _named_policy(self) -> tuple[str, Policy] | None:
-        """The hint agent's name and policy, or None; loaded lazily, for a faster first frame."""
+    def _hint_agent(self) -> agents.HintAgent | None:
+        """The agent that gives the hints, or None; loaded lazily, for a faster first frame."""
         return agents.find_hint_provider(
             self.session.problem, self.seat, self.session.turn_limit, self.player_names
         )
@@ -181,14 +195,14 @@ class HintProvider:
     @property
     def name(self) -> str | None:
         """The name of the hint agent; None if there is none."""
-        return self._named_policy and self._named_policy[0]
+        return self._hint_agent and self._hint_agent.name
 
     @cached_property
     def _follower(self) -> SeatedPolicy | None:
         """The hint agent with its memory of this seat; None if there is no agent."""
         return (
-            SeatedPolicy(self.session, self.seat, self._named_policy[1])
-            if self._named_policy
+            SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
+            if self._hint_agent
             else None
         )
 
@@ -209,9 +223,14 @@ class HintProvider:
                 with limit_total_work(HINT_WORK_LIMIT):
                     return query(self._follower)
             except (BadPolicy, BudgetExceeded):
-                search = agents.load_agent(self.session.problem, self.seat, SEARCH_AGENT)
-                self._named_policy = SEARCH_AGENT, search
-                self._follower = SeatedPolicy(self.session, self.seat, search)
+                self._hint_agent = agents.load_hint_agent(
+                    self.session.problem,
+                    self.seat,
+                    SEARCH_AGENT,
+                    self.session.turn_limit,
+                    self.player_names,
+                )
+                self._follower = SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
         return query(self._follower)
 
     def create_hint(self) -> str:
@@ -226,8 +245,15 @@ class HintProvider:
             self.session.action_labels(self.seat),
             self.session.format_action(self.seat, action),
         )
+        assert self._hint_agent
         hint = Hint(
-            self._format_recommendation(action), labels, self._legal_values(), action, action_name
+            self._format_recommendation(action),
+            labels,
+            self._legal_values(),
+            action,
+            action_name,
+            self._hint_agent.scope,
+            self._hint_agent.has_regrets,
         )
         self._cached_hint = (*self._turn_key, hint)
         return str(hint)
@@ -286,19 +312,34 @@ class HintProvider:
         """
         action_set = self.session.problem.actions[self.seat]
         with limit_total_work(HINT_WORK_LIMIT):
-            basis = getattr(self._named_policy and self._named_policy[1], "hint_basis", "")
+            basis = self._describe_basis()
         action_text = self.session.format_action(self.seat, action)
         if isinstance(action_set, Interval) and action_set.high > action_set.low:
             action_text = format_fixed(
                 action,
                 max(ceil(-log10((action_set.high - action_set.low) * INTERVAL_RESOLUTION)), 0),
             )
-        return f"({basis or self.name}): {action_text}"
+        return f"({basis}): {action_text}"
+
+    def _describe_basis(self) -> str:
+        """Return the hint agent, the game that its values are about, and its rule for ties."""
+        assert self._hint_agent
+        policy = self._hint_agent.policy
+        values = self._legal_values() if policy.tie_rule else None
+        is_tie = values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
+        parts = [
+            policy.hint_basis or self._hint_agent.label,
+            self._hint_agent.scope,
+            policy.tie_rule if is_tie else "",
+        ]
+        return ", ".join(filter(None, parts))
 
     def describe_values(self) -> str:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
         labels = self.session.action_labels(self.seat)
-        return Hint("", labels, self._legal_values()).values_text
+        scope = self.scope
+        text = Hint("", labels, self._legal_values()).values_text
+        return text and text.replace("values:", f"values {scope}:" if scope else "values:", 1)
 
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""
@@ -315,29 +356,43 @@ class HintProvider:
         legal = self.session.legal_actions_mask(self.seat)
         return values if legal is None else np.where(legal, values, np.nan)
 
-    def build_overlay(self, kind: str) -> Overlay | None:
-        """Return an overlay of this kind with the values of all states; None if there are none."""
-        values = self._all_state_values if kind else None
+    def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
+        """Return an overlay of this kind with the values of all states; None if there are none.
+
+        They are the values after `turns_done` turns, by default those of the session.
+        """
+        values = self._compute_all_state_values(turns_done) if kind else None
         return None if values is None else Overlay(kind, values)
 
     @property
     def is_overlay_ready(self) -> bool:
         """True if the values of all states have been computed."""
-        return "_all_state_values" in vars(self)
+        return self._cached_state_values is not None
 
     def prepare_overlay(self) -> None:
         """Compute the values of all states, for overlays."""
-        _ = self._all_state_values
+        self._compute_all_state_values(None)
 
-    @cached_property
-    def _all_state_values(self) -> Reals | None:
-        """The value of every action in every state `[S, A]`.
+    @property
+    def scope(self) -> str:
+        """The game that all values are about, '' if it is this one."""
+        return self._hint_agent.scope if self._hint_agent else ""
+
+    def _compute_all_state_values(self, turns_done: int | None) -> Reals | None:
+        """Return the value of every action in every state `[S, A]` after `turns_done` turns.
 
         None if states are hidden or not enumerable, or if there is no hint agent.
         """
+        turn_count = len(self.session.turns) if turns_done is None else turns_done
+        if self._cached_state_values is None or self._cached_state_values[0] != turn_count:
+            self._cached_state_values = turn_count, self._query_all_state_values(turn_count)
+        return self._cached_state_values[1]
+
+    def _query_all_state_values(self, turn_count: int) -> Reals | None:
+        """Return the value of every action in every state `[S, A]`, not cached."""
         problem = self.session.problem
         finite = isinstance(problem.state_count, int) and problem.state_count > 1
-        if not finite or problem.observations or self._follower is None:
+        if not finite or problem.observations or self._hint_agent is None:
             return None
-        policy = self._follower.policy
-        return policy.action_values(policy.initial_memory(problem.enumerate_states()))
+        policy = self._hint_agent.policy
+        return policy.action_values(policy.memory_at_turn(problem.enumerate_states(), turn_count))

@@ -21,14 +21,18 @@ REVIEW_TASK = TaskInfo("looking back at your moves")
 
 
 class ReviewedAction(NamedTuple):
-    """One choice of a person, with the action values and its regret."""
+    """One choice of a person, with the action values and its regret.
+
+    The regret is None if the values are those of one round and an opponent may react to it later.
+    """
 
     turn: int
     seat: str
     chosen: str
     best: tuple[str, ...]
-    regret: float
+    regret: float | None
     values: dict[str, float]
+    scope: str = ""  # the game that the values are about, '' if it is this one
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -37,13 +41,18 @@ class ReviewedAction(NamedTuple):
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
+        best = append_scope("best", self.scope)
         if self.chosen in self.best:
-            return f"{beginning}, the best. values: {value_list}"
-        names = " or ".join(self.best)
-        return (
-            f"{beginning}, best {names}, regret "
-            f"{format_fixed(self.regret, decimal_count)}. values: {value_list}"
+            return f"{beginning}, the {best}. values: {value_list}"
+        regret = (
+            "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
         )
+        return f"{beginning}, {best} {' or '.join(self.best)}{regret}. values: {value_list}"
+
+
+def append_scope(text: str, scope: str) -> str:
+    """Return a text followed by the game that it is about, if that is not this one."""
+    return f"{text} {scope}".strip()
 
 
 def review_actions(
@@ -56,19 +65,23 @@ def review_actions(
     """
     problem = session.problem
     replayed = session.copy_at_start()
-    hint_policies = {}
+    hint_agents: dict[int, tuple[agents.HintAgent, SeatedPolicy]] = {}
     for seat in human_seats:
-        named_policy = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
-        if named_policy and problem.actions[seat].labels:
-            hint_policies[seat] = SeatedPolicy(replayed, seat, named_policy[1])
+        hint_agent = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
+        if hint_agent and problem.actions[seat].labels:
+            hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
     budget = Budget("the review", "a shorter game")
     for number, turn in enumerate(session.turns, 1):
         budget.spend_work(1.0, (number - 1) / len(session.turns))
-        for seat, hint_policy in hint_policies.items():
+        for seat, (hint_agent, hint_policy) in hint_agents.items():
             with scale_progress_part(number - 1, len(session.turns)):
                 values = hint_policy.action_values()
             if values is not None and not replayed.is_inactive(seat):
-                yield _review_action(replayed, seat, number, int(turn.actions[seat]), values)
+                reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
+                yield reviewed._replace(
+                    regret=reviewed.regret if hint_agent.has_regrets else None,
+                    scope=hint_agent.scope,
+                )
         replayed.append_turns([turn])
 
 
@@ -95,14 +108,21 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     if not reviewed_actions:
         return "review: no agent here knows the values of these moves"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
-    total_regret = sum(move.regret for move in reviewed_actions)
-    worst = max(reviewed_actions, key=lambda move: move.regret)
+    best = append_scope("the best", reviewed_actions[0].scope)
+    text = f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} {best}"
+    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
+    if len(regrets) < len(reviewed_actions):
+        return f"{text}; no regret, as the other may react to them"
+    total_regret = sum(regrets)
+    worst = max(reviewed_actions, key=_regret_or_zero)
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = (
-        f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} "
-        f"the best, regret {regret_text} in all"
-    )
+    text = f"{text}, regret {regret_text} in all"
     return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
+
+
+def _regret_or_zero(move: ReviewedAction) -> float:
+    """Return the regret of a choice, 0 if it has none."""
+    return move.regret or 0.0
 
 
 def run_review(
@@ -117,18 +137,26 @@ def run_review(
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     """Return the review as an aligned table, largest regret first, with a summary line.
 
-    The columns are turn, seat (if several), choice, best actions, and regret with a bar.
+    The columns are turn, seat (if several), choice, best actions, and regret with a bar, unless
+    there is none.
     """
-    max_regret = max((move.regret for move in reviewed_actions), default=0.0)
-    decimal_count = count_decimals([move.regret for move in reviewed_actions])
+    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
+    max_regret, decimal_count = max(regrets, default=0.0), count_decimals(regrets)
+    best_heading = append_scope("best", reviewed_actions[0].scope if reviewed_actions else "")
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
-    rows = [["turn", *["seat"] * has_several_seats, "yours", "best", "regret"]]
-    for move in sorted(reviewed_actions, key=lambda move: -move.regret):
+    rows = [
+        ["turn", *["seat"] * has_several_seats, "yours", best_heading, *["regret"] * bool(regrets)]
+    ]
+    for move in sorted(reviewed_actions, key=lambda move: -_regret_or_zero(move)):
         bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""
-        regret = f"{format_fixed(move.regret, decimal_count)} {bar}".strip()
+        regret = (
+            []
+            if move.regret is None
+            else [f"{format_fixed(move.regret, decimal_count)} {bar}".strip()]
+        )
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
-        rows.append([str(move.turn), *seat, move.chosen, best, regret])
+        rows.append([str(move.turn), *seat, move.chosen, best, *regret])
     return [*(align_columns(rows) if reviewed_actions else []), format_summary(reviewed_actions)]
 
 

@@ -9,10 +9,10 @@ from dataclasses import Field, fields, replace
 from functools import cache, partial
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import ONE_ROUND, SeatPolicy
 from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import problem_module_exports
@@ -29,7 +29,18 @@ RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.
     "begin": "initial_memory",
     "update": "update_memory",
 }
+SCRIPTED_PLAYERS = ("script", "replay")  # players whose actions are fixed before the game
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
+
+
+class HintAgent(NamedTuple):
+    """The agent that gives the hints of a seat in one game."""
+
+    name: str
+    policy: SeatPolicy
+    label: str  # its name without the horizon of the game
+    scope: str  # the game that its values are about, '' if it is this one
+    has_regrets: bool  # False if a value of a later round may depend on the action
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
@@ -111,21 +122,59 @@ def names_user_code(problem: Problem, seat: int, name: str) -> bool:
 
 def find_hint_provider(
     problem: Problem, seat: int, turn_limit: int | None = None, seats: Sequence[str] = ()
-) -> tuple[str, SeatPolicy] | None:
-    """Return the name and the policy of the agent that gives hints in this game.
+) -> HintAgent | None:
+    """Return the agent that gives hints in this game.
 
-    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. None
-    if there is no such agent, or if it refuses the problem.
+    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. Values
+    of one round have regrets only if no opponent reacts to what was played. None if there is no
+    such agent, or if it refuses the problem.
     """
     name = load_roster(problem, seat).hint_provider_for(turn_limit)
     if name is None:
         return None
-    opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
     try:
-        policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
+        return load_hint_agent(problem, seat, name, turn_limit, seats)
     except BadPolicy:
         return None
-    return _format_agent_name(name, policy), policy
+
+
+def load_hint_agent(
+    problem: Problem, seat: int, name: str, turn_limit: int | None, seats: Sequence[str]
+) -> HintAgent:
+    """Return the named agent of a roster as `find_hint_provider` does.
+
+    Raises BadPolicy if it refuses the problem.
+    """
+    opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
+    policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
+    scope = policy.describe_scope(turn_limit)
+    has_regrets = scope != ONE_ROUND or (
+        len(opponents) == len(problem.agents) - 1
+        and all(
+            _ignores_history(problem, other_seat, agent_name)
+            for other_seat, agent_name in enumerate(seats)
+            if other_seat != seat
+        )
+    )
+    omitted = ("horizon",) if turn_limit == problem.horizon else ()
+    return HintAgent(
+        _format_agent_name(name, policy),
+        policy,
+        _format_agent_name(name, policy, omitted),
+        scope,
+        has_regrets,
+    )
+
+
+def _ignores_history(problem: Problem, seat: int, name: str) -> bool:
+    """Return whether a player's choices are independent of what others did before."""
+    base = name.partition(":")[0]
+    agent_class = load_roster(problem, seat).agents.get(base)
+    return (
+        base in SCRIPTED_PLAYERS
+        if agent_class is None
+        else getattr(agent_class, "ignores_history", False)
+    )
 
 
 def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
@@ -305,11 +354,16 @@ def _parse_parameters(agent_class: type[SeatPolicy], text: str, name: str) -> di
     return parsed
 
 
-def _format_agent_name(name: str, policy: SeatPolicy) -> str:
-    """Return an agent's name, followed by its parameters that differ from their defaults."""
+def _format_agent_name(name: str, policy: SeatPolicy, omitted: Sequence[str] = ()) -> str:
+    """Return an agent's name, followed by its parameters that differ from their defaults.
+
+    The parameters named in `omitted` are left out.
+    """
     defaults = default_parameters(type(policy))
     changed = {
-        key: getattr(policy, key) for key in defaults if getattr(policy, key) != defaults[key]
+        key: getattr(policy, key)
+        for key in defaults
+        if getattr(policy, key) != defaults[key] and key not in omitted
     }
     parameter_text = ",".join(f"{key}={_format_parameter(value)}" for key, value in changed.items())
     return f"{name}:{parameter_text}" if parameter_text else name

@@ -282,7 +282,7 @@ class Frame:
             width,
             height,
             viewport.ascii_only,
-            game.hint_provider.build_overlay(state.overlay),
+            game.hint_provider.build_overlay(state.overlay, len(game.session.turns)),
             show_keys=game.choosing_seat is not None and snapshot.turn < state.last_key_hint_turn,
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
@@ -433,4 +433,5 @@ def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
     """Return the panel facts of the hint: action values, best first, or else the hint key."""
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
-    return [("worth", ""), *((f"  {label}", number) for label, number in hint.value_rows)]
+    heading = [("worth", ""), *([(hint.scope, "")] if hint.scope else [])]
+    return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]

@@ -212,7 +212,8 @@ class PlayScreen:
         for index in range(previous_overlay + 1, len(OVERLAYS)):
             self.overlay_index = index
             if self.render_upper(self._viewport).plain != plain_screen:
-                self.message = f"overlay: {OVERLAYS[index]}"
+                scope = self.game.hint_provider.scope
+                self.message = ", ".join(filter(None, [f"overlay: {OVERLAYS[index]}", scope]))
                 return
         self.overlay_index = 0
         self.message = "overlay: none" if previous_overlay else "this board has no overlays"

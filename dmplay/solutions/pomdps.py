@@ -91,7 +91,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     hint_agent = agents.find_hint_provider(problem, 0, turns)
     if hint_agent is None:
         return solve_by_simulation(problem)
-    name, agent = hint_agent
+    name, agent = hint_agent.name, hint_agent.policy
     try:
         if isinstance(agent, PointBasedPolicy):
             return _solve_bounds(agent, turns)

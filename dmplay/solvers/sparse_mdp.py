@@ -154,6 +154,19 @@ def compute_optimal_q(model: SparseMdp, discount: float) -> Reals:
         actions = np.where(improved, select_greedy_actions(q), actions)
 
 
+def compute_finite_horizon_q(model: SparseMdp, discount: float, turns: int) -> Reals:
+    """Return Q `[T, S, A]` of one planner that observes the state, with 1 to T turns left."""
+    budget = make_planning_budget()
+    budget.check_memory(8.0 * turns * model.rewards.size)
+    q = np.zeros((turns, *model.rewards.shape))
+    values = np.zeros(len(model.rewards))
+    for turn in range(turns):
+        budget.spend_work(ARRAY_CALL_WORK + 10 * model.probabilities.size, turn / turns)
+        q[turn] = compute_action_values(model, discount, values)
+        values = q[turn].max(axis=1)
+    return q
+
+
 def _find_initial_policy(model: SparseMdp, discount: float, budget: Budget) -> Ints:
     """Return an initial policy `[S]`, usually near the best, by modified policy iteration.
 

@@ -148,7 +148,7 @@ def test_an_agent_handed_in_as_a_person_is_detected_by_its_actions(
     grades: dict[str, Grade],
 ) -> None:
     assert grades["bot"].verified
-    assert grades["bot"].remarks == ("as random plays",)
+    assert grades["bot"].remarks == ("regret without end", "as random plays")
     assert (grades["agent"].occupant, grades["agent"].regret) == ("optimal", None)
 
 
@@ -211,7 +211,9 @@ def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport)
     assert (data["games"][0]["player"], data["games"][0]["return"]) == ("Ada", -0.9)
     rows = [*csv.DictReader(format_grades(report, 14, "csv").splitlines())]
     assert len(rows) == 14
-    assert next(row for row in rows if row["marks"])["marks"] == "as random plays"
+    assert (
+        next(row for row in rows if row["marks"])["marks"] == "regret without end, as random plays"
+    )
 
 
 @pytest.mark.parametrize("turns_before_leaving", [0, 1, 5])

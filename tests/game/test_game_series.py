@@ -255,16 +255,16 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
     lines = run_line(controller, "review").splitlines()
     assert lines == [
         "turn  yours  best    regret",
-        "2     feed   ignore  3.37 ####################",
-        "1     feed   feed    0.00",
-        "review: 1 of 2 moves the best, regret 3.37 in all, most in turn 2",
+        "2     feed   ignore  5.00 ####################",
+        "1     feed   ignore  0.05 #",
+        "review: 0 of 2 moves the best, regret 5.05 in all, most in turn 2",
     ]
     controller.end_game()
     path = tmp_path / "game.dmt"
     notes = path.read_text().splitlines()[-3:]
-    assert notes[0].startswith("# review turn 1, agent: chose feed, the best. values: feed -")
-    assert notes[1].startswith("# review turn 2, agent: chose feed, best ignore, regret 3.37. ")
-    assert notes[2] == "# review 1 of 2 moves the best, regret 3.37 in all, most in turn 2"
+    assert notes[0].startswith("# review turn 1, agent: chose feed, best ignore, regret 0.05. ")
+    assert notes[1].startswith("# review turn 2, agent: chose feed, best ignore, regret 5.00. ")
+    assert notes[2] == "# review 0 of 2 moves the best, regret 5.05 in all, most in turn 2"
     assert verify_and_read_end(path) == ("turn limit", 2)
     agent_controller = create_controller(
         tmp_path, agent="optimal", record_path=tmp_path / "other.dmt"

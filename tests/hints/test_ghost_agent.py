@@ -103,7 +103,7 @@ def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
         describe_ghost_result(session, [0], ["human"], None)
-        == "optimal on the same dice: -15; you -19.95"
+        == "optimal:horizon=2 on the same dice: -19; you -19.95"
     )
 
 

@@ -59,7 +59,9 @@ def create_game(name: str, seat: int) -> Game:
 @cache
 def create_hint_policy(name: str, seat: int) -> Policy:
     problem = load_small_problem(name)
-    named_policy = agents.find_hint_provider(problem, seat, TURN_LIMIT)
+    named_policy = agents.find_hint_provider(
+        problem, seat, TURN_LIMIT, create_game(name, seat).player_names
+    )
     return named_policy[1] if named_policy else dmplay.load_agent(problem, seat, "random")
 
 
@@ -131,7 +133,7 @@ def test_a_hint_recommends_the_best_of_the_values_it_lists(name: str, seat: int)
         ("catch", 1, "", "hint (optimal:horizon=1): 50. values: 10 8.74, 20 16.04, 30 21.35"),
         ("catch", 10, "", "hint (optimal): 50. values: 10 153.94"),
         ("machine-replacement", 9, "m" * 8, "hint (optimal:horizon=9): manufacture. values: "),
-        ("crying-baby", 1, "", "hint (optimal): feed. values: feed -24.67"),
+        ("crying-baby", 1, "", "hint (optimal:horizon=1): ignore. values: feed -10.00"),
     ],
 )
 def test_a_hint_plans_only_to_the_turn_limit(
@@ -165,7 +167,7 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
     )
     assert game.hint_provider.create_hint().startswith(hint)
     if rival == "random":
-        policy = dmplay.load_agent(problem, 0, "best-response:to=random")
+        policy = dmplay.load_agent(problem, 0, "best-response:to=random,horizon=50")
         action_values = policy.action_values(policy.initial_memory(game.session.state[None]))
         assert action_values is not None
         game.choose(0.0)
@@ -213,7 +215,9 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
         expected.append(compute_action_values(episode, seat))
         if expected[-1] is not None:
             recommended.append(parse_hint(episode.hint_provider.create_hint())[0])
-    reviewed: list[ReviewedAction] = list(review_actions(episode.session, [seat]))
+    reviewed: list[ReviewedAction] = list(
+        review_actions(episode.session, [seat], episode.player_names)
+    )
     available_values = [action_values for action_values in expected if action_values is not None]
     assert (
         len(reviewed) == len(available_values)
@@ -223,6 +227,9 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
         labels = episode.problem.actions[seat].labels
         assert move.values == {label: row[labels.index(label)] for label in move.values}
         assert advice in move.best
+        if move.regret is None:
+            assert move.scope == "for one round"
+            continue
         assert move.regret == pytest.approx(max(move.values.values()) - move.values[move.chosen])
 
 

@@ -71,15 +71,27 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
         ("catch", 11, (), "optimal"),
         ("machine-replacement", 100, (), "optimal:horizon=100"),
         ("machine-replacement", 101, (), "optimal"),
-        ("predator-prey", 5, ("human", "flee"), "best-response"),
-        ("predator-prey", 5, ("human", "random"), "best-response:to=random"),
-        ("predator-prey", 5, ("human", "chase"), "best-response:to=chase"),
+        ("predator-prey", 5, ("human", "flee"), "best-response:horizon=5"),
+        ("predator-prey", 5, ("human", "random"), "best-response:horizon=5,to=random"),
+        ("predator-prey", 5, ("human", "chase"), "best-response:horizon=5,to=chase"),
         ("predator-prey", None, ("human", "human"), "best-response"),
         ("predator-prey", None, ("human", "random:x=1"), "best-response"),
-        ("multicaregiver-crying-baby", 5, ("human", "feed-when-crying"), "best-response"),
-        ("multicaregiver-crying-baby", 5, ("human", "random"), "best-response:to=random"),
-        ("multicaregiver-crying-baby", 5, ("human", "joint-plan"), "best-response"),
-        ("hexworld", 3, ("human",), "optimal"),
+        (
+            "multicaregiver-crying-baby",
+            5,
+            ("human", "feed-when-crying"),
+            "best-response:to=random,horizon=5",
+        ),
+        ("multicaregiver-crying-baby", 5, ("human", "random"), "best-response:to=random,horizon=5"),
+        (
+            "multicaregiver-crying-baby",
+            5,
+            ("human", "joint-plan"),
+            "best-response:to=random,horizon=5",
+        ),
+        ("hexworld", 3, ("human",), "optimal:horizon=3"),
+        ("hexworld", 10_001, ("human",), "optimal"),
+        ("crying-baby", 20, ("human",), "optimal:horizon=20"),
     ],
 )
 def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
@@ -95,7 +107,7 @@ def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
     names = [
         provider[0] for turns in (3, 10, 30) if (provider := find_hint_provider(endless, 0, turns))
     ]
-    assert names == ["plan:horizon=3", "plan", "plan"]
+    assert names == [f"optimal:horizon={turns}" for turns in (3, 10, 30)]
     assert plan_for_turn_limit(endless, 0, "plan", 3) == "plan"
 
 

@@ -70,8 +70,8 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  turn 2. at (5,2). chose W, moved W. reward 0. score 0.
  turn 3. at (5,2). chose SE, bumped, stayed. reward -1. score -0.81.
  turn 4. at (5,2). chose E, bumped, stayed. reward -1. score -1.539.
- review: 1 of 4 moves the best, regret 4.35 in all, most in turn 2
- optimal on the same dice: 8.1; you -1.539
+ review: 1 of 4 moves the best, regret 6.13 in all, most in turn 1
+ optimal:horizon=4 on the same dice: 8.1; you -1.539
  over: turn limit after 4 turns. agent score (discounted) -1.539, total -2.
 
 
@@ -80,31 +80,31 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you: agent
  reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
-│     │     │     │     │     │h ███│  @  │  l  │     │     │  moved    W
-│     │     │     │     │     │-1.45│     │ best│     │     │  reward   0.00
+│     │     │     │     │     │  h  │  @  │  l  │     │     │  moved    W
+│     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    goes on  0.70
    │  ◆  │     │     │     │     │           │     │     │     slips aside
    │  +5 │     │     │     │     │           │     │     │       0.15 each
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  worth
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      4.80
-walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
-                                                                 se     3.64
-                                                                 w      3.35
-                                                                 nw     3.32
-                                                                 sw     3.32
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
+walls: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
+                                                                 ne     -1.10
+                                                                 nw     -1.10
+                                                                 sw     -1.10
+                                                                 se     -1.10
 
  turn 2. at (5,2). chose W, moved W. reward 0. score 0.
- regret ██[▆]▁  worst: turn 2, 1, 3
- turn 3 of 4: chose se; e was better by 1.16.
+ regret █▂[▂]▁  worst: turn 1, 3, 2
+ turn 3 of 4: chose se; e or w was better by 0.62.
 
 
  ← → turns  Enter plays on  N new  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  turn 2/4  score 0  you: agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
-|   |   |   |   |   | h#| @ | l*|   |   |
+|   |   |   |   |   | h*| @ | l*|   |   |
  \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
   | + |   |   |   |   |       |   |   |
  / \\ / \\ / \\ / \\   \\ / \\ / \\ / \\ / \\ / \\
@@ -112,8 +112,8 @@ walls: u -1.16 n -1.16 y -1.47 b -1.47                           ne     3.64
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
 * best, # loses most
 
- regret ##[+]_  worst: turn 2, 1, 3
- turn 3 of 4: chose se; e was better by 1.16.
+ turn 3 of 4: chose se; e or w was better by
+   0.62.
 
  < > turns  Enter plays on  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
@@ -125,10 +125,10 @@ hungry  ▎··················· 0.011
 history of hungry ▅▁▁▁▁▁··············
 truly sated
 
- optimal on the same dice: -15; you -19.423
+   -19.423
  over: turn limit after 5 turns. agent score
    (discounted) -19.423, total -21.
- rows 24-26 of 26: PgUp PgDn Home End
+ rows 25-27 of 27: PgUp PgDn Home End
 
  Enter looks back  ? help  q quit  : command""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -139,26 +139,26 @@ sated   ███████████████████▌ 0.973
 hungry  ▌··················· 0.027
 history of hungry ▅▁▁▁················
 truly sated
-hint  i best  s ▏··· -0.139  f ████ -3.05
+hint  i best  s ▌··· -0.5  f ████ -3.88
 
- regret ▁▂▁[█]▂  worst: turn 4, 2, 5
+ regret ▁▂▁[█]▂  worst: turn 4, 5, 2
  turn 4 of 5: chose feed; ignore was better by
-   3.05.
+   3.88.
 
  ← → turns  Enter plays on  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  crying-baby  turn 3/5  score (discounted) -15.45  you: agent
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
-heard  quiet                                                reward   0
-                                                            discount 0.90
-sated   #######################################. 0.973      worth
-hungry  #....................................... 0.027        ignore -16.89
-history of hungry =___                                        sing   -17.03
-                                                              feed   -19.94
+heard  quiet                                               reward   0
+                                                           discount 0.90
+sated   #######################################. 0.973     worth
+hungry  #....................................... 0.027       ignore -1.38
+history of hungry =___                                       sing   -1.88
+                                                             feed   -5.27
 expected reward  hunger  effort     sum  in the end
 i ignore          -0.27   +0.00   -0.27  best
-s sing            -0.27   -0.50   -0.77  .......... -0.139
-f feed            -0.27   -5.00   -5.27  ########## -3.05
+s sing            -0.27   -0.50   -0.77  #......... -0.5
+f feed            -0.27   -5.00   -5.27  ########## -3.88
 
 a hungry baby cries 80%, sung to 90%
 a sated one 10%, sung to 0%; unfed, 10% get hungry
@@ -166,8 +166,8 @@ truly sated
 
  turn 3. quiet. chose ignore. belief: sated 0.973, hungry 0.027. reward 0.
    score -15.45.
- regret _._[#].  worst: turn 4, 2, 5
- turn 4 of 5: chose feed; ignore was better by 3.05.
+ regret _._[#].  worst: turn 4, 5, 2
+ turn 4 of 5: chose feed; ignore was better by 3.88.
 
 
  < > turns  Enter plays on  N new  R restart  ? help  q quit  : command""",
@@ -190,8 +190,8 @@ a sated one 10%, sung to 0%; unfed, 10% get hungry
 truly sated
 
    [0.989, 0.01099].
- review: 2 of 5 moves the best, regret 3.35 in all, most in turn 4
- optimal on the same dice: -15; you -19.423
+ review: 2 of 5 moves the best, regret 4.53 in all, most in turn 4
+ optimal:horizon=5 on the same dice: -15; you -19.423
  over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
  rows 16-19 of 19: PgUp PgDn Home End
 
@@ -276,9 +276,9 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "optimal on the same dice: 8.1; you -1.539" in press_keys(screen)
+    assert "optimal:horizon=4 on the same dice: 8.1; you -1.539" in press_keys(screen)
     assert "same dice" not in press_keys(screen, "backspace")
-    assert "optimal on the same dice: 8.1; you -0.81" in press_keys(screen, "u")
+    assert "optimal:horizon=4 on the same dice: 8.1; you -0.81" in press_keys(screen, "u")
     assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
 
 
@@ -299,10 +299,10 @@ def test_two_players_see_both_choices_after_the_end() -> None:
 def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     current_game = make_game("hexworld", turns=90)
     screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
-    screen_text = press_keys(screen, *["l"] * 90, "enter", size=SMALL_SIZE)
+    screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "regret" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert "]  worst: turn" in row
+    assert row.endswith("[▇]█▃▃  worst: turn 88, 87, 86")
 
 
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
