@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.agents._memoization import memoize
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
-from dmplay.agents.base import WITHOUT_END, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import ENDS_SOONEST, WITHOUT_END, ReactivePolicy, SeatPolicy
 from dmplay.agents.greedy_belief_policies import MAX_HORIZON
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import (
@@ -26,7 +26,7 @@ from dmplay.solvers import backward_induction, best_response_dynamics, shapley, 
 from dmplay.solvers.backward_induction import BackwardInductionResult
 from dmplay.solvers.best_response_dynamics import BestResponseResult
 from dmplay.solvers.shapley import ShapleyResult
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.value_iteration import compute_tolerance, select_greedy_actions
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 from dmplay.validation import random_play
 from dmplay.work_budget import limit_total_work
@@ -115,14 +115,49 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
         )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return the first of the best actions; without end, one of them that ends the game
-        soonest.
+        """Return the first of the best actions; without end or without discount, one of them that
+        ends the game soonest.
         """
-        if self._game_turns is not None:
+        if self._game_turns is not None and self.problem.discount < 1.0:
             return select_greedy_actions(self.action_values(memory))
+        if self._game_turns is not None:
+            return self._choose_soonest_ending(memory)
         game_graph = self._solution.graph
         row = self._soonest_rows[game_graph.find_state_indices(self.problem, memory[0])]
         return np.asarray(game_graph.joint_actions[row, self.seat], np.int64)
+
+    @property
+    def tie_rule(self) -> str:
+        """Which of several best actions it takes."""
+        return ENDS_SOONEST if self._game_turns is None or self.problem.discount == 1.0 else ""
+
+    def _choose_soonest_ending(self, memory: Memory) -> Array:
+        """Return the actions `[B]` that end a game soonest among those best for every agent."""
+        game_graph, seat = self._solution.graph, self.seat
+        best = select_greedy_actions(self.action_values(memory))
+        lengths = np.full((len(best), self.problem.action_counts[seat]), np.inf)
+        for batch_rows, s, turns_left in self._iter_rows_by_turns_left(memory):
+            assert turns_left is not None
+            action_rows, positions = game_graph.list_legal_actions(
+                game_graph.find_state_indices(self.problem, s)
+            )
+            if not len(action_rows):
+                continue
+            values = self._solution.get_values(turns_left)
+            q = game_graph.compute_action_values(action_rows, self.problem.discount, values)
+            games, actions = batch_rows[positions], game_graph.joint_actions[action_rows, seat]
+            best_q = np.zeros((len(best), q.shape[1]))
+            is_first = actions == best[games]
+            best_q[games[is_first]] = q[is_first]
+            is_best = backward_induction.mark_equal_values(
+                q, best_q[games], compute_tolerance(values)
+            )
+            action_lengths = backward_induction.compute_action_lengths(
+                game_graph, action_rows, self._solution.get_lengths(turns_left)
+            )
+            np.minimum.at(lengths, (games[is_best], actions[is_best]), action_lengths[is_best])
+        soonest = select_greedy_actions(-lengths)
+        return np.where(np.isfinite(lengths).any(axis=1), soonest, best)
 
     def action_values(self, memory: Memory) -> Reals:
         """Return Q of each action with the turns left; -inf for illegal actions."""

@@ -2,8 +2,8 @@
 
 The value of a game of k turns to each agent follows from that of k - 1 turns (Zermelo, 1913; Kuhn,
 1953); a game of 0 turns is worth 0. Once a further turn changes nothing, games of any length are
-solved. Among actions of equal value the first is chosen. In a game without end it is, among those
-with equal values to every agent, the one that ends the game soonest.
+solved. Among actions of equal value the first is chosen. In a game without end or without discount
+it is, among those with equal values to every agent, the one that ends the game soonest.
 """
 
 from itertools import pairwise
@@ -14,7 +14,11 @@ import numpy as np
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.solvers.transition_graph import OUTCOMES_PER_BLOCK, TransitionGraph
+from dmplay.solvers.transition_graph import (
+    OUTCOMES_PER_BLOCK,
+    TransitionGraph,
+    gather_ranges,
+)
 from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY, compute_tolerance
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
@@ -31,11 +35,18 @@ class BackwardInductionResult(NamedTuple):
     deciding_seats: Ints  # [S], seat
     values_by_turns_left: list[Reals]  # [S, n] for each number of turns left
     gap: float  # upper bound on the change of a value in longer games
+    # [S], the expected number of turns to the end with each number of turns left; empty with a
+    # discount, as it breaks ties only without one
+    lengths_by_turns_left: list[Reals]
 
     def get_values(self, turns_left: int | None) -> Reals:
         """Return the values `[S, n]` with this number of turns left, or without end for None."""
         last = len(self.values_by_turns_left) - 1
         return self.values_by_turns_left[last if turns_left is None else min(turns_left, last)]
+
+    def get_lengths(self, turns_left: int) -> Reals:
+        """Return the expected number of turns to the end `[S]` with this number of turns left."""
+        return self.lengths_by_turns_left[min(turns_left, len(self.lengths_by_turns_left) - 1)]
 
 
 def run_backward_induction(
@@ -52,7 +63,10 @@ def run_backward_induction(
         WORK_LIMIT,
     )
     values = [np.zeros((len(graph.states), len(problem.agents)))]
-    result = BackwardInductionResult(graph, _find_deciding_seats(problem, graph), values, 0.0)
+    lengths = [] if problem.discount < 1.0 or turns is None else [np.zeros(len(graph.states))]
+    result = BackwardInductionResult(
+        graph, _find_deciding_seats(problem, graph), values, 0.0, lengths
+    )
     horizon_factor = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
     gaps, state_count = [np.inf], len(graph.states)
     max_total_change = (
@@ -74,7 +88,8 @@ def run_backward_induction(
             10 * ARRAY_CALL_WORK + 30.0 * graph.rewards.shape[1] * len(graph.probabilities)
         )
         budget.check_memory(values[0].nbytes * (len(values) + 1.0))
-        new_values = _backup_one_turn(result, problem.discount)
+        new_values, new_lengths = _backup_one_turn(result, problem.discount)
+        lengths.extend([new_lengths] * bool(lengths))
         gaps.append(2 * horizon_factor * float(np.abs(new_values - values[-1]).max()))
         values.append(new_values)
         if gaps[-1] <= compute_tolerance(new_values, CONVERGENCE_TOLERANCE):
@@ -98,10 +113,15 @@ def _find_deciding_seats(problem: Problem, graph: TransitionGraph) -> Ints:
     return np.asarray(np.argmax(2 * deciding + ~problem.inactive_agents(graph.states), axis=1))
 
 
-def _backup_one_turn(result: BackwardInductionResult, discount: float) -> Reals:
-    """Return the values `[S, n]` of games one turn longer than the longest so far."""
+def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[Reals, Reals]:
+    """Return the values `[S, n]` and lengths `[S]` of games one turn longer than the longest so
+    far.
+
+    The lengths are 0 if the result has none.
+    """
     graph, values = result.graph, result.values_by_turns_left[-1]
     new_values, nonterminal = np.zeros_like(values), graph.nonterminal_states
+    new_lengths = np.zeros(len(values))
     tolerance = compute_tolerance(values)
     ends = np.searchsorted(
         graph.outcome_starts[graph.action_starts[nonterminal]],
@@ -112,13 +132,28 @@ def _backup_one_turn(result: BackwardInductionResult, discount: float) -> Reals:
         block = nonterminal[first:end]
         rows = np.arange(graph.action_starts[block[0]], graph.action_starts[block[-1] + 1])
         q = graph.compute_action_values(rows, discount, values)
-        new_values[block] = q[
-            _find_first_marked(
-                _mark_best_actions(result, q, block, tolerance),
-                graph.action_starts[block] - rows[0],
-            )
-        ]
-    return new_values
+        starts = graph.action_starts[block] - rows[0]
+        is_best = _mark_best_actions(result, q, block, tolerance)
+        first_best = _find_first_marked(is_best, starts)
+        new_values[block] = q[first_best]
+        if result.lengths_by_turns_left:
+            counts = np.diff(graph.action_starts)[block]
+            is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
+            lengths = compute_action_lengths(graph, rows, result.lengths_by_turns_left[-1])
+            new_lengths[block] = np.minimum.reduceat(np.where(is_best, lengths, np.inf), starts)
+    return new_values, new_lengths
+
+
+def mark_equal_values(q: Reals, others: Reals, tolerance: float) -> Bools:
+    """Return the mask `[R]` of the rows of values `[R, n]` that are equal for every agent."""
+    return np.asarray((np.abs(q - others) <= tolerance).all(axis=1))
+
+
+def compute_action_lengths(graph: TransitionGraph, action_rows: Ints, lengths: Reals) -> Reals:
+    """Return the expected turns `[R']` to the end by joint actions, given those of next states."""
+    starts, outcomes = gather_ranges(graph.outcome_starts, action_rows)
+    later = graph.probabilities[outcomes] * lengths[graph.next_states[outcomes]]
+    return np.asarray(1.0 + np.add.reduceat(later, starts[:-1]))
 
 
 def _mark_best_actions(
@@ -153,9 +188,8 @@ def select_soonest_ending_actions(result: BackwardInductionResult, discount: flo
     starts, counts = graph.action_starts[nonterminal], np.diff(graph.action_starts)[nonterminal]
     tolerance = compute_tolerance(result.values_by_turns_left[-1])
     is_best = _mark_best_actions(result, q, nonterminal, tolerance)
-    is_best &= (
-        np.abs(q - np.repeat(q[_find_first_marked(is_best, starts)], counts, axis=0)) <= tolerance
-    ).all(axis=1)
+    first_best = _find_first_marked(is_best, starts)
+    is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
     expected_lengths = np.zeros(len(graph.states))
     budget = Budget("backward induction", "try fewer states")
     for _ in range(2 * len(result.values_by_turns_left)):

@@ -6,13 +6,15 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dmplay import Labels, Outcome, Problem, load_agent, rollout
+from dmplay import Labels, Outcome, Policy, Problem, SeededUniforms, load_agent, rollout
 from dmplay.agents.fully_observable_problems import solve_by_backward_induction
 from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import WAIT_LABEL, parameter
 from dmplay.errors import BadPolicy, BudgetExceeded
+from dmplay.hints.hint_provider import HintProvider
 from dmplay.output.evaluation_request import EvaluationRequest, make_lineup
 from dmplay.registry.agents import find_hint_provider, load_roster
+from dmplay.session import Session
 from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import backward_induction, transition_graph
 from tests.support.random_problems import RandomGame, RandomProblem
@@ -290,3 +292,78 @@ def test_a_match_with_a_turn_limit_plans_that_many_turns() -> None:
     assert make_lineup(match._replace(turn_limit=None)).agent_names == ["optimal"]
     assert [*load_roster(RandomProblem(turns=9)).agents][:2] == ["optimal", "plan"]
     assert solve_problem(RandomProblem(turns=9)).result.endswith(" at the start of 9 turns")
+
+
+@dataclass(frozen=True)
+class Pond(IntegerStateProblem):
+    """A walk over six cells of a pond, back or on; the last one pays, and the game then ends.
+
+    It is game over in cell 6, the hole, into which `dive` leads from anywhere.
+    """
+
+    turns: int = parameter(30, "turns of a game")
+    pays: float = parameter(1.0, "reward of the last cell")
+    discount: float = parameter(1.0, "factor on later rewards")
+
+    actions = (Labels(("back", "on", "dive")),)
+    state_count, placed = 7, 0
+
+    @property
+    def horizon(self) -> int:
+        return self.turns
+
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        step = a[:, 0]
+        next_states = np.where(step == 2, 6, np.where(step == 1, s + 1, np.maximum(s - 1, 0)))
+        return Outcome(next_states, (self.pays * (next_states == 5))[:, None], next_states)
+
+    def terminal(self, s: Array) -> Bools:
+        return np.asarray(s >= 5)
+
+
+@pytest.mark.parametrize(
+    ("pays", "turns", "expected_turns", "total"),
+    [
+        (1.0, 30, 5, 1.0),  # the way to the reward takes five turns
+        (1.0, 5, 5, 1.0),
+        (1.0, 4, 1, 0.0),  # the reward is out of reach: end at once
+        (0.0, 30, 1, 0.0),  # nothing pays: end at once
+        (-1.0, 30, 1, 0.0),
+    ],
+)
+def test_actions_of_equal_value_end_an_undiscounted_game_soonest(
+    pays: float, turns: int, expected_turns: int, total: float
+) -> None:
+    problem = Pond(turns=turns, pays=pays)
+    result = rollout(problem, [load_agent(problem, 0, "optimal")], episodes=2, turn_limit=turns)
+    assert result.turn_counts.tolist() == [expected_turns] * 2
+    assert result.returns.tolist() == [[total]] * 2
+
+
+def test_a_hint_says_that_it_is_the_one_of_equals_that_ends_soonest() -> None:
+    hint = HintProvider(Session(Pond(), SeededUniforms(1)), 0, ["human"]).create_hint()
+    assert hint == (
+        "hint (optimal, of equals the one that ends soonest): on. "
+        "values: back 1.00, on 1.00, dive 0.00"
+    )
+    tight = HintProvider(Session(Pond(turns=5), SeededUniforms(1)), 0, ["human"]).create_hint()
+    assert tight.startswith("hint (optimal): on. ")
+
+
+def test_a_discount_leaves_the_first_of_equal_actions() -> None:
+    problem = Pond(pays=0.0, discount=0.9)
+    plan = load_agent(problem, 0, "plan")
+    assert result_turns(problem, plan) == 30
+
+
+def result_turns(problem: Problem, policy: Policy) -> int:
+    """Return the number of turns of one game."""
+    return int(rollout(problem, [policy], episodes=1).turn_counts[0])
+
+
+def test_another_agents_loss_is_no_tie() -> None:
+    problem = Nim()
+    policies = [load_agent(problem, seat, "optimal:horizon=40") for seat in range(2)]
+    assert rollout(problem, policies, episodes=1).returns.sum() == 0.0
+    memory = policies[0].memory_at_turn(np.array([99]), 1)  # type: ignore[attr-defined]
+    assert policies[0].choose(memory, None, np.zeros((1, 0))).tolist() == [0]
