@@ -5,7 +5,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.formats.declarations import AnyDeclaration, Declaration, make_unique_labels
+from dmplay.formats.declarations import (
+    AnyDeclaration,
+    Declaration,
+    ReadingMemory,
+    make_unique_labels,
+)
 from dmplay.formats.file_problems import FileProblem, MarkovModel
 from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import parse_preamble
@@ -33,12 +38,16 @@ def read_markov_file(path: str, raw: bytes, *, team: bool = False) -> FileProble
         kind: StatementGrammar(kind, declarations, team=team)
         for kind, declarations in fields.items()
     }
+    memory = ReadingMemory()
+    name_bytes = states.byte_count + actions.byte_count
+    name_bytes += header.observations.byte_count if header.observations else 0
+    memory.record("names", name_bytes)
     probability_arrays = {
-        kind: ProbabilityArray(grammar, header.initial_belief)
+        kind: ProbabilityArray(grammar, header.initial_belief, memory)
         for kind, grammar in grammars.items()
         if kind != "R"
     }
-    reward_array = RewardArray(grammars["R"])
+    reward_array = RewardArray(grammars["R"], memory)
     for statement in iter_statements(source, grammars):
         if statement.grammar.kind == "R":
             reward_array.add_statement(statement)

@@ -1,6 +1,7 @@
 """Sets that a file declares: states, actions, observations, single or joint, and selections."""
 
 import re
+import sys
 from collections.abc import Collection, Sequence
 from functools import cached_property
 from math import prod
@@ -26,6 +27,23 @@ def to_index_array(selection: IndexSelection, count: int) -> Ints:
 def make_reading_budget() -> Budget:
     """Return a budget of work and memory for reading a file."""
     return Budget("reading it", "try a smaller problem")
+
+
+class ReadingMemory:
+    """The bytes that the parts of one file hold while it is read, all within one limit."""
+
+    def __init__(self) -> None:
+        self._budget = make_reading_budget()
+        self._bytes_by_part: dict[str, int] = {}
+
+    def record(self, part: str, byte_count: int) -> None:
+        """Set the measured bytes that a part holds; raise BudgetExceeded if all hold too many."""
+        self._bytes_by_part[part] = byte_count
+        self.check_addition(0.0)
+
+    def check_addition(self, byte_count: float) -> None:
+        """Raise BudgetExceeded if this many more bytes would exceed the limit."""
+        self._budget.check_memory(sum(self._bytes_by_part.values()) + byte_count)
 
 
 def make_unique_labels(
@@ -84,6 +102,13 @@ class Declaration:
         """The index of each name and of each number."""
         numbers = {str(index): index for index in range(len(self.names))}
         return numbers | {name: index for index, name in enumerate(self.names)}
+
+    @property
+    def byte_count(self) -> int:
+        """The bytes of the names and of their index."""
+        texts = sum(map(sys.getsizeof, self.names)) + sum(map(sys.getsizeof, self.index_by_name))
+        indices = sum(map(sys.getsizeof, self.index_by_name.values()))
+        return sys.getsizeof(self.names) + sys.getsizeof(self.index_by_name) + texts + indices
 
     def name_at(self, index: int) -> str:
         """Return the name at an index."""
@@ -145,6 +170,11 @@ class JointDeclaration:
         return " ".join(
             axis.name_at(int(n)) for axis, n in zip(self.declarations, indices, strict=True)
         )
+
+    @property
+    def byte_count(self) -> int:
+        """The bytes of the names of all agents and of their indices."""
+        return sum(declaration.byte_count for declaration in self.declarations)
 
     @property
     def index_by_name(self) -> dict[str, int]:

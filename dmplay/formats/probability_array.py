@@ -7,13 +7,15 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.errors import BadFile
-from dmplay.formats.declarations import make_reading_budget, to_index_array
+from dmplay.formats.declarations import ReadingMemory, to_index_array
 from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import EXACT_SUM_TOLERANCE, SUM_TOLERANCE
 from dmplay.formats.statements import FIELD_COUNT, Statement, StatementGrammar
 from dmplay.sparse_matrix import SparseMatrix
 
-BYTES_PER_ENTRY = 80  # memory of one stored entry while all entries are sorted
+BYTES_PER_MERGED_ENTRY = 80  # while all are sorted, besides the stored ones; 74 by tracemalloc
+# of an entry that is added: stored, copied once, and later sorted
+BYTES_PER_NEW_ENTRY = 24 + BYTES_PER_MERGED_ENTRY
 
 
 IndexOrArray = TypeVar("IndexOrArray", int, Ints)
@@ -30,16 +32,20 @@ class _SparseEntries(NamedTuple):
 class ProbabilityArray:
     """The array T (rows by state, action) or O (rows by action, state) while lines define it."""
 
-    def __init__(self, grammar: StatementGrammar, initial_belief: Reals) -> None:
+    def __init__(
+        self, grammar: StatementGrammar, initial_belief: Reals, memory: ReadingMemory
+    ) -> None:
+        self._memory = memory
         self._kind = grammar.kind
         self._fields = fields = grammar.fields
         self._initial_belief = initial_belief
         self._actions, self._states, self._columns = (len(field) for field in fields)
         self._all_columns = np.arange(self._columns)
         self._size = self._actions * self._states
-        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._size)
+        # Each row has one entry or more.
+        memory.check_addition(float(BYTES_PER_NEW_ENTRY) * self._size)
         self._entries: list[_SparseEntries] = []
-        self._n_entries = 0  # number of entries in `_entries`
+        self._n_entries, self._n_bytes = 0, 0  # number and bytes of the entries in `_entries`
         # entries set one at a time, later than those in `_entries`
         self._single_entries = (array("q"), array("q"), array("d"))
         self._row_resets = np.zeros(
@@ -47,6 +53,7 @@ class ProbabilityArray:
         )  # number of entries at the time each row was last replaced; the earlier ones do not count
         # file offset of the last statement about each row
         self._row_offsets = np.full(self._size, -1)
+        memory.record(f"{self._kind} rows", self._row_resets.nbytes + self._row_offsets.nbytes)
 
     def add_statement(self, statement: Statement) -> None:
         """Store the probabilities of one statement."""
@@ -89,16 +96,16 @@ class ProbabilityArray:
             and not statement.value_tokens.parse_probability()
         )
         entries_per_row = 1 if statement.keyword == "identity" else len(columns) * (not is_zero)
-        make_reading_budget().check_memory(
-            BYTES_PER_ENTRY
-            * (self._n_entries + float(len(actions)) * len(states) * entries_per_row)
+        self._memory.check_addition(
+            BYTES_PER_MERGED_ENTRY * float(self._n_entries)
+            + BYTES_PER_NEW_ENTRY * float(len(actions)) * len(states) * entries_per_row
         )
         self._flush_single_entries()
         rows = self._row_index(actions[:, None], states).reshape(-1)
         self._row_offsets[rows] = statement.offset
         if column is None:
             if len(rows) == self._size:
-                self._entries, self._n_entries = [], 0
+                self._entries, self._n_entries, self._n_bytes = [], 0, 0
             self._row_resets[rows] = self._n_entries
         if is_zero:
             return
@@ -125,7 +132,9 @@ class ProbabilityArray:
         """Append entries; raise BudgetExceeded if they take too much memory."""
         self._entries.append(entries)
         self._n_entries += len(entries.rows)
-        make_reading_budget().check_memory(float(BYTES_PER_ENTRY) * self._n_entries)
+        self._n_bytes += _count_bytes(entries)
+        self._memory.record(f"{self._kind} entries", self._n_bytes)
+        self._memory.check_addition(BYTES_PER_MERGED_ENTRY * float(self._n_entries))
 
     def _expand_statement(
         self, statement: Statement, states: Ints, columns: Ints
@@ -167,7 +176,9 @@ class ProbabilityArray:
         if deviation.max() > SUM_TOLERANCE:
             raise self._row_sum_error(text, int(np.argmax(deviation > SUM_TOLERANCE)), sums)
         value = np.where(deviation[row] > EXACT_SUM_TOLERANCE, value / sums[row], value)
-        return SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
+        matrix = SparseMatrix(np.searchsorted(row, np.arange(self._size + 1)), column, value)
+        self._memory.record(f"{self._kind} entries", _count_bytes(matrix))
+        return matrix
 
     def _merge_entries(self) -> _SparseEntries:
         """Return the last value of each entry, sorted by row and column, without zeros."""
@@ -196,3 +207,8 @@ class ProbabilityArray:
         else:
             explanation = f"got probabilities that sum to {sums[row]:.6g}, not 1"
         return source.error_at(offset, f"{location}: {explanation}")
+
+
+def _count_bytes(arrays: _SparseEntries | SparseMatrix) -> int:
+    """Return the bytes of all arrays."""
+    return sum(part.nbytes for part in arrays)

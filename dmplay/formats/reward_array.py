@@ -6,7 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.chance import Bools, Ints, Reals
-from dmplay.formats.declarations import IndexSelection, make_reading_budget, to_index_array
+from dmplay.formats.declarations import (
+    IndexSelection,
+    ReadingMemory,
+    make_reading_budget,
+    to_index_array,
+)
 from dmplay.formats.statements import Statement, StatementGrammar
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.work_budget import ARRAY_CALL_WORK
@@ -17,7 +22,8 @@ STATEMENT_COST = ARRAY_CALL_WORK / 100  # work to process one statement, in addi
 class RewardArray:
     """The reward array R of a file: R(s, a), R(s, a, s') or R(s, a, s', o), as the file needs."""
 
-    def __init__(self, grammar: StatementGrammar) -> None:
+    def __init__(self, grammar: StatementGrammar, memory: ReadingMemory) -> None:
+        self._memory = memory
         self._actions, self._states, _, self._n_observations = (
             len(field) for field in grammar.fields
         )
@@ -55,7 +61,12 @@ class RewardArray:
         The shape is `[S * A]`, `[N]` or `[N * O]`. Rewards that no statement sets are 0.
         """
         filler = _RewardFiller(
-            transitions, self._actions, self._states, self._depth, self._n_observations
+            self._memory,
+            transitions,
+            self._actions,
+            self._states,
+            self._depth,
+            self._n_observations,
         )
         for selections, values in self._entries:
             filler.fill_entry(selections, values)
@@ -65,8 +76,9 @@ class RewardArray:
 class _RewardFiller:
     """The reward array R while statements are written into it, the later over the earlier."""
 
-    def __init__(
+    def __init__(  # noqa: PLR0913, PLR0917 - the transitions and their sizes
         self,
+        memory: ReadingMemory,
         transitions: SparseMatrix,
         actions: int,
         states: int,
@@ -78,7 +90,7 @@ class _RewardFiller:
         row_count = len(transitions.columns) if depth > 1 else actions * states
         column_count = observation_count if depth == 3 else 1
         self._budget = make_reading_budget()
-        self._budget.check_memory(16.0 * row_count * column_count)
+        memory.check_addition(16.0 * row_count * column_count)
         self.array = np.zeros((row_count, column_count))
 
     def fill_entry(self, selections: Sequence[IndexSelection], values: Reals) -> None:

@@ -5,7 +5,7 @@ from typing import SupportsIndex
 import numpy as np
 import pytest
 
-from dmplay.errors import BadFile
+from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
 from dmplay.formats.file_problems import FileProblem
 from dmplay.formats.lexer import SourceText, TokenSpan
@@ -272,6 +272,20 @@ FAULTS = [  # a change, and a part of the error message
     (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file names no observ"),
     (("discount", "agents: 2\ndiscount"), "2:9: agents: are for a .dpomdp; expected one agent"),
 ]
+
+
+def test_names_transitions_and_observations_share_one_memory_limit() -> None:
+    text = """discount: 0.9
+states: {0}
+actions: 2
+observations: 2
+T: * identity
+O: * uniform
+"""
+    small = cassandra.read_markov_file("small.pomdp", text.format(1000).encode())
+    assert small.state_count == 1000
+    with pytest.raises(BudgetExceeded, match=r"^reading it: .* MB, more than 512; try a smaller"):
+        cassandra.read_markov_file("large.pomdp", text.format(1_000_000).encode())
 
 
 def test_every_fault_is_reported_with_its_line_and_column() -> None:
