@@ -53,7 +53,7 @@ class ThompsonSampling(BeliefPolicy):
 class Optimal(RemainingHorizonPolicy):
     """The best throw for its belief in a game of `horizon` throws, by exact search."""
 
-    MAX_PLANNED_TURNS = 10
+    MAX_PLANNED_TURNS = 20
 
     @cached_property
     def _q_cache(self) -> dict[int, dict[bytes, Reals]]:

@@ -6,7 +6,12 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.agents.greedy_belief_policies import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
-from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
+from dmplay.agents.point_based import (
+    PointBasedOptimalPolicy,
+    PointBasedPolicy,
+    format_bounds,
+    suggest_more_work,
+)
 from dmplay.chance import Ints
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
@@ -93,6 +98,9 @@ def solve_first_actions(problem: Problem) -> Solution:
         return solve_by_simulation(problem)
     name, agent = hint_agent.name, hint_agent.policy
     try:
+        if isinstance(agent, FiniteHorizonPolicy) and turns and agent.horizon < turns:
+            # The agent plans fewer turns at a time than the game has.
+            agent = PointBasedOptimalPolicy(problem, 0)
         if isinstance(agent, PointBasedPolicy):
             return _solve_bounds(agent, turns)
         q = agent.action_values(agent.initial_memory(np.full(1, -1)))
@@ -131,24 +139,32 @@ def _find_legal_first_actions(problem: Problem) -> Ints:
     return np.flatnonzero(is_legal if is_legal.any() else ~is_legal)
 
 
+def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
+    """Return the agent that plans a game of `turns` turns, or without end if the end counts little.
+
+    Raise BadParameter if it cannot plan as many turns and the end counts.
+    """
+    problem = agent.problem
+    if turns is None or agent.planned_turns == turns:
+        return agent
+    is_discounted = problem.discount < 1.0
+    if is_discounted and problem.horizon is None and turns > MAX_SEARCH_TURNS:
+        return agent  # The method says that it is the plan without end.
+    if turns > MAX_HORIZON and problem.discount**MAX_HORIZON >= NEGLIGIBLE_WEIGHT:
+        where = "" if is_discounted else " where nothing is discounted"
+        raise BadParameter(f"--turns: got {turns}, expected at most {MAX_HORIZON}{where}")
+    return replace(agent, horizon=min(turns, MAX_HORIZON))
+
+
 def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
     """Return a lower and an upper bound on the value of each first action."""
-    # Without a discount only a game of some turns has a value.
-    is_discounted = agent.problem.discount < 1.0
-    if agent.planned_turns is None and turns is not None:
-        if not is_discounted and turns > MAX_HORIZON:
-            needed = f"got {turns}, expected at most {MAX_HORIZON} where nothing is discounted"
-            raise BadParameter(f"--turns: {needed}")
-        if (
-            not is_discounted or turns <= MAX_SEARCH_TURNS
-        ):  # even if the end counts little, because the user set this number
-            agent = replace(agent, horizon=turns)
+    agent = _plan_turns(agent, turns)
     agent = replace(agent, work=resolve_work())
     problem, legal = agent.problem, _find_legal_first_actions(agent.problem)
     try:
         bounds = agent.bounds
     except BudgetExceeded:  # for this many turns
-        if not is_discounted:
+        if problem.discount == 1.0 or problem.horizon is not None:
             raise
         agent = replace(agent, horizon=0)
         bounds = agent.bounds

@@ -54,7 +54,7 @@ class BoundedSearch:
 
     tables: Tables
     discount: float
-    grid_resolution: int = 10  # of the grid; larger values give tighter bounds
+    grid_resolution: int = 16  # of the grid; larger values give tighter bounds
 
     @cached_property
     def grid(self) -> BeliefGrid:
@@ -123,7 +123,7 @@ class BoundedSearch:
 
     def _estimate_lookahead_work(self, belief_count: int) -> float:
         """Return the work of looking one turn ahead from this number of beliefs."""
-        return ARRAY_CALL_WORK * 10 + 100.0 * float(
+        return ARRAY_CALL_WORK * 10 + 20.0 * float(
             belief_count * self._joint_probabilities[0].size * (len(self._joint_probabilities) + 4)
         )
 

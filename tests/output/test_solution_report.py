@@ -69,6 +69,41 @@ def test_the_best_first_throw_of_ten_is_at_fifty_metres() -> None:
     assert [row["first"] for row in catch_solution.rows if row["best"]] == ["50"]
 
 
+def solve_catch(turns: int, work: float | None = None, **parameters: float) -> Solution:
+    with use_simulation_options(SimulationOptions(turns=turns, work=work)):
+        return solve_problem(dmplay.load_problem("catch", **parameters))
+
+
+@pytest.mark.parametrize(
+    ("turns", "value"),
+    [(1, "25"), (9, "160.679"), (10, "171.179"), (11, "180.645"), (20, "233.109")],
+)
+def test_catch_is_solved_for_the_throws_asked_for(turns: int, value: str) -> None:
+    span = "1 turn" if turns == 1 else f"{turns} turns"
+    assert solve_catch(turns).result == f"value {value} at the start, {span} to go"
+
+
+def test_catch_of_many_throws_is_solved_between_two_bounds() -> None:
+    # A longer game is worth more than 20 throws, and less than throws without end.
+    catch_solution = solve_catch(30, work=0.05)
+    assert catch_solution.method == "point-based, 30 turns"
+    low, high = (
+        float(number) for number in re.findall(r"value (\S+) to (\S+) at", catch_solution.result)[0]
+    )
+    assert 233.109 < low <= high < 280
+
+
+def test_throws_that_the_discount_makes_endless_are_solved_without_end() -> None:
+    assert solve_catch(5000, work=0.01).method == "point-based, without end"
+
+
+@pytest.mark.parametrize(("discount", "where"), [(1.0, " where nothing is discounted"), (0.99, "")])
+def test_too_many_throws_are_refused_in_one_line(discount: float, where: str) -> None:
+    text = f"^--turns: got 2000, expected at most 1000{where}$"
+    with pytest.raises(BadParameter, match=text):
+        solve_catch(2000, discount=discount)
+
+
 @pytest.mark.parametrize(
     ("name", "strategy"),
     [

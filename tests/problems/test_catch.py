@@ -7,6 +7,7 @@ import dmplay
 from dmplay import belief
 from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.core import Percept
+from dmplay.hints.hint_provider import HintProvider
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
 from dmplay.session import Session
 from tests.support.returns import assert_policy_earns
@@ -143,3 +144,9 @@ def test_rows_with_different_turns_left_are_valued_like_single_rows() -> None:
 
 def test_the_optimal_thrower_earns_its_estimated_value() -> None:
     assert_policy_earns(CATCH, Optimal(CATCH, 0), 171.179057, turns=10)
+
+
+def test_the_hint_before_twenty_throws_has_the_values_of_twenty_throws() -> None:
+    session = Session(Catch(), dmplay.SeededUniforms(1), turn_limit=20)
+    hint = HintProvider(session, 0).create_hint()
+    assert hint.startswith("hint (optimal:horizon=20): 50. values: 10 215.82, 20 223.41")
