@@ -457,7 +457,8 @@ class Session(NotebookDisplay):
         ):
             if type(self.problem).action_labels is not Problem.action_labels:
                 labels = (self.problem.action_labels(state) or self.problem.actions)[seat].labels
-                history.action_labels.append(labels[int(turn.actions[seat])])
+                if labels:  # Real actions have none.
+                    history.action_labels.append(labels[int(turn.actions[seat])])
         history.observations.extend(
             [intern_array(self._seat_observation(seat, turn)) for turn in new_turns]
         )

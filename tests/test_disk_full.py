@@ -32,7 +32,7 @@ LIMITED_COMMAND = (
 )
 PERMISSION_ERROR_PATTERN = r"(error|not rewritten): cannot write \S+: Permission denied\n"
 # so long that no file of a game fits in it
-MAX_FOLDER_CHARS = 4096 - len("/dmplay/games/20000101-000000-hexworld")
+MAX_FOLDER_CHARS = 4096 - len("/dmplay/games/000001-hexworld")
 
 
 @pytest.fixture
