@@ -168,11 +168,8 @@ def report_write_errors(recorders: Iterable[Recorder]) -> int:
     """Print each error of writing a transcript; return exit code 1 if there is any, else 0."""
     failed = [recorder for recorder in recorders if recorder.write_error]
     for recorder in failed:
-        assert recorder.write_error
         if isinstance(recorder.write_error, BrokenPipeError):
             raise recorder.write_error
-        message = escape_unprintable(
-            f"cannot write {recorder.path}: {recorder.write_error.strerror}"
-        )
+        message = escape_unprintable(recorder.describe_write_error())
         print(f"error: {message}", file=sys.stderr)
     return 1 if failed else 0

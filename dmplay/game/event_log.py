@@ -48,6 +48,11 @@ class EventLog:
         self._append_change(previous_count)
         return True
 
+    def add_notice(self, row: str) -> None:
+        """Add one row to each log."""
+        for seat in self.game.human_seats if self.game.has_private_views else [0]:
+            self._rows_by_seat[seat].append(row)
+
     def _append_change(self, previous_turn_count: int) -> None:
         """Add one row to each log: the last turn, or how many turns were undone since the given
         count.

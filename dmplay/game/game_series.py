@@ -153,6 +153,15 @@ class GameController:
             if self._on_game_end:
                 self._on_game_end(recorder)
 
+    def take_write_notice(self) -> str:
+        """Return one line if the transcript began to fail, or works again; '' if nothing changed.
+
+        A notice waits while a handover hides or clears the terminal.
+        """
+        recorder = self._game.recorder if self._game else None
+        is_hidden = self.is_interactive and self.awaiting_handover
+        return "" if recorder is None or is_hidden else recorder.take_write_notice()
+
     def confirmation_question(self, line: str) -> str:
         """Return a question before a typed line ends an unfinished game; '' if none is needed.
 
@@ -212,7 +221,10 @@ class GameController:
         the previous game.
         """
         seed = f", seed {self.game.seed}" if self.game.is_seed_visible else ""
-        saved_paths = "".join(f" kept: {recorder.path}" for recorder in self._previous_recorders)
+        saved_paths = "".join(
+            f" {recorder.describe_write_error() or f'kept: {recorder.path}'}"
+            for recorder in self._previous_recorders
+        )
         if self.game.is_resumed:
             turn = len(self.game.session.turns)
             return f"resumed {self.game.problem_name}{seed}. turn {turn}.{saved_paths}"

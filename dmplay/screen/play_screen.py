@@ -22,7 +22,7 @@ from dmplay.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find
 from dmplay.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.screen.number_input import NumberInput
 from dmplay.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal_capabilities import Terminal, escape_unprintable
 from dmplay.work_budget import ComputationStopped
 
 OVERLAYS = ("", "values", "policy", "states")
@@ -100,11 +100,19 @@ class PlayScreen:
     def paint(self, painter: Painter) -> None:
         """Paint the current screen onto the terminal."""
         self._record_overlay_hint()
+        self._report_write_notice()
         viewport = self.measure_viewport(painter)
         frame_text = frame.compose_frame(
             self.timeline or self.game, viewport, self.frame_state, self.log
         )
         painter.paint(frame_text, find_cursor(frame_text))
+
+    def _report_write_notice(self) -> None:
+        """Log once that the transcript cannot be written, or is written again."""
+        notice = escape_unprintable(self.controller.take_write_notice())
+        if notice:
+            self._event_log.add_notice(notice)
+            self.message = notice
 
     def _record_overlay_hint(self) -> None:
         """Record a visible overlay of values or policy as a hint, once per turn."""
@@ -262,7 +270,7 @@ class PlayScreen:
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
     def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
-        """Log the new turns, review a finished game, and report a transcript write error.
+        """Log the new turns, and review a finished game.
 
         `turn_rows` are these turns' reports in a command's reply. A new game resets the screen.
         """
@@ -272,9 +280,6 @@ class PlayScreen:
             self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
         self.post_game_review.review_game(self.game)
-        recorder = self.game.recorder
-        if recorder and recorder.write_error:
-            self.message = f"cannot write {recorder.path}: {recorder.write_error.strerror}"
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""

@@ -113,7 +113,7 @@ def save_transcript(controller: GameController, argument: str) -> str:
         missing_message = "no transcript is written; --record FILE writes one"
         raise BadParameter(f"save: {replay_message or missing_message}")
     if recorder and not argument:
-        return f"kept as you play: {recorder.path}"
+        return recorder.describe_write_error() or f"kept as you play: {recorder.path}"
     name, *extra_words = split_words(argument)
     if extra_words:
         raise BadParameter(f"save: got {argument!r}, expected one file; quotes hold one together")

@@ -200,6 +200,13 @@ def _report_start(reporter: Reporter, game: Game) -> None:
         reporter.report_text(game.warning)
 
 
+def _report_write_notice(reporter: Reporter, controller: GameController) -> None:
+    """Report once that the transcript cannot be written, or is written again."""
+    notice = controller.take_write_notice()
+    if notice:
+        reporter.report_text(notice)
+
+
 def play_by_lines(
     controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> None:
@@ -210,8 +217,9 @@ def play_by_lines(
     number of the line.
     """
     controller.is_interactive = terminal.is_interactive
-    controller.on_intermediate_turn = lambda: reporter.report_turn(controller.game)
+    controller.on_intermediate_turn = lambda: _report_intermediate_turn(reporter, controller)
     _report_start(reporter, controller.game)
+    _report_write_notice(reporter, controller)
     if controller.game.human_seats:
         for number, line in _iter_input_lines(controller, terminal, stdin, reporter):
             try:
@@ -237,13 +245,20 @@ def play_by_lines(
                     raise
                 reporter.report_text("cancelled.")
     else:
-        _play_agents_only(controller.game, reporter)
+        _play_agents_only(controller, reporter)
     controller.end_game()
     reporter.report_end(controller.game)
 
 
-def _play_agents_only(game: Game, reporter: Reporter) -> None:
+def _report_intermediate_turn(reporter: Reporter, controller: GameController) -> None:
+    """Report the last turn, after which another one follows at once."""
+    reporter.report_turn(controller.game)
+    _report_write_notice(reporter, controller)
+
+
+def _play_agents_only(controller: GameController, reporter: Reporter) -> None:
     """Play a game without people to its end and report every turn or event."""
+    game = controller.game
     for turn_count in game.iter_agent_turns():
         if len(game.session.turns) < turn_count:
             reporter.report_reply(
@@ -251,6 +266,7 @@ def _play_agents_only(game: Game, reporter: Reporter) -> None:
             )
         else:
             reporter.report_turn(game)
+        _report_write_notice(reporter, controller)
 
 
 def _run_and_report(controller: GameController, line: str, reporter: Reporter) -> None:
@@ -271,6 +287,7 @@ def _run_and_report(controller: GameController, line: str, reporter: Reporter) -
         reporter.report_turn(game)
     elif reply:
         reporter.report_reply(game, reply, turn_count)
+    _report_write_notice(reporter, controller)
 
 
 def wait_for_handover(controller: GameController) -> str:
@@ -312,6 +329,7 @@ def _iter_input_lines(
         if terminal.is_interactive and controller.awaiting_handover:
             clear_screen()
             reporter.report_text(wait_for_handover(controller))
+            _report_write_notice(reporter, controller)
         line = read_choice(controller, prompt, stdin)
         command_text = line.partition("#")[0].strip()
         if prompt and not terminal.is_interactive:

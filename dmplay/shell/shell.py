@@ -64,6 +64,7 @@ class Shell:
                 if not self.awaiting_handover or self._turn_count() == turn_count:
                     self._print_reply(reply)
         finally:  # The effects before an error are printed as well.
+            self._print_reply(self.controller.take_write_notice())
             is_changed = self.game is not game or self._turn_count() != turn_count
             if is_changed and not self.awaiting_handover:
                 self._print_board(is_new_game=self.game is not game)
@@ -82,6 +83,7 @@ class Shell:
         if not is_retry:
             clear_screen()
         self._print_reply(wait_for_handover(self.controller))
+        self._print_reply(self.controller.take_write_notice())
         if self.terminal.full_screen:
             self._print_board(is_new_game=False)
 
@@ -106,6 +108,7 @@ class Shell:
         game = self.controller.game
         if not game.has_private_views:
             self._print_reply(game.narrator.describe_turn(game.snapshot()))
+        self._print_reply(self.controller.take_write_notice())
 
     def _turn_count(self) -> int:
         """Return the number of turns played; 0 without a game."""

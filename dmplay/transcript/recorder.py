@@ -39,6 +39,7 @@ class Recorder:
         self.frame = frame
         self._formatter = TurnFormatter(session)
         self.write_error: OSError | None = None
+        self._is_error_reported = False  # whether the last notice was about an error
         self._pending = b""
         self._digest = hashlib.sha256()
         self._size = 0
@@ -146,6 +147,25 @@ class Recorder:
     def is_saved(self) -> bool:
         """True if the file contains all that was played, and can be read again."""
         return self.write_error is None and not safe_files.is_output_device(self.path)
+
+    def take_write_notice(self) -> str:
+        """Return one line if writing began to fail, or works again, since the last call; else ''.
+
+        An error that is gone before this call is not mentioned, because nothing is missing.
+        """
+        is_failing = self.write_error is not None
+        if is_failing is self._is_error_reported:
+            return ""
+        self._is_error_reported = is_failing
+        return (
+            f"{self.describe_write_error()}; the game continues, and dmplay tries again each turn"
+            if is_failing
+            else f"{self.path} is written again, and nothing is missing"
+        )
+
+    def describe_write_error(self) -> str:
+        """Return the path and the reason of the error; '' if there is none."""
+        return f"cannot write {self.path}: {self.write_error.strerror}" if self.write_error else ""
 
     @property
     def is_open(self) -> bool:

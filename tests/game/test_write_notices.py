@@ -1,0 +1,185 @@
+"""Tests of a disk that fills up during a game: one line at once, and one when it has room again."""
+
+import io
+import json
+import os
+import resource
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.transcript_files import verify_file
+from dmplay.screen.key_handlers import handle_key
+from dmplay.screen.play_screen import PlayScreen
+from dmplay.shell.commands import run_line
+from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.shell.shell import Shell, run_script
+from dmplay.terminal_capabilities import Terminal
+from tests.support.screens import EmulatedPainter, EmulatedScreen
+
+PIPE = Terminal(False, "a pipe", False, False, False)
+SCREEN = Terminal(True, "", True, True, False, motion=False)
+FULL, EMPTY = "# the disk is full\n", "# the disk has room again\n"  # comments, so never played
+SIZE_LIMITS = resource.getrlimit(resource.RLIMIT_FSIZE)
+
+
+@pytest.fixture(autouse=True)
+def _leave_room_afterwards() -> Iterator[None]:
+    yield
+    set_disk(full=False)
+
+
+def set_disk(*, full: bool) -> None:
+    """Let every write to a file fail, or let writes succeed again."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1, SIZE_LIMITS[1]) if full else SIZE_LIMITS)
+
+
+class TypedLines(io.StringIO):
+    """Typed lines; the comments FULL and EMPTY fill and empty the disk as they are read."""
+
+    def readline(  # type: ignore[override] # typeshed derives StringIO from a stream of bytes
+        self, size: int = -1, /
+    ) -> str:
+        """Return the next line."""
+        line = super().readline()
+        if line in (FULL, EMPTY):
+            set_disk(full=line == FULL)
+        return line
+
+    def __next__(self) -> str:  # type: ignore[override] # as above
+        if line := self.readline():
+            return line
+        raise StopIteration
+
+
+def start_on_disk(path: Path, problem: str = "hexworld", **options: Any) -> GameController:
+    return GameController(start_new_game(GameRequest(problem, seed=7, record_path=path, **options)))
+
+
+def count_notices(printed: str, path: Path) -> tuple[int, int]:
+    """Count the lines that report a failed write, and those that report its end."""
+    return (
+        sum(f"cannot write {path}: " in row for row in printed.splitlines()),
+        sum(f"{path} is written again" in row for row in printed.splitlines()),
+    )
+
+
+@pytest.mark.parametrize(
+    "reporter", [SentenceReporter(PIPE), JsonReporter()], ids=["plain", "json"]
+)
+def test_a_failed_write_is_reported_once_after_its_turn(
+    reporter: Reporter, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path)
+    typed = TypedLines(f"e\n{FULL}w\nhint\ne\nundo\n{EMPTY}w\ne\n")
+    play_by_lines(controller, PIPE, typed, reporter)
+    rows = capsys.readouterr().out.splitlines()
+    (failed,) = (index for index, row in enumerate(rows) if f"cannot write {path}: " in row)
+    (restored,) = (index for index, row in enumerate(rows) if f"{path} is written again" in row)
+    assert failed < restored
+    assert os.strerror(28) in rows[failed] or os.strerror(27) in rows[failed]
+    assert "the game continues, and dmplay tries again each turn" in rows[failed]
+    assert "and nothing is missing" in rows[restored]
+    if isinstance(reporter, JsonReporter):
+        assert json.loads(rows[failed])["event"] == "words"
+        assert json.loads(rows[failed - 1])["turn"] == 2
+    else:
+        assert "turn 2." in rows[failed - 1]
+    assert verify_file(path).is_ok
+    assert verify_file(path).turns == 4
+
+
+def test_the_shell_reports_a_failed_write_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path)
+    run_script(Shell(controller, PIPE), TypedLines(f"e\n{FULL}w\ne\nsave\n{EMPTY}w\nsave\n"))
+    rows = capsys.readouterr().out.splitlines()
+    assert sum("the game continues" in row for row in rows) == 1
+    assert sum("is written again" in row for row in rows) == 1
+    # `save` without a name tells how the transcript stands.
+    assert sum(row.startswith(f"cannot write {path}: ") for row in rows) == 2
+    assert rows[-1] == f"kept as you play: {path}"
+
+
+def test_a_game_of_agents_reports_a_failed_write_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path, agent="random", turns=6)
+    set_disk(full=True)
+    play_by_lines(controller, PIPE, TypedLines(), SentenceReporter(PIPE))
+    assert count_notices(capsys.readouterr().out, path) == (1, 0)
+    assert controller.game.recorder
+    assert controller.game.recorder.write_error
+
+
+def test_a_start_that_cannot_be_written_is_reported_before_the_first_choice(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "g.dmt"
+    set_disk(full=True)
+    controller = start_on_disk(path)
+    play_by_lines(controller, PIPE, TypedLines(f"{EMPTY}e\n"), SentenceReporter(PIPE))
+    rows = capsys.readouterr().out.splitlines()
+    (failed,) = (index for index, row in enumerate(rows) if f"cannot write {path}" in row)
+    assert failed < next(index for index, row in enumerate(rows) if "turn 1." in row)
+    assert count_notices("\n".join(rows), path) == (1, 1)
+
+
+def test_an_error_that_is_gone_before_the_report_is_not_mentioned(tmp_path: Path) -> None:
+    controller = start_on_disk(tmp_path / "g.dmt")
+    set_disk(full=True)
+    run_line(controller, "e")
+    set_disk(full=False)
+    run_line(controller, "w")
+    assert not controller.take_write_notice()
+
+
+def test_a_game_that_could_not_be_written_is_not_called_kept(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path)
+    run_line(controller, "e")
+    set_disk(full=True)
+    assert f" cannot write {path}: " in run_line(controller, "restart")
+
+
+def test_the_screen_logs_a_failed_write_once_and_that_writing_works_again(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path)
+    screen = PlayScreen(controller, SCREEN)
+    painter = EmulatedPainter(EmulatedScreen(), 80, 24)
+    for key, full in (("l", False), ("h", True), ("l", True), ("h", False), ("l", False)):
+        set_disk(full=full)
+        handle_key(screen, key)
+        screen.paint(painter)
+    assert count_notices("\n".join(screen.log), path) == (1, 1)
+    assert "the game continues" in screen.log[2]
+    assert "turn 2." in screen.log[1]
+    assert "is written again" in screen.log[5]
+
+
+def test_each_person_of_a_game_with_private_views_finds_the_failure_in_the_log(
+    tmp_path: Path,
+) -> None:
+    path = tmp_path / "g.dmt"
+    people = ["caregiver1=human", "caregiver2=human"]
+    controller = start_on_disk(path, "multicaregiver-crying-baby", seats=people)
+    screen = PlayScreen(controller, SCREEN)
+    painter = EmulatedPainter(EmulatedScreen(), 80, 24)
+    set_disk(full=True)
+    for action in ("feed", "feed"):
+        run_line(controller, action)
+        screen.paint(painter)
+    for _ in range(2):
+        controller.complete_handover()
+        screen.paint(painter)
+        assert count_notices("\n".join(screen.log), path) == (1, 0)
+        run_line(controller, "feed")
