@@ -10,7 +10,7 @@ import pickle
 import signal
 import time
 from collections import Counter
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import BrokenExecutor, Executor, Future, ProcessPoolExecutor
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
@@ -166,9 +166,8 @@ class WorkerPool(Generic[R]):
                 if isinstance(self.executor, _ProcessPool):
                     self._release_processes(self.executor)
         if self.lost_blocks:
-            raise LostGames(
-                [(games.start, games.stop) for games, _ in self.lost_blocks], self.lost_blocks[0][1]
-            )
+            games = _join_adjacent_blocks(block for block, _ in self.lost_blocks)
+            raise LostGames(games, self.lost_blocks[0][1])
 
     def _defer_signals(self) -> AbstractContextManager[object]:
         """Return a context that defers signals while processes of this pool are used.
@@ -196,10 +195,19 @@ class WorkerPool(Generic[R]):
             if not block:
                 break
             with self._defer_signals():
-                future = self.executor.submit(_run_block_in_worker, self.pickled_function, block)
+                future = self._submit_block(block)
                 self.running[future] = block
                 future.add_done_callback(self.finished.put)
         return bool(self.running)
+
+    def _submit_block(self, block: range) -> Future[_BlockAnswer[R]]:
+        """Submit a block; return a failed future if the executor accepts no more work."""
+        try:
+            return self.executor.submit(_run_block_in_worker, self.pickled_function, block)
+        except RuntimeError as error:  # a pool whose worker died, or that was shut down
+            failed_future: Future[_BlockAnswer[R]] = Future()
+            failed_future.set_exception(error)
+            return failed_future
 
     def _collect_answer(
         self, future: Future[_BlockAnswer[R]], block: range
@@ -224,6 +232,17 @@ class WorkerPool(Generic[R]):
             ):
                 self.executor = _get_processes(self.workers, restart=True)
             return None
+
+
+def _join_adjacent_blocks(blocks: Iterable[range]) -> list[tuple[int, int]]:
+    """Return the start and stop of each gapless sequence of blocks, in ascending order."""
+    joined: list[tuple[int, int]] = []
+    for block in sorted(blocks, key=lambda block: block.start):
+        if joined and joined[-1][1] == block.start:
+            joined[-1] = joined[-1][0], block.stop
+        else:
+            joined.append((block.start, block.stop))
+    return joined
 
 
 _shared_pools: ContextVar[dict[int, "_ProcessPool"] | None] = ContextVar("staying", default=None)

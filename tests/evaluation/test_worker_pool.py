@@ -7,8 +7,15 @@ import platform
 import signal
 import subprocess
 import sys
-from collections.abc import Callable
-from concurrent.futures import BrokenExecutor, Executor, Future, ThreadPoolExecutor
+from collections.abc import Callable, Sequence
+from concurrent.futures import (
+    BrokenExecutor,
+    Executor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+)
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +26,7 @@ import dmplay
 from dmplay.agents.general import Random
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, LostGames, UnknownName
 from dmplay.rollouts import (
     Rollout,
     RolloutBlocksLost,
@@ -36,15 +43,15 @@ FULL_ROLLOUT = rollout(HEXWORLD, POLICIES, episodes=200, seed=5)
 
 
 class LossyExecutor(Executor):
-    """An executor that loses its first blocks, or every block with a given game."""
+    """An executor that loses its first blocks, or every block with one of the given games."""
 
-    def __init__(self, first: int = 0, game: int = -1) -> None:
-        self.left, self.game = first, game
+    def __init__(self, first: int = 0, games: Sequence[int] = ()) -> None:
+        self.left, self.games = first, games
 
     def submit(self, fn: Callable[..., Any], /, *args: Any, **kwargs: Any) -> Future[Any]:
         """Run the work at once, or return a future that fails as if its worker had died."""
         future: Future[Any] = Future()
-        if self.left > 0 or self.game in args[1]:
+        if self.left > 0 or set(self.games) & {*args[1]}:
             self.left -= 1
             future.set_exception(BrokenExecutor("a worker went away"))
         else:
@@ -98,12 +105,73 @@ def test_a_block_lost_three_times_is_reported_with_the_other_results() -> None:
     with pytest.raises(
         RolloutBlocksLost, match=r"games 0 to \d+ were lost: a worker went away"
     ) as caught:
-        rollout(HEXWORLD, POLICIES, episodes=200, seed=5, workers=4, executor=LossyExecutor(game=0))
+        rollout(
+            HEXWORLD, POLICIES, episodes=200, seed=5, workers=4, executor=LossyExecutor(games=[0])
+        )
     ((first, end),) = caught.value.blocks
     assert first == 0
     (partial,), games = caught.value.partial_results
     assert is_same_rollout(partial, FULL_ROLLOUT, first=end)
     assert games.tolist() == [*range(end, 200)]
+
+
+def test_a_callers_pool_whose_process_is_killed_loses_only_its_unfinished_games() -> None:
+    slow_policies = [dmplay.load_agent(HEXWORLD, 0, "search:simulations=20")]
+    with ProcessPoolExecutor(1, get_context("spawn")) as pool:
+        process_id = pool.submit(os.getpid).result()
+        killed = list[int]()
+
+        def kill_worker(share: float) -> None:
+            if share and not killed:
+                killed.append(process_id)
+                os.kill(process_id, signal.SIGKILL)
+
+        with pytest.raises(
+            RolloutBlocksLost, match=r"games \d+ to 199 were lost: A .*process.* abruptly"
+        ) as caught:
+            rollout(
+                HEXWORLD,
+                slow_policies,
+                episodes=200,
+                seed=5,
+                workers=4,
+                executor=pool,
+                progress=kill_worker,
+            )
+    ((first, end),) = caught.value.blocks
+    (partial,), games = caught.value.partial_results
+    assert end == 200
+    assert games.tolist() == [*range(first)]
+    whole = rollout(HEXWORLD, slow_policies, episodes=first, seed=5)
+    assert is_same_rollout(partial, whole)
+
+
+@pytest.mark.parametrize("blocks_before", [0, 3])
+def test_a_callers_executor_that_accepts_no_more_work_loses_the_other_games(
+    blocks_before: int,
+) -> None:
+    threads = ThreadPoolExecutor(1)
+    finished = list[int]()
+    if not blocks_before:
+        threads.shutdown()
+
+    def play_until_refused() -> None:
+        for block, _ in run_blocks(list, range(20), size=1, executor=threads):
+            finished.extend(block)
+            if len(finished) == blocks_before:
+                threads.shutdown()
+
+    refusal = "cannot schedule new futures after shutdown"
+    with pytest.raises(LostGames, match=rf"^games \d+ to 19 were lost: {refusal}$") as caught:
+        play_until_refused()
+    ((first, end),) = caught.value.blocks
+    assert finished == [*range(first)]
+    assert end == 20
+
+
+def test_lost_blocks_that_are_not_adjacent_are_named_apart() -> None:
+    with pytest.raises(LostGames, match="games 3 to 3, 5 to 6 were lost"):
+        list(run_blocks(list, range(9), size=1, executor=LossyExecutor(games=(3, 5, 6))))
 
 
 def test_an_interrupted_rollout_returns_the_finished_games_of_all_entrants() -> None:
