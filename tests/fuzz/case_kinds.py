@@ -5,7 +5,14 @@ from random import Random
 from typing import NamedTuple
 
 from dmplay.game.export_formats import EXPORT_FORMATS
-from tests.fuzz import changed_facts, game_trees, options, typed_lines, user_problems
+from tests.fuzz import (
+    changed_facts,
+    game_trees,
+    machine_files,
+    options,
+    typed_lines,
+    user_problems,
+)
 from tests.fuzz.case import GAME_FILE, Case, Program
 from tests.fuzz.corpus import list_human_transcripts, list_transcripts
 from tests.fuzz.mutations import mutate_transcript, parse_problem_name
@@ -109,8 +116,8 @@ def draw_screen_case(random: Random) -> Case:
 
 
 KINDS = (
-    Kind("read", 22, draw_read_case, parse_case_transcript),
-    Kind("verify", 20, draw_verify_case),
+    Kind("read", 21, draw_read_case, parse_case_transcript),
+    Kind("verify", 19, draw_verify_case),
     Kind("fact", 16, changed_facts.draw_changed_fact_case),
     Kind("resume", 5, draw_resume_case),
     Kind("replay", 5, draw_replay_case),
@@ -125,6 +132,8 @@ KINDS = (
     Kind("words", 1, options.draw_command_line_case),
     Kind("complete", 1, options.draw_completion_case),
     Kind("settings", 1, options.draw_settings_case),
+    Kind("cup", 1, machine_files.draw_tournament_case),
+    Kind("bot", 1, machine_files.draw_bot_case),
     Kind("own", 2, user_problems.draw_user_problem_case),
     Kind("tree", 1, game_trees.draw_tree_case),
 )

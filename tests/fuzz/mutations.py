@@ -90,11 +90,15 @@ def change_value(random: Random, raw: bytes) -> bytes:
         value = json.loads(value_text)
     except (ValueError, RecursionError):
         return raw
+    rows[index] = key + colon + replace_value(random, value).encode(errors="surrogatepass")
+    return b"\n".join(rows)
+
+
+def replace_value(random: Random, value: object) -> str:
+    """Return the JSON of a value after it, or a value inside it, was replaced."""
     holder: dict[str, object] = {"": value}
     replacement = _mark_value(random, holder, "")
-    text = json.dumps(holder[""], ensure_ascii=False).replace(json.dumps(VALUE_MARK), replacement)
-    rows[index] = key + colon + text.encode(errors="surrogatepass")
-    return b"\n".join(rows)
+    return json.dumps(holder[""], ensure_ascii=False).replace(f'"{VALUE_MARK}"', replacement)
 
 
 VALUE_MARK = "\ue000 this value"

@@ -129,6 +129,19 @@ def test_a_mutation_usually_changes_the_transcript(mutation: Mutation) -> None:
     assert len({*changed}) > 15
 
 
+def test_a_replaced_value_is_the_drawn_one() -> None:
+    replaced = {mutations.replace_value(Random(number), {"turn": 1}) for number in range(400)}
+    assert {'{"turn": 2}', '{"turn": NaN}', '{"turn": null}'} <= replaced
+    assert not any(mutations.VALUE_MARK in text for text in replaced)
+
+
+def test_changed_lines_of_json_are_often_still_accepted() -> None:
+    for name in ("cup", "bot"):
+        endings = [run_case(KINDS_BY_NAME[name], 1, number).ending for number in range(20)]
+        assert 2 < endings.count("exit 0") < 20
+        assert "exit 2" in endings
+
+
 def test_a_very_large_integer_has_similar_values() -> None:
     assert {mutations.draw_similar_value(Random(number), 10**400) for number in range(9)} == {
         str(10**400 + 1),
