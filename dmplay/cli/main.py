@@ -4,7 +4,7 @@ import contextlib
 import io
 import os
 import sys
-from typing import cast
+from typing import Any, cast
 
 import typer
 
@@ -13,8 +13,10 @@ from dmplay.cli.command_group import rejoin_bash_words
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.errors import DmplayError
 from dmplay.registry.parameter_parsing import parse_whole_number
+from dmplay.shell.completion.safe_words import is_safe_word
 
 COMPLETION_VARIABLE = "_DMPLAY_COMPLETE"  # set by a shell that requests completions
+FISH_ACTION_VARIABLE = "_TYPER_COMPLETE_FISH_ACTION"  # `is-args` only asks whether there are any
 SHELL_BY_NAME_VARIABLE = (
     "_TYPER_COMPLETE_TEST_DISABLE_SHELL_DETECTION"  # makes Typer accept the name of a shell
 )
@@ -79,18 +81,39 @@ def _run_command(*, show_gallery: bool) -> int:
 
 
 def _print_completions() -> int:
-    """Print the completions that a shell requests; return exit code 0."""
-    prefix, is_bash = "", os.environ[COMPLETION_VARIABLE] == "complete_bash"
-    if is_bash:
+    """Print the completions that a shell requests, or its script; return the exit code."""
+    from typer._click.shell_completion import get_completion_class
+
+    command = root_command()  # Typer registers its completion classes with the commands.
+    instruction, _, shell = os.environ[COMPLETION_VARIABLE].partition("_")
+    completion_class: Any = get_completion_class(shell) if instruction == "complete" else None
+    if completion_class is None:
+        with contextlib.suppress(SystemExit):
+            command(prog_name="dmplay")
+        return 0
+    prefix = ""
+    if shell == "bash":
         words = os.environ.get("COMP_WORDS", "").replace(" ", "\n").split("\n")
         joined_words, cursor_index, prefix = rejoin_bash_words(
             words, parse_whole_number(os.environ.get("COMP_CWORD", "")) or 0
         )
         os.environ |= {"COMP_WORDS": "\n".join(joined_words), "COMP_CWORD": str(cursor_index)}
-    with contextlib.redirect_stdout(io.StringIO()) as output, contextlib.suppress(SystemExit):
-        root_command()(prog_name="dmplay")
-    lines = [line.removeprefix(prefix) for line in output.getvalue().split("\n") if line]
-    print(*(_format_for_bash(lines) if is_bash else lines), sep="\n")
+    completion = completion_class(command, {}, "dmplay", COMPLETION_VARIABLE)
+    arguments, partial_word = completion.get_completion_args()
+    with contextlib.redirect_stdout(io.StringIO()):  # zsh evaluates all output.
+        items = [
+            item
+            for item in completion.get_completions(arguments, partial_word)
+            if is_safe_word(str(item.value), partial_word)
+        ]
+        lines = [completion.format_completion(item).removeprefix(prefix) for item in items]
+    if shell == "bash":
+        lines = _format_for_bash(lines)
+    elif shell == "zsh":
+        lines = _format_for_zsh(lines)
+    elif os.environ.get(FISH_ACTION_VARIABLE) == "is-args":  # Without words, fish offers files.
+        return 0 if lines else 1
+    print(*lines, sep="\n")
     return 0
 
 
@@ -103,6 +126,12 @@ def _format_for_bash(lines: list[str]) -> list[str]:
     if len(lines) == 1 and lines[0][-1:] in CONTINUED_ENDINGS:
         lines.append(lines[0] + CONTINUED_ENDINGS[lines[0][-1]])
     return lines
+
+
+def _format_for_zsh(lines: list[str]) -> list[str]:
+    """Return the command of zsh that offers these completions, or files if there are none."""
+    rows = "\n".join(lines)
+    return [f"_arguments '*: :(({rows}))'"] if rows else ["_files"]
 
 
 def _has_input() -> bool:

@@ -12,6 +12,7 @@ from dmplay.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 from dmplay.shell.completion import name_lists
 from dmplay.shell.completion.problem_options import complete_agents, complete_seats, list_parameters
 
+COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (
     "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost", "--turns",
     "--record", "--keep", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
@@ -34,7 +35,13 @@ class CommandCompleter(Completer):
         if self._controller.is_input_hidden:
             return []
         command_text = document.text_before_cursor.rpartition(";")[2]
-        return map(Completion, complete_line(self._controller, command_text))
+        words = complete_line(self._controller, command_text)
+        return [Completion(word) for word in words if _is_within_a_command(word)]
+
+
+def _is_within_a_command(word: str) -> bool:
+    """Return whether a word, typed as it is, neither ends its command nor begins a comment."""
+    return word.isprintable() and COMMAND_BREAKS.isdisjoint(word)
 
 
 def complete_line(controller: GameController, text_before_cursor: str) -> list[str]:

@@ -65,6 +65,6 @@ def list_saved_seeds() -> list[str]:
             continue
         for line in header.splitlines():
             key, _, value = line.partition(": ")
-            if key == "seed":
+            if key == "seed" and value.isdecimal():
                 seeds_in_order[value] = None
     return [*seeds_in_order]
