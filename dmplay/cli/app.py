@@ -9,7 +9,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 import typer
 
 from dmplay.cli import evaluation, games, grading, reports, transcripts
-from dmplay.cli.command_group import CommandGroup
+from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
     cls=CommandGroup,
@@ -72,4 +72,8 @@ app.add_typer(config_app, name="config")
 @cache
 def root_command() -> Any:
     """Return the Click group of all commands, created once."""
-    return typer.main.get_command(app)
+    group = typer.main.get_command(app)
+    assert isinstance(group, CommandGroup)
+    for command in group.commands.values():
+        refuse_infinite_numbers(command.params)
+    return group

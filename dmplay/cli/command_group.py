@@ -1,11 +1,15 @@
 """The group of all commands: aliases, problems as commands, settings files and completion."""
 
+import math
 import shlex
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
+from copy import copy
 from difflib import get_close_matches
+from functools import partial
 from typing import Any
 
+import typer
 from typer.core import TyperGroup
 
 from dmplay.cli import config_files
@@ -90,6 +94,25 @@ def _hide_variables(options: Any) -> Any:
     for option in options:
         option.show_envvar = False
     return options
+
+
+def refuse_infinite_numbers(options: Sequence[Any]) -> None:
+    """Make every number among these options finite, from whatever source its value comes.
+
+    A comparison with NaN is always false, so the checks of a range let NaN through.
+    """
+    for option in options:
+        if option.type.name.startswith("float"):
+            option.type = copy(option.type)  # types without a range are shared
+            option.type.convert = partial(_convert_to_finite, option.type.convert)
+
+
+def _convert_to_finite(convert: Callable[..., float], value: Any, option: Any, ctx: Any) -> float:
+    """Return an option's value as a number; raise BadParameter if it is NaN or infinite."""
+    number = convert(value, option, ctx)
+    if not math.isfinite(number):
+        raise typer.BadParameter(f"{value} is not a finite number", ctx, option)
+    return number
 
 
 def _expand_strict(word: str) -> str:

@@ -1,0 +1,49 @@
+"""Tests of options that are numbers: NaN and infinity are refused, wherever they come from."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from dmplay.cli.app import root_command
+from tests.support.programs import run_dmplay
+
+FLOAT_OPTIONS = [
+    (name, option.opts[0])
+    for name, command in root_command().commands.items()
+    for option in command.params
+    if option.type.name.startswith("float")
+]
+# A number beyond the upper end of a range is refused as such.
+REFUSAL = r"is not (a finite number|in the range)"
+
+
+@pytest.mark.parametrize("option", ["speed", "play.rate", "solve.work", "run.until-se"])
+@pytest.mark.parametrize("number", ["nan", "-nan", "inf", "1e400"])
+def test_a_number_of_a_settings_file_is_finite(option: str, number: str, tmp_path: Path) -> None:
+    (tmp_path / "state").mkdir()
+    config_file = tmp_path / ".config" / "dmplay" / "config.toml"
+    config_file.parent.mkdir(parents=True)
+    table, _, name = option.rpartition(".")
+    config_file.write_text((f"[{table}]\n" if table else "") + f"{name} = {number}\n")
+    refused = run_dmplay(tmp_path, "list")
+    assert refused.returncode == 2
+    assert re.search(REFUSAL, refused.stderr)
+    assert len(refused.stderr.splitlines()) == 1
+
+
+@pytest.mark.parametrize(("name", "option"), FLOAT_OPTIONS)
+@pytest.mark.parametrize("number", ["nan", "inf", "-inf"])
+def test_a_number_of_the_command_line_is_finite(
+    name: str, option: str, number: str, tmp_path: Path
+) -> None:
+    words = {"replay": ["game.dmt"], "shell": [], "compare": ["catch", "random", "random"]}
+    refused = run_dmplay(tmp_path, name, *words.get(name, ["catch"]), f"{option}={number}")
+    assert refused.returncode == 2
+    assert re.search(f"{number} {REFUSAL}", refused.stderr)
+
+
+def test_a_number_of_an_environment_variable_is_finite(tmp_path: Path) -> None:
+    refused = run_dmplay(tmp_path, "hexworld", "--agent", "random", DMPLAY_SPEED="nan")
+    assert refused.returncode == 2
+    assert refused.stderr.startswith("error: DMPLAY_SPEED: invalid value for '--speed'")
