@@ -45,14 +45,16 @@ def is_output_device(path: Path) -> bool:
     return str(path) in OUTPUT_DEVICES
 
 
-def read_bytes(path: Path) -> bytes:
+def read_bytes(path: Path, max_bytes: int = MAX_FILE_BYTES) -> bytes:
     """Return the bytes of a file; raise OSError if it may be endless or is too large."""
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         _refuse_endless_file(path)
     with path.open("rb") as file:
-        data = file.read(MAX_FILE_BYTES + 1)
-    if len(data) > MAX_FILE_BYTES:
-        raise OSError(errno.EFBIG, f"larger than {MAX_FILE_BYTES // 2**20} MB", str(path))
+        data = file.read(max_bytes + 1)
+    if len(data) > max_bytes:
+        megabytes = max_bytes // 2**20
+        limit = f"{megabytes} MB" if megabytes else f"{max_bytes // 2**10} kB"
+        raise OSError(errno.EFBIG, f"larger than {limit}", str(path))
     return data
 
 

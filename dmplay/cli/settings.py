@@ -117,10 +117,6 @@ def _check_value(option: Any, value: object, location: str) -> None:
         except typer.BadParameter as error:
             message = error.message.rstrip(".")
             raise BadParameter(f"{location}: {message[:1].lower()}{message[1:]}") from None
-        except OverflowError:  # more digits than the type can represent
-            raise BadParameter(
-                f"{location}: expected {description}, which is not as large"
-            ) from None
 
 
 def iter_effective_settings(root: Any) -> Iterator[EffectiveSetting]:
