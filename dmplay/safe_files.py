@@ -45,8 +45,9 @@ def is_output_device(path: Path) -> bool:
     return str(path) in OUTPUT_DEVICES
 
 
-def read_bytes(path: Path, max_bytes: int = MAX_FILE_BYTES) -> bytes:
+def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     """Return the bytes of a file; raise OSError if it may be endless or is too large."""
+    max_bytes = max_bytes or MAX_FILE_BYTES
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
         _refuse_endless_file(path)
     with path.open("rb") as file:

@@ -83,6 +83,9 @@ class BotServer:
         game = message.get("game", 0)
         if message["turn"]:
             turn_percept = decode_percept(problem, seat, message)
+            for name in getattr(policy.update_memory, "required_fields", ()):
+                if getattr(turn_percept, name) is None:
+                    raise KeyError(name)
             self._memories[game] = policy.update_memory(self._memories[game], turn_percept)
         else:
             self._memories[game] = policy.initial_memory(

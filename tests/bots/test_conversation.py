@@ -319,6 +319,16 @@ def test_a_malformed_field_of_hello_is_named(fields: dict[str, object], message:
     assert json.loads(server.answer(json.dumps(hello)))["type"] == "hello"
 
 
+def test_a_turn_without_the_actions_that_a_policy_reads_is_named() -> None:
+    hello = {"type": "hello", "protocol": 1, "parameters": {}, "seat": "agent1", "turns": None}
+    server = BotServer("tit-for-tat", make_seat_factory("tit-for-tat", "prisoners-dilemma"))
+    server.answer(json.dumps(hello))
+    server.answer(json.dumps({"type": "turn", "turn": 0, "observation": ""}))
+    turn = {"type": "turn", "turn": 1, "action": "cooperate", "observation": ""}
+    with pytest.raises(BadParameter, match=r"no 'actions'$"):
+        server.answer(json.dumps(turn))
+
+
 def test_an_invalid_program_is_rejected_before_the_game_starts() -> None:
     for name, message in {
         "bot:": "expected a command, as bot:./player",

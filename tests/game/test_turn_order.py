@@ -174,5 +174,5 @@ def test_an_unreadable_script_is_an_error_of_one_line(
     with pytest.raises(BadParameter, match=r"moves\.txt: got what is no UTF-8, expected lines of"):
         start_new_game(request)
     monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 1)
-    with pytest.raises(BadParameter, match=r"moves\.txt: larger than 0 MB"):
+    with pytest.raises(BadParameter, match=r"moves\.txt: larger than 0 kB"):
         start_new_game(request)

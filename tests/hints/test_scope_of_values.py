@@ -79,7 +79,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("collision-avoidance", 3, "hint (optimal, without end): "),
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
         ("catch", None, "hint (optimal): "),
-        ("catch", 11, "hint (optimal, in plans of 10 turns): "),
+        ("catch", 11, "hint (optimal:horizon=11): "),
+        ("catch", 21, "hint (optimal, in plans of 10 turns): "),
         ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
         ("predator-prey", 2, "hint (best-response:horizon=2): "),
         (

@@ -68,7 +68,8 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
     [
         ("catch", None, (), "optimal"),
         ("catch", 3, (), "optimal:horizon=3"),
-        ("catch", 11, (), "optimal"),
+        ("catch", 11, (), "optimal:horizon=11"),
+        ("catch", 21, (), "optimal"),
         ("machine-replacement", 100, (), "optimal:horizon=100"),
         ("machine-replacement", 101, (), "optimal"),
         ("predator-prey", 5, ("human", "flee"), "best-response:horizon=5"),
@@ -116,7 +117,8 @@ def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
     [
         ("optimal", 3, "optimal:horizon=3"),
         ("optimal", 10, "optimal"),
-        ("optimal", 11, "optimal"),
+        ("optimal", 11, "optimal:horizon=11"),
+        ("optimal", 21, "optimal"),
         ("optimal:horizon=7", 3, "optimal:horizon=7"),
         ("search", 3, "search:horizon=3"),
         ("search:simulations=60", 3, "search:simulations=60,horizon=3"),

@@ -12,7 +12,8 @@ from tests.support.shells import SHELL_COMMANDS, CompletingShell, is_installed
 # Each would create the file pwned if a shell evaluated it, when offered or when run.
 HOSTILE_WORDS = (
     r"\$(>pwned)", r"\\$(>pwned)", "$(>pwned)", "`>pwned`", "x;>pwned", "x'$(>pwned)'", "<(>pwned)",
-    "=(>pwned)", "x))';>pwned;'((", "${x:-$(>pwned)}", "x|>pwned", "x&>pwned", ">pwned", 'x"$(>pwned)"',
+    "=(>pwned)", "x))';>pwned;'((", "${x:-$(>pwned)}", "x|>pwned", "x&>pwned", ">pwned",
+    'x"$(>pwned)"',
 )  # fmt: skip
 DEC_POMDP = """agents: {} b
 discount: 1
