@@ -50,6 +50,9 @@ DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block t
 MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
 # bytes that are freed at once, so that the allocator keeps them for the next arrays
 PREALLOCATED_BYTES = 2**24
+# seconds of the largest probe, so that the cold caches of a busy machine do not count
+MIN_LARGE_PROBE_SECONDS = 0.005
+MIN_GAME_SECONDS = 1e-9  # seconds that a probed game takes at least
 MAX_QUICK_PROBE_SECONDS = 0.005  # seconds of a probe of one game up to which larger probes are run
 
 
@@ -257,6 +260,8 @@ def _efficient_block_size(
 
     A block also takes long enough to dispatch blocks to all workers in the meantime. Both are
     measured by the first turns of one game and of several; of few if one game is slow.
+
+    The time is that of this thread, so that other programs do not count, or the waiting for them.
     """
 
     # A script may have no action after the last turn of the game.
@@ -265,12 +270,14 @@ def _efficient_block_size(
 
     def measure_seconds(episode_count: int) -> float:
         """Return the seconds that the first turns of this many episodes take."""
-        start_time = time.perf_counter()
+        start_time = time.thread_time()
         _run_block(problem, policies, RolloutSpec(range(episode_count), turns, spec.seed, keep=()))
-        return time.perf_counter() - start_time
+        return time.thread_time() - start_time
 
     measure_seconds(1)  # The first call computes what is cached later.
-    is_quick = measure_seconds(1) < MAX_QUICK_PROBE_SECONDS
+    start_time = time.perf_counter()
+    measure_seconds(1)
+    is_quick = time.perf_counter() - start_time < MAX_QUICK_PROBE_SECONDS
     small_count, large_count, repeats = (
         (2, PROBE_EPISODES, 3) if is_quick else (1, MIN_BLOCK_EPISODES, 1)
     )  # a single game may be unusual
@@ -278,14 +285,17 @@ def _efficient_block_size(
         min(measure_seconds(count) for _ in range(repeats)) for count in (small_count, large_count)
     )
     while (
-        is_quick and large_seconds < 2 * small_seconds and large_count < MAX_BLOCK_EPISODES
-    ):  # too few games to measure the cost of one more
-        large_count *= 4
+        is_quick
+        and large_seconds < max(2 * small_seconds, MIN_LARGE_PROBE_SECONDS)
+        and large_count < MAX_BLOCK_EPISODES
+    ):  # too few games to measure the cost of one more, beside that of cold caches
+        large_count = min(4 * large_count, MAX_BLOCK_EPISODES)
         large_seconds = min(measure_seconds(large_count) for _ in range(repeats))
-    # On a busy machine the difference may be too small.
+    # The difference may be too small, and the clock of a thread too coarse.
     seconds_per_game = max(
         (large_seconds - small_seconds) / (large_count - small_count),
         0.05 * large_seconds / large_count,
+        MIN_GAME_SECONDS,
     )
     block_size = (
         max(19.0 * (small_seconds - small_count * seconds_per_game), DISPATCH_SECONDS * workers)

@@ -7,6 +7,7 @@ import platform
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import (
     BrokenExecutor,
@@ -216,6 +217,41 @@ def test_a_short_rollout_skips_the_timing_probe() -> None:
     rollout(HEXWORLD, [Counted(HEXWORLD, 0)], episodes=3, turn_limit=1, progress=shares.append)
     assert batch_sizes == [3]
     assert shares[-1] == 1.0
+
+
+def test_a_busy_machine_does_not_make_blocks_smaller() -> None:
+    batch_sizes = list[int]()
+
+    class Interrupted(Random):
+        """Loses the core to another program for a while in every turn of many games."""
+
+        def initial_memory(self, observation: Array) -> Memory:
+            batch_sizes.append(len(observation))
+            return super().initial_memory(observation)
+
+        def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+            if len(u) > 2:
+                time.sleep(0.02)
+            return super().choose(memory, legal, u)
+
+    players = [Interrupted(HEXWORLD, 0)]
+    rollout(HEXWORLD, players, episodes=1000, turn_limit=1, progress=lambda share: None)
+    assert batch_sizes[-1] == 1000  # one block, after the probes
+
+
+def test_a_slow_game_is_probed_a_few_times_only() -> None:
+    batch_sizes = list[int]()
+
+    class Waiting(Random):
+        """Waits for another program, which takes no time of its own."""
+
+        def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
+            batch_sizes.append(len(u))
+            time.sleep(0.01)
+            return super().choose(memory, legal, u)
+
+    rollout(HEXWORLD, [Waiting(HEXWORLD, 0)], episodes=9, turn_limit=1, progress=lambda share: None)
+    assert batch_sizes == [1, 1, 1, 8, 9]
 
 
 def test_games_with_large_memories_are_played_block_by_block() -> None:
