@@ -9,6 +9,7 @@ from dmplay.shell.completion.problem_options import complete_seats
 from dmplay.shell.completion.safe_words import is_safe_word
 from tests.support.shells import SHELL_COMMANDS, CompletingShell, is_installed
 
+pytestmark = pytest.mark.slow
 # Each would create the file pwned if a shell evaluated it, when offered or when run.
 HOSTILE_WORDS = (
     r"\$(>pwned)", r"\\$(>pwned)", "$(>pwned)", "`>pwned`", "x;>pwned", "x'$(>pwned)'", "<(>pwned)",
