@@ -116,3 +116,9 @@ def test_an_invalid_environment_is_an_error_of_one_line() -> None:
         dmplay.load_problem(f"{FROZEN_LAKE}(slip)")
     with pytest.raises(BadParameter, match="expected a name, or NAME"):
         dmplay.load_problem("gymnasium:")
+
+
+def test_real_actions_have_no_labels_in_a_view() -> None:
+    session = dmplay.Session(dmplay.load_problem("gymnasium:Pendulum-v1"), dmplay.SeededUniforms(1))
+    session.advance([0.5])
+    assert list(session.view(0).past_action_labels) == []

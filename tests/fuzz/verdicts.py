@@ -48,6 +48,8 @@ def package_line(trace: str) -> str:
 def escape(case: Case, outcome: CaseOutcome) -> str:
     """Return the first control or hidden character in the output, or an empty string."""
     output = "\n".join([outcome.output, *_new_lines(case, outcome)])
+    if case.variables.get("_DMPLAY_COMPLETE") == "complete_fish":
+        output = output.replace("\t", " ")  # fish wants a tab between a word and its help
     if output.replace("\n", "").isprintable():
         return ""
     position, character = next(

@@ -206,6 +206,15 @@ def test_an_outline_has_the_facts_of_the_whole_transcript(tmp_path: Path) -> Non
     assert not outline.has_natural_end
 
 
+def test_an_outline_counts_no_hints_in_a_malformed_line(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="hint\nw\nquit\n")
+    content = path.read_text()
+    assert 'help: {"agent": 1}' in content
+    path.write_text(content.replace('help: {"agent": 1}', "help: 1"))
+    assert read_outline(path).hint_counts == {}
+
+
 @pytest.mark.parametrize("text", ["", "dmplay: 1\n", "dmplay: 1\n\nturn: 0\n\n", "\xff"])
 def test_a_file_that_is_no_transcript_is_not_listed(text: str, tmp_path: Path) -> None:
     (tmp_path / "g.dmt").write_text(text)

@@ -10,6 +10,8 @@ import pytest
 
 import dmplay
 from dmplay.errors import BadParameter
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.game.transcript_files import verify_file
 from dmplay.safe_files import is_locked_elsewhere
 from dmplay.transcript.header import Header
@@ -65,6 +67,14 @@ def test_a_folder_cannot_be_resumed(tmp_path: Path) -> None:
     game = dmplay.Session(dmplay.load_problem("crying-baby"), HEADER.uniform_source)
     with pytest.raises(BadParameter, match=r"cannot write .*Is a directory"):
         Recorder.resume(tmp_path, "", game)
+
+
+def test_a_game_that_is_being_recorded_cannot_be_resumed(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
+    with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
+        Recorder.resume(path, "", game.session)
+    assert path.read_text().startswith("dmplay: 1\n")
 
 
 def test_a_file_that_cannot_be_locked_counts_as_not_in_use(
