@@ -50,8 +50,8 @@ def play_game(table: GameController, command: PlayCommand) -> int:
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
             )
             play_by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
-            if quiet and table.game.narrator.forfeit_reason:
-                print(table.game.narrator.forfeit_reason, file=sys.stderr)
+            if quiet and table.game.narrator.end_explanation:
+                print(table.game.narrator.end_explanation, file=sys.stderr)
     return code or report_write_errors(table.finished_games)
 
 

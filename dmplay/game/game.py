@@ -19,6 +19,7 @@ from dmplay.hints.ghost_agent import Ghost
 from dmplay.hints.hint_provider import HintProvider
 from dmplay.key_maps.action_input import Keyboard
 from dmplay.registry.problem_sources import names_bot
+from dmplay.safe_files import MAX_FILE_BYTES
 from dmplay.session import SeatedPolicy, Session, View
 from dmplay.signals import TURN_GATE
 from dmplay.terminal_capabilities import escape_unprintable
@@ -30,6 +31,9 @@ from dmplay.views.view_cache import SeatSnapshot
 from dmplay.work_budget import ComputationStopped
 
 NO_CHOICES: Mapping[int, float] = {}
+FULL_TRANSCRIPT_REASON = (
+    f"the transcript is full, because dmplay reads at most {MAX_FILE_BYTES // 2**20} MB"
+)
 REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"
 
 
@@ -309,7 +313,8 @@ class Game:
             self.session.end("quit")
             return False
         except Forfeit as forfeit:
-            self.narrator.last_forfeit = escape_newlines(escape_unprintable(str(forfeit)))
+            reason = escape_newlines(escape_unprintable(str(forfeit)))
+            self.narrator.end_explanations["forfeit"] = reason
             self.session.end("forfeit")
             return False
         finally:
@@ -472,9 +477,15 @@ class Game:
             raise BadParameter(f"{command}: {self.undo_forbidden_reason}")
 
     def _record_turn(self) -> None:
-        """Write the last turn to the transcript, if there is one."""
+        """Write the last turn to the transcript, if there is one.
+
+        The game ends when the transcript has no space for another turn.
+        """
         if self.recorder:
             self.recorder.write_turn()
+            if self.recorder.is_full:
+                self.narrator.end_explanations["interrupted"] = FULL_TRANSCRIPT_REASON
+                self.session.end("interrupted")
 
     def pause(self) -> None:
         """Close the transcript, and the bots, so that the game can be resumed later.
@@ -494,10 +505,9 @@ class Game:
         with TURN_GATE:
             self.session.end(reason)
             if self.recorder:
-                forfeit_note = (
-                    f"# {self.narrator.forfeit_reason}\n" if self.narrator.forfeit_reason else ""
-                )
-                self.recorder.write_end(f"{forfeit_note}{self.end_notes}")
+                explanation = self.narrator.end_explanation
+                note = f"# {explanation}\n" if explanation else ""
+                self.recorder.write_end(f"{note}{self.end_notes}")
         self._close_bots()
 
     def _close_bots(self) -> None:

@@ -271,6 +271,7 @@ def format_resume_command(game: Game) -> str:
     agent_names = {player.partition(":")[0] for player in game.player_names} - {HUMAN}
     if (
         game.session.end_reason in NATURAL_END_REASONS
+        or game.recorder.is_full
         or not agent_names.isdisjoint(UNRESUMABLE_PLAYERS)
         or (is_disclosed and game.strict)
     ):

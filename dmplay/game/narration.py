@@ -37,7 +37,8 @@ class Narrator:
         self.shows_uniforms = True  # False if uniforms must not be shown
         self.ghost: Ghost | None = None
         self.is_paused = False  # whether the game was left and can be resumed as if it never was
-        self.last_forfeit = ""  # seat and reason of the last forfeit
+        # explanations of ends that are not natural, by end reason
+        self.end_explanations = dict[str, str]()
         self.view_cache = ViewCache(session.problem)
         self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
 
@@ -106,7 +107,7 @@ class Narrator:
             f"{describe_end_reason(session.end_reason)} after "
             f"{format_count(len(session.turns), 'turn')}."
         )
-        summary += f" {self.forfeit_reason.rstrip('?.')}." if self.forfeit_reason else ""
+        summary += f" {self.end_explanation.rstrip('?.')}." if self.end_explanation else ""
         is_visible = (
             not self.human_seats or self.reveal or session.end_reason not in RESUMABLE_END_REASONS
         )
@@ -119,15 +120,17 @@ class Narrator:
     def result_facts(self, extra_facts: Mapping[str, object] = NO_FACTS) -> dict[str, object]:
         """Return the result as data, with extra facts and the hidden facts of every turn."""
         result = {**collect_end_facts(self.session), **extra_facts}
-        if self.forfeit_reason:
-            result["why"] = self.forfeit_reason
+        if self.end_explanation:
+            result["why"] = self.end_explanation
         rows = self.debrief_rows()
         return result | ({"debrief": rows} if rows else {})
 
     @property
-    def forfeit_reason(self) -> str:
-        """The seat that forfeited the game, and the reason; '' if none did."""
-        return self.last_forfeit if self.session.end_reason == "forfeit" else ""
+    def end_explanation(self) -> str:
+        """The seat that forfeited the game, and its reason, or that the transcript is full; else
+        ''.
+        """
+        return self.end_explanations.get(self.session.end_reason or "", "")
 
     def closing_lines(self) -> list[str]:
         """Return lines with the result, the ghost's result, and the hidden facts of every turn."""

@@ -73,7 +73,7 @@ def record_episodes(setting_result: SettingResult, selection: TranscriptSelectio
         )
         list(game.iter_agent_turns())
         game.finish()
-        reason_text = ", ".join(reasons)
+        reason_text = "; ".join(filter(None, (", ".join(reasons), game.narrator.end_explanation)))
         yield {
             "kept": str(path),
             "why": reason_text,

@@ -22,6 +22,8 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.header import Header, collect_header_facts
 
+RESERVED_SHARE = 64  # one part in so many of the largest file is not used for turns
+
 
 class Recorder:
     """The open transcript of a session; after `write_end`, nothing more is written.
@@ -142,6 +144,15 @@ class Recorder:
             safe_files.PRIVATE_FILE_MODE if is_private else safe_files.default_file_mode()
         )
         self.close()
+
+    @property
+    def is_full(self) -> bool:
+        """True if there is no space for another turn in a file that can be read again.
+
+        The space that is left is for the end, and for turns that are taken back.
+        """
+        max_bytes = safe_files.MAX_FILE_BYTES
+        return self._size + len(self._pending) > max_bytes - max_bytes // RESERVED_SHARE
 
     @property
     def is_saved(self) -> bool:

@@ -66,10 +66,10 @@ def test_an_abuse_is_a_forfeit_with_one_line_and_leaves_no_process(
 ) -> None:
     game = play_abuse(kind, tmp_path)
     path = tmp_path / f"{kind}.dmt"
-    assert game.narrator.forfeit_reason == f"agent1 forfeits, {EXPECTED_MESSAGES[kind]}"
+    assert game.narrator.end_explanation == f"agent1 forfeits, {EXPECTED_MESSAGES[kind]}"
     assert game.narrator.describe_result().startswith("forfeit after ")
     assert '"reason": "forfeit"' in read_values(path, "end")[0]
-    assert path.read_text().endswith(f"\n# {game.narrator.forfeit_reason}\n")
+    assert path.read_text().endswith(f"\n# {game.narrator.end_explanation}\n")
     assert_verified(path)
     poll_count = 0
     while (

@@ -4,14 +4,19 @@ import os
 import resource
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 import dmplay
+from dmplay import safe_files
 from dmplay.errors import BadParameter
-from dmplay.game.game_setup import start_new_game
+from dmplay.game.game import Game
+from dmplay.game.game_setup import format_resume_command, start_new_game
 from dmplay.game.launch_requests import GameRequest
+from dmplay.game.seats import HUMAN
 from dmplay.game.transcript_files import verify_file
 from dmplay.safe_files import is_locked_elsewhere
 from dmplay.transcript.header import Header
@@ -21,6 +26,7 @@ from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
 HEADER = Header(problem="crying-baby", seats={"agent": "human"}, seed=7)
 FEED, SING = 0, 1
+EAST, WEST = 0, 3
 
 
 def make_recorder(path: Path) -> Recorder:
@@ -105,6 +111,61 @@ def test_the_header_and_first_block_are_one_write(tmp_path: Path) -> None:
     play_turn(writer, FEED)
     writer.write_end()
     assert [block["turn"] for block in read_transcript(path).blocks] == [0, 1]
+
+
+FULL_LINE = (
+    "over: interrupted after {} turns. "
+    "the transcript is full, because dmplay reads at most 64 MB. agent score (discounted)"
+)
+
+
+def make_long_game(path: Path, **settings: Any) -> Game:
+    request = GameRequest(
+        "crying-baby", agent="feed-when-crying", turns=1000, seed=7, record_path=path
+    )
+    return start_new_game(replace(request, **settings))
+
+
+@pytest.mark.parametrize("settings", [{}, {"record_frames": True}, {"agent": "random"}])
+def test_a_game_ends_when_its_transcript_is_as_large_as_can_be_verified(
+    settings: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 64_000)
+    path = tmp_path / "long.dmt"
+    game = make_long_game(path, **settings)
+    for _ in game.iter_agent_turns():
+        pass
+    game.finish()
+    turn_count = len(game.session.turns)
+    assert 10 < turn_count < 1000
+    assert game.narrator.closing_lines()[0].startswith(FULL_LINE.format(turn_count))
+    assert format_resume_command(game) == ""
+    assert path.read_text().endswith(
+        "\n# the transcript is full, because dmplay reads at most 64 MB\n"
+    )
+    report = verify_file(path)
+    assert report.is_ok, str(report)
+    assert report.turns == turn_count
+
+
+def test_a_person_can_take_back_the_turn_that_filled_a_transcript(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 64_000)
+    path = tmp_path / "long.dmt"
+    game = make_long_game(path, problem="hexworld", settings=["rewards=[]"], agent=HUMAN)
+    while not game.session.over:
+        game.choose(EAST)
+    turn_count = len(game.session.turns)
+    game.undo()
+    game.choose(WEST)
+    game.finish()
+    assert len(game.session.turns) == turn_count
+    assert game.narrator.closing_lines()[0].startswith(
+        f"over: interrupted after {turn_count} turns. the transcript is full"
+    )
+    report = verify_file(path)
+    assert report.is_ok, str(report)
 
 
 @pytest.mark.slow
