@@ -25,6 +25,9 @@ DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1
 EXTERNAL_SEARCH_EPISODES = 10  # if agents search in an external environment, which is slow
 DEFAULT_TURNS = 20  # of a game without an end of its own, when it is played or planned
 EPISODES_PER_BATCH = 100
+# of an external environment, whose turns are played one by one: if the user set no number of
+# games, no further batch begins after this many turns
+EXTERNAL_EPISODES_PER_BATCH, MAX_EXTERNAL_TURNS = 10, 50_000
 OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
 
@@ -71,20 +74,35 @@ def simulate_games(
 ) -> SimulatedReturns:
     """Play games of one seed and return their returns and lengths.
 
-    One process plays them in batches, so that progress is reported.
+    One process plays them in batches, so that progress is reported. In an external environment
+    they are fewer than `episodes` if they are long, unless the user set a number.
     """
     options = _options.get() or SimulationOptions()
     options.used_options |= {"episodes", "turns", "workers"}
+    is_external = isinstance(problem, ExternalProblem)
+    max_turns = (
+        MAX_EXTERNAL_TURNS
+        if is_external and not options.episodes and options.workers in (None, 1)
+        else math.inf
+    )
     episodes, turns, workers = (
         options.episodes or episodes,
         options.turns or turns,
         options.workers or 1,
     )
-    batch_size = EPISODES_PER_BATCH if workers == 1 else episodes
-    parts = []
-    for start in range(0, episodes, batch_size):
+    batch_size = EXTERNAL_EPISODES_PER_BATCH if is_external else EPISODES_PER_BATCH
+    if workers != 1:
+        batch_size = episodes
+    parts = list[SimulatedReturns]()
+    start = turns_played = 0
+    while start < episodes and turns_played < max_turns:
         count = min(batch_size, episodes - start)
-        with scale_progress(start / episodes, (start + count) / episodes):
+        expected_turns = turns_played / start * count if start else 0.0
+        shares = (
+            max(start / episodes, turns_played / max_turns),
+            max((start + count) / episodes, (turns_played + expected_turns) / max_turns),
+        )
+        with scale_progress(shares[0], min(shares[1], 1.0)):
             batch = rollout(
                 problem,
                 policies,
@@ -95,6 +113,8 @@ def simulate_games(
                 workers=workers,
             )
         parts.append(SimulatedReturns(batch.returns, batch.turn_counts))
+        start += count
+        turns_played += int(batch.turn_counts.sum())
     returns, lengths = zip(*parts, strict=True)
     return SimulatedReturns(np.concatenate(returns), np.concatenate(lengths))
 
@@ -146,4 +166,17 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
         append_noun(format_score(simulated.turns.mean()), "turn"),
     )
     summary = f"{game_text} of seed {SIMULATION_SEED}, {length_text} each"
-    return Solution("simulation of its agents: no exact solution is known here", summary, rows)
+    return Solution(
+        f"not a solution, but a simulation of {_describe_agents(names)}, "
+        "because no exact solution is known here",
+        summary,
+        rows,
+    )
+
+
+def _describe_agents(names: Sequence[str]) -> str:
+    """Return the agents of all seats in words, each once."""
+    distinct = list(dict.fromkeys(names))
+    if distinct == ["random"]:
+        return "random play"
+    return f"the agent{'s' * (len(distinct) > 1)} {' and '.join(distinct)}"

@@ -11,7 +11,12 @@ from dmplay.core import ContinuousStates, Interval, RealVector
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.gymnasium import GymnasiumTableProblem
 from dmplay.registry import problems
+from dmplay.solutions import simulated_returns
+from dmplay.solutions.method_choice import solve_problem
+from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.solutions.solution import Solution
 from dmplay.tabular import tabulate
+from dmplay.work_budget import report_progress_to
 from tests.support.external_problems import check_external_problem
 
 ENVIRONMENTS = (
@@ -122,3 +127,33 @@ def test_real_actions_have_no_labels_in_a_view() -> None:
     session = dmplay.Session(dmplay.load_problem("gymnasium:Pendulum-v1"), dmplay.SeededUniforms(1))
     session.advance([0.5])
     assert list(session.view(0).past_action_labels) == []
+
+
+def solve_pendulum(options: SimulationOptions) -> tuple[Solution, list[float]]:
+    """Return the solution of the pendulum and the shares of the work that were reported."""
+    shares = list[float]()
+    pendulum = dmplay.load_problem("gymnasium:Pendulum-v1")
+    with use_simulation_options(options), report_progress_to(shares.append):
+        return solve_problem(pendulum), shares
+
+
+def test_long_games_of_an_environment_are_simulated_in_a_bounded_number_of_turns(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 300)
+    solution, shares = solve_pendulum(SimulationOptions(turns=20))
+    assert solution.method == (
+        "not a solution, but a simulation of random play, because no exact solution is known here"
+    )
+    assert solution.result == "20 games of seed 1, 20 turns each"
+    assert shares == sorted(shares)
+    assert len(shares) > 20
+    assert 0.9 < shares[-1] <= 1.0
+
+
+def test_the_requested_games_of_an_environment_are_all_simulated(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 30)
+    solution, _ = solve_pendulum(SimulationOptions(turns=5, episodes=23))
+    assert solution.result == "23 games of seed 1, 5 turns each"

@@ -204,7 +204,14 @@ def test_the_hunt_solution_compares_teams_with_a_central_planner() -> None:
 @pytest.mark.usefixtures("few_games")
 def test_a_problem_without_an_exact_solution_is_simulated() -> None:
     hunt_solution = solve_problem(dmplay.load_problem("predator-prey:triangle", predators=2))
-    assert "no exact solution" in hunt_solution.method
+    assert hunt_solution.method == (
+        "not a solution, but a simulation of the agent best-response, "
+        "because no exact solution is known here"
+    )
+    pair = simulated_returns.solve_by_simulation(
+        dmplay.load_problem("predator-prey"), ["chase", "flee"]
+    )
+    assert "a simulation of the agents chase and flee, because" in pair.method
     assert [row["seat"] for row in hunt_solution.rows] == ["predator1", "predator2", "prey1"]
 
 
