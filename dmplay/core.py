@@ -392,7 +392,11 @@ def check_rewards(problem: "Problem", rewards: Reals) -> None:
 
 
 def check_policy(policy: object, seat: int) -> None:
-    """Raise BadPolicy if this is not a policy, for example an agent's name."""
+    """Raise BadPolicy if this is not a policy, for example an agent's name or a class."""
+    if isinstance(policy, type):
+        name = policy.__name__
+        expected = f"expected a policy made of it, as {name}(problem, {seat})"
+        raise BadPolicy(f"seat {seat}: got the class {name}, {expected}")
     if not hasattr(policy, "choose"):
         expected = f"expected a policy, as of dmplay.agent(problem, {seat}, ...)"
         raise BadPolicy(f"seat {seat}: got {policy!r}, {expected}")

@@ -28,7 +28,7 @@ from dmplay.core import (
     readonly_copy,
     select_seat_observations,
 )
-from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 from dmplay.formatting import describe_end_reason, format_count
 from dmplay.notebook_display import NotebookDisplay
 from dmplay.seat_history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
@@ -151,6 +151,8 @@ class Session(NotebookDisplay):
         initial_uniforms: Reals | None = None,
     ) -> None:
         check_problem(problem, turn_limit)
+        _check_uniform_source(uniform_source)
+        _check_policies(policies, problem)
         self.problem = problem
         self.uniform_source = uniform_source
         self.turn_limit = problem.horizon if turn_limit is None else turn_limit
@@ -176,11 +178,6 @@ class Session(NotebookDisplay):
             None if policy is None else SeatedPolicy(self, seat, policy)
             for seat, policy in enumerate(policies or [None] * len(problem.agents))
         ]
-        if len(self.seated_policies) != len(problem.agents):
-            policy_text = f"{len(self.seated_policies)} policies"
-            raise BadPolicy(
-                f"got {policy_text}, expected one, or None, for each of {problem.agents}"
-            )
 
     def copy_at_start(self, policies: Sequence[Policy | None] = ()) -> "Session":
         """Return the same game before its first turn, with these policies in its seats, if any."""
@@ -522,6 +519,23 @@ class Session(NotebookDisplay):
             added = [weight * reward for reward in rewards] + rewards
             self._running_sums.append((weight * self.problem.discount, *map(add, sums, added)))
         return self._running_sums[-1]
+
+
+def _check_uniform_source(source: object) -> None:
+    """Raise BadParameter if this does not generate uniforms, for example a seed or a class."""
+    if isinstance(source, type) or not hasattr(source, "generate_uniforms"):
+        raise BadParameter(f"got {source!r}, expected uniforms, as dmplay.SeededUniforms(7)")
+
+
+def _check_policies(policies: object, problem: Problem) -> None:
+    """Raise BadPolicy unless this is empty, or a policy or None for each seat."""
+    if not isinstance(policies, Sequence) or isinstance(policies, str):
+        description = f"{policies!r}"
+    elif len(policies) in (0, len(problem.agents)):
+        return
+    else:
+        description = f"{len(policies)} policies"
+    raise BadPolicy(f"got {description}, expected one, or None, for each of {problem.agents}")
 
 
 class SeatedPolicy:

@@ -16,7 +16,7 @@ from dmplay.agents.general import Random
 from dmplay.agents.script import Script
 from dmplay.chance import Bools, Reals
 from dmplay.core import Labels, Memory, Percept
-from dmplay.errors import BadPolicy, EpisodeOver, IllegalAction
+from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 from dmplay.game.narration import Narrator
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.rollouts import rollout
@@ -306,6 +306,45 @@ def test_the_memory_of_a_policy_has_a_row_for_each_game(memory: object, got: str
         dmplay.Session(problem, SeededUniforms(1), [policy_class(problem, 0)]).advance()
     with pytest.raises(BadPolicy, match=message):
         dmplay.rollout(problem, [policy_class(problem, 0)], episodes=1)
+
+
+class NotAPolicy:
+    """A class without the methods of a policy."""
+
+
+@pytest.mark.parametrize(
+    ("policies", "message"),
+    [
+        (
+            [Random],
+            r"seat 0: got the class Random, expected a policy made of it, as Random(problem, 0)",
+        ),
+        ([NotAPolicy], "seat 0: got the class NotAPolicy, expected a policy made of it"),
+        ([NotAPolicy()], "seat 0: got <"),
+        (["random"], "seat 0: got 'random', expected a policy, as of dmplay.agent"),
+        (Random, "got <class 'dmplay.agents.general.Random'>, expected one, or None, for each of"),
+        (3, "got 3, expected one, or None, for each of"),
+        ("r", "got 'r', expected one, or None, for each of"),
+        ([None, None], "got 2 policies, expected one, or None, for each of"),
+    ],
+)
+def test_what_is_not_a_policy_is_refused_in_one_line(policies: Any, message: str) -> None:
+    problem = dmplay.load_problem("hexworld")
+    with pytest.raises(BadPolicy, match=f"^{re.escape(message)}.*$"):
+        dmplay.Session(problem, SeededUniforms(1), policies)
+
+
+def test_a_class_is_refused_as_a_policy_of_many_games() -> None:
+    problem: Any = dmplay.load_problem("hexworld")
+    with pytest.raises(BadPolicy, match="seat 0: got the class Random, expected a policy made of"):
+        dmplay.rollout(problem, [Random], episodes=1)  # type: ignore[list-item]
+
+
+@pytest.mark.parametrize("uniform_source", [None, 7, "7", SeededUniforms])
+def test_what_generates_no_uniforms_is_refused_in_one_line(uniform_source: Any) -> None:
+    message = f"got {uniform_source!r}, expected uniforms, as dmplay.SeededUniforms(7)"
+    with pytest.raises(BadParameter, match=f"^{re.escape(message)}$"):
+        dmplay.Session(dmplay.load_problem("hexworld"), uniform_source)
 
 
 def test_a_policy_that_writes_into_its_arguments_is_named() -> None:
