@@ -21,6 +21,15 @@ from difflib import get_close_matches
 
 MAX_LISTED_NAMES = 16  # maximum names listed in one message
 MAX_NAME_CHARS = 200  # maximum characters of a name in a message
+MAX_MESSAGE_CHARS = 2000  # maximum characters of a message, which may quote any input
+
+
+def clip_message(message: str) -> str:
+    """Return a message without its middle if it is longer than MAX_MESSAGE_CHARS."""
+    if len(message) <= MAX_MESSAGE_CHARS:
+        return message
+    half = MAX_MESSAGE_CHARS // 2
+    return f"{message[:half]} ... {message[-half:]}"
 
 
 class DmplayError(Exception):
@@ -28,6 +37,13 @@ class DmplayError(Exception):
 
     # index of the entrant in whose games it occurred, if several play the same games
     entrant_index: int | None = None
+
+    def __str__(self) -> str:
+        return clip_message(self._format_message())
+
+    def _format_message(self) -> str:
+        """Return the whole message, which quotes its input in full."""
+        return super().__str__()
 
 
 class UnknownName(DmplayError, LookupError):
@@ -81,7 +97,8 @@ class Forfeit(BadPolicy):
         super().__init__(reason, details, seat)
         self.reason, self.details, self.seat = reason, details, seat
 
-    def __str__(self) -> str:
+    def _format_message(self) -> str:
+        """Return the seat, the reason and the details."""
         return f"{self.seat} forfeits, {self.reason}: {self.details}".removeprefix(" forfeits, ")
 
 
@@ -103,7 +120,8 @@ class LostGames(DmplayError, RuntimeError):
         super().__init__(blocks, reason)
         self.blocks, self.reason = blocks, reason
 
-    def __str__(self) -> str:
+    def _format_message(self) -> str:
+        """Return the ranges of the lost games and the reason."""
         ranges = ", ".join(f"{first} to {end - 1}" for first, end in self.blocks)
         return f"games {ranges} were lost: {self.reason}"
 
@@ -115,7 +133,8 @@ class BadFile(DmplayError, ValueError):
         super().__init__(path, line, column, explanation)
         self.path, self.line, self.column, self.explanation = path, line, column, explanation
 
-    def __str__(self) -> str:
+    def _format_message(self) -> str:
+        """Return the path, line, column and explanation."""
         column = "" if self.column is None else f"{self.column}:"
         return f"{self.path}:{self.line}:{column} {self.explanation}"
 

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from functools import partial
 
 from prompt_toolkit import PromptSession
-from prompt_toolkit.application import get_app
+from prompt_toolkit.application import get_app, get_app_session
 from prompt_toolkit.auto_suggest import AutoSuggestFromHistory
 from prompt_toolkit.completion import FuzzyCompleter
 from prompt_toolkit.filters import Condition
@@ -21,6 +21,7 @@ from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.screen.command_prompt import HiddenInputProcessor
 from dmplay.screen.full_screen import run_full_screen
+from dmplay.screen.paste_limit import limit_pastes
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import PlayerQuit
 from dmplay.shell.completion.completer import CommandCompleter
@@ -132,7 +133,7 @@ def _create_prompt_session(
         enable_suspend=True,
         key_bindings=bindings,
         color_depth=None if shell.terminal.color else ColorDepth.DEPTH_1_BIT,
-        input=input_,
+        input=limit_pastes(input_ or get_app_session().input),
         output=output,
     )
 

@@ -9,6 +9,8 @@ from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
+from dmplay.errors import clip_message
+
 PACKAGE_FOLDER = str(Path(__file__).parent)
 STDLIB_FOLDER = sysconfig.get_path("stdlib")
 INSTALLED_PREFIXES = (
@@ -31,7 +33,8 @@ def describe_error_location(error: BaseException) -> str:
     if not user_frames:
         return ""
     error_text = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
-    return f"{format_location(user_frames[-1].filename, user_frames[-1].lineno)}: {error_text}"
+    location = format_location(user_frames[-1].filename, user_frames[-1].lineno)
+    return f"{location}: {clip_message(error_text)}"
 
 
 def describe_exit_location(error: SystemExit) -> str:

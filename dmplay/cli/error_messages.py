@@ -5,12 +5,11 @@ from typing import Any
 
 import typer
 
-from dmplay.errors import DmplayError
+from dmplay.errors import DmplayError, clip_message
 
 # click.UsageError, wherever typer keeps its copy of click
 USAGE_ERROR: type[Exception] = typer.BadParameter.__mro__[1]
 EXTRA_ARGUMENT = "unexpected extra argument"
-MAX_CHARACTERS = 2000  # maximum length of an error message
 # how click ends a message that has suggestions
 SUGGESTION_PATTERN = re.compile(r"(?: \(Possible options: |\. Did you mean )(.+?)[)?]$")
 PLAIN_TYPE_NAMES = {  # click's type names, the longer ones first
@@ -19,13 +18,8 @@ PLAIN_TYPE_NAMES = {  # click's type names, the longer ones first
 
 
 def format_error(error: Exception) -> str:
-    """Return an error as one line; a line over `MAX_CHARACTERS` loses its middle."""
-    message = _describe_error(error)
-    return (
-        message
-        if len(message) <= MAX_CHARACTERS
-        else f"{message[: MAX_CHARACTERS // 2]} ... {message[-MAX_CHARACTERS // 2 :]}"
-    )
+    """Return an error as one line, clipped in its middle if it is long."""
+    return clip_message(_describe_error(error))
 
 
 def _describe_error(error: Exception) -> str:

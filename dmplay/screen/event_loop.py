@@ -25,6 +25,7 @@ from dmplay.rendering.painter import Painter
 from dmplay.screen.busy_keys import QUIT_KEYS, BusyKeyAction, classify_busy_key
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.modes import Mode
+from dmplay.screen.paste_limit import limit_pastes
 from dmplay.screen.play_operations import (
     autoplay_rate,
     autoplay_turn,
@@ -64,7 +65,7 @@ def run_event_loop(
     screen: PlayScreen | KeyDrivenScreen, painter: Painter, input_: Input | None = None
 ) -> int:
     """Show a full screen until the player quits or a signal arrives, and return the exit code."""
-    terminal_io = painter, input_ or create_input()
+    terminal_io = painter, limit_pastes(input_ or create_input())
     event_loop: ScreenEventLoop = (
         PlayEventLoop(screen, *terminal_io)
         if isinstance(screen, PlayScreen)

@@ -19,6 +19,7 @@ from dmplay.shell import game_management_commands as of_table
 from dmplay.shell.help_introduction import lesson_lines
 
 CommandFunction = Callable[[GameController, str], str]
+MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
 INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates
 SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
 SHORT_NAMES = {"q": "quit", "?": "help"}  # single characters that can also be action names
@@ -344,7 +345,15 @@ def is_command(word: str) -> bool:
 
 
 def split_commands(line: str) -> list[str]:
-    """Split text into commands at `;` and line ends, without `#` comments and empty commands."""
+    """Split text into commands at `;` and line ends, without `#` comments and empty commands.
+
+    Raise BadParameter if the text is longer than MAX_LINE_CHARS.
+    """
+    char_count = len(line.rstrip("\n"))
+    if char_count > MAX_LINE_CHARS:
+        raise BadParameter(
+            f"got a line of {char_count} characters, expected at most {MAX_LINE_CHARS}"
+        )
     pieces = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
     return [part for part in map(str.strip, pieces) if part]
 

@@ -9,11 +9,17 @@ from typing import TextIO
 
 from dmplay.background_tasks import TaskCancelled
 from dmplay.bots.protocol import describe_choices
-from dmplay.errors import BadParameter, DmplayError
+from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.shell.commands import PlayerQuit, iter_commands_until_handover, run_line, split_commands
+from dmplay.shell.commands import (
+    MAX_LINE_CHARS,
+    PlayerQuit,
+    iter_commands_until_handover,
+    run_line,
+    split_commands,
+)
 from dmplay.terminal_capabilities import Terminal, clear_screen, escape_unprintable
 from dmplay.terminal_capabilities import read_line as typed_line
 
@@ -318,6 +324,11 @@ def read_choice(controller: GameController, prompt: str, stdin: TextIO) -> str:
         return ""
 
 
+def _clip_line(command_text: str) -> str:
+    """Return a line to be echoed; clipped if it is too long to be run."""
+    return command_text if len(command_text) <= MAX_LINE_CHARS else clip_message(command_text)
+
+
 def _iter_input_lines(
     controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
 ) -> Iterator[tuple[int, str]]:
@@ -333,7 +344,7 @@ def _iter_input_lines(
         line = read_choice(controller, prompt, stdin)
         command_text = line.partition("#")[0].strip()
         if prompt and not terminal.is_interactive:
-            sys.stdout.write(escape_unprintable(command_text) + "\n")
+            sys.stdout.write(escape_unprintable(_clip_line(command_text)) + "\n")
         if not line:
             return
         if command_text:

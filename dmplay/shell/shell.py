@@ -152,11 +152,11 @@ def run_script(
     """
     shell.controller.is_interactive = False
     for number, line in enumerate(lines, 1):
-        if not split_commands(line):
-            continue
-        if echo:
-            print(shell.prompt + escape_unprintable(line.strip()), flush=True)
         try:
+            if not split_commands(line):
+                continue
+            if echo:
+                print(shell.prompt + escape_unprintable(line.strip()), flush=True)
             shell.run_line(line)
         except PlayerQuit:
             return

@@ -28,6 +28,7 @@ def clean_environment(folder: Path, **variables: str) -> dict[str, str]:
     """Return a minimal environment with these variables; an empty value removes a variable."""
     defaults = {
         "PATH": os.environ["PATH"],
+        "PYTHONPATH": os.environ.get("PYTHONPATH", ""),
         "HOME": str(folder),
         "LANG": "C.UTF-8",
         "TERM": "xterm-256color",
