@@ -27,7 +27,7 @@ _PUBLIC_MODULES = {
     "load_problem": "registry.problems",
     "play": "manual_game",
     "rollout": "rollouts",
-    "run": "evaluation.return_summary",
+    "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
 }
 # public names of version 0.1.0 that were renamed

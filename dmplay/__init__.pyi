@@ -10,7 +10,7 @@ from dmplay.core import Policy as Policy
 from dmplay.core import Problem as Problem
 from dmplay.core import enumerate_outcomes as enumerate_outcomes
 from dmplay.evaluation.comparison import compare as compare
-from dmplay.evaluation.return_summary import run as run
+from dmplay.evaluation.many_games import run as run
 from dmplay.evaluation.tournament import run_tournament as run_tournament
 from dmplay.manual_game import play as play
 from dmplay.registry.agents import load_agent as load_agent

@@ -6,7 +6,7 @@ from functools import cache, partial
 import numpy as np
 from rich.text import Text
 
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadPolicy

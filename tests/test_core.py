@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import (
     MAX_COMPARED_EDGES,
     MAX_INT8_EDGES,

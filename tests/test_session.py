@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.agents.script import Script
 from dmplay.chance import Bools, Reals
 from dmplay.core import Labels, Memory, Percept
@@ -322,7 +322,10 @@ class NotAPolicy:
         ([NotAPolicy], "seat 0: got the class NotAPolicy, expected a policy made of it"),
         ([NotAPolicy()], "seat 0: got <"),
         (["random"], "seat 0: got 'random', expected a policy, as of dmplay.agent"),
-        (Random, "got <class 'dmplay.agents.general.Random'>, expected one, or None, for each of"),
+        (
+            Random,
+            "got <class 'dmplay.agents.random_agent.Random'>, expected one, or None, for each of",
+        ),
         (3, "got 3, expected one, or None, for each of"),
         ("r", "got 'r', expected one, or None, for each of"),
         ([None, None], "got 2 policies, expected one, or None, for each of"),

@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay import Outcome
 from dmplay import single_game_dynamics as rules
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.agents.script import Script
 from dmplay.chance import Array, Bools, Chance, Normal
 from dmplay.core import Memory, Percept, Problem

@@ -11,11 +11,11 @@ from dmplay.agents._belief_policy import apply_by_group
 from dmplay.agents._memoization import memoize
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.base import MAX_TABULAR_STATES, PAYS_SOONEST, StationaryPolicy
-from dmplay.agents.greedy_belief_policies import FiniteHorizonPolicy, GreedyBeliefPolicy
+from dmplay.agents.belief_policy_bases import FiniteHorizonPolicy, GreedyBeliefPolicy
 from dmplay.chance import Array, Bools, Reals, weighted_sum
 from dmplay.core import Memory, Percept, Problem, requires_fields
 from dmplay.errors import BadPolicy
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 
@@ -69,8 +69,8 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
         q = q if legal is None else np.where(legal, q, -np.inf)
         if self.problem.discount == 1.0:
             tie_break_q = self._tie_break_q[self.problem.state_indices(s)]
-            q = np.where(value_iteration.mark_best_actions(q), tie_break_q, -np.inf)
-        return value_iteration.select_greedy_actions(q)
+            q = np.where(mdp_values.mark_best_actions(q), tie_break_q, -np.inf)
+        return mdp_values.select_greedy_actions(q)
 
     @cached_property
     def _tie_break_q(self) -> Reals:
@@ -109,7 +109,7 @@ def _solve_by_turns(problem: Problem, turns: int) -> "BackwardInductionResult":
 def solve_action_values(problem: Problem, discount: float) -> Reals:
     """Return Q* `[S, A]` of a problem of one agent that observes the state."""
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_TABULAR_STATES:
-        return value_iteration.compute_optimal_q(tabulate(problem), discount)
+        return mdp_values.compute_optimal_q(tabulate(problem), discount)
     from dmplay.solvers import backward_value_iteration, transition_graph
 
     optimum = backward_value_iteration.run_backward_value_iteration(
@@ -181,7 +181,7 @@ class Qmdp(GreedyBeliefPolicy):
 
     @cached_property
     def _q(self) -> Reals:
-        return value_iteration.compute_optimal_q(
+        return mdp_values.compute_optimal_q(
             tabulate(self.problem), require_discount_below_one(self.problem)
         )
 

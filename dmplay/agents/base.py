@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, Policy, Problem, check_parameters, requires_fields
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.mdp_values import select_greedy_actions
 
 # the scopes of values that are not about the turns left
 WITHOUT_END, ONE_ROUND = "without end", "for one round"

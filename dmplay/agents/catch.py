@@ -10,11 +10,11 @@ import numpy as np
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.greedy_belief_policies import GreedyBeliefPolicy, RemainingHorizonPolicy
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals, weighted_sum
 from dmplay.core import Memory, Problem
 from dmplay.solvers.bounded_search import BoundedSearch
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.mdp_values import select_greedy_actions
 from dmplay.tabular import tabulate
 
 

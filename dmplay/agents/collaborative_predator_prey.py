@@ -9,8 +9,8 @@ from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, SeatPolicy
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.agents.greedy_belief_policies import GreedyBeliefPolicy
 from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
 from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
@@ -19,8 +19,8 @@ from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, Collaborat
 from dmplay.solvers import joint_plan_improvement, reactive_team_policies, sparse_mdp
 from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp
+from dmplay.solvers.mdp_values import select_greedy_actions
 from dmplay.solvers.sparse_mdp import SparseMdpSolution
-from dmplay.solvers.value_iteration import select_greedy_actions
 from dmplay.work_budget import Budget
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan

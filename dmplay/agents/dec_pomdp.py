@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.greedy_belief_policies import describe_plan_length
+from dmplay.agents.belief_policy_bases import describe_plan_length
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Labels, Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded

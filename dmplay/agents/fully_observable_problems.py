@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
 from dmplay.agents.base import ENDS_SOONEST, WITHOUT_END, ReactivePolicy, SeatPolicy
-from dmplay.agents.greedy_belief_policies import MAX_HORIZON
+from dmplay.agents.belief_policy_bases import MAX_HORIZON
 from dmplay.chance import Array, Bools, Categorical, Ints, Reals
 from dmplay.core import (
     Memory,
@@ -25,8 +25,8 @@ from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers import backward_induction, best_response_dynamics, shapley, transition_graph
 from dmplay.solvers.backward_induction import BackwardInductionResult
 from dmplay.solvers.best_response_dynamics import BestResponseResult
+from dmplay.solvers.mdp_values import compute_tolerance, select_greedy_actions
 from dmplay.solvers.shapley import ShapleyResult
-from dmplay.solvers.value_iteration import compute_tolerance, select_greedy_actions
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 from dmplay.validation import random_play
 from dmplay.work_budget import limit_total_work

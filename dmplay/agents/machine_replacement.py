@@ -9,11 +9,11 @@ from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy
-from dmplay.agents.greedy_belief_policies import MAX_HORIZON, RemainingHorizonPolicy
+from dmplay.agents.belief_policy_bases import MAX_HORIZON, RemainingHorizonPolicy
 from dmplay.chance import Array, Bools, Reals, weighted_sum
 from dmplay.core import Memory, Problem, parameter
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 
@@ -79,12 +79,11 @@ class Qmdp(RemainingHorizonPolicy):
         """Q of the visible states, indexed by the number of turns left minus 1."""
         tables, discount = tabulate(self.problem), self.problem.discount
         next_values = [
-            value_iteration.compute_finite_horizon_values(tables, discount, turns)
+            mdp_values.compute_finite_horizon_values(tables, discount, turns)
             for turns in range(self.horizon)
         ]
         return [
-            value_iteration.compute_action_values(tables, discount, values)
-            for values in next_values
+            mdp_values.compute_action_values(tables, discount, values) for values in next_values
         ]
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay import belief
 from dmplay.agents._belief_policy import apply_by_group
-from dmplay.agents._shared_observation_plan import PartnerBeliefFilter, SharedObservationPlan
+from dmplay.agents._same_observation_planning import PartnerBeliefFilter, SharedObservationPlan
 from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster

@@ -10,11 +10,7 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.base import WITHOUT_END, GreedyPolicy
-from dmplay.agents.greedy_belief_policies import (
-    MAX_HORIZON,
-    NEGLIGIBLE_WEIGHT,
-    describe_plan_length,
-)
+from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
 from dmplay.chance import Reals
 from dmplay.core import Memory, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded

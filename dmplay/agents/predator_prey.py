@@ -18,7 +18,7 @@ from dmplay.errors import BadPolicy
 from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers import induced_mdp, markov_game_policy_iteration, sparse_mdp
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.mdp_values import select_greedy_actions
 
 MAX_PLANNED_STATES = 200_000  # states times turns of which the values of all moves are kept
 MAX_QUICK_OUTCOMES = 300_000  # outcomes of all states and moves that can be enumerated in a moment

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, Nash
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import RepeatedGameRule
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array, Ints
 from dmplay.core import Problem
 

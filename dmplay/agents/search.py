@@ -18,12 +18,12 @@ from dmplay.core import Memory, Percept, Policy, enumerate_outcomes, parameter
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers import leaf_values, uct
 from dmplay.solvers.leaf_values import LeafValues
+from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.solvers.search_config import GOLDEN_RATIO, LeafEvaluator, SearchConfig, SearchRequest
 from dmplay.solvers.search_tree_batch import TreeBatch
 from dmplay.solvers.search_tree_reuse import extract_subtrees, pack_trees
 from dmplay.solvers.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
 from dmplay.solvers.uct import UctResult
-from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.uniforms import expand_uniforms
 
 MAX_ROLLOUT_STATES = (

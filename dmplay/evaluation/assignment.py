@@ -21,7 +21,7 @@ from dmplay.game.launch_requests import GameRequest, ResumeRequest, request_from
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import HUMAN, load_resumed_players, make_header, make_seat_policy
 from dmplay.registry import problems
-from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
+from dmplay.registry.problem_name_kinds import CURRENT_FOLDER, rebase_name, transcript_folder
 from dmplay.safe_files import read_bytes, write_file
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import format_lines

@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.chance import Array, Reals
 from dmplay.core import Labels, Outcome, Problem
 from dmplay.errors import DmplayError
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.tabular import tabulate
 
 MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly
@@ -44,7 +44,7 @@ def build_control_variate(problem: Problem) -> ControlVariate | None:
     try:
         return ControlVariate(
             problem,
-            value_iteration.compute_optimal_q(
+            mdp_values.compute_optimal_q(
                 tabulate(problem).expected_reward_tables, problem.discount
             ),
         )

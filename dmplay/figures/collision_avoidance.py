@@ -6,7 +6,7 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.registry.problems import load_problem
 from dmplay.solvers import collision_avoidance_grid
-from dmplay.solvers.value_iteration import VALUE_TOLERANCE, mark_best_actions
+from dmplay.solvers.mdp_values import VALUE_TOLERANCE, mark_best_actions
 from dmplay.views.canvas import Canvas
 
 CLIMB_RATES = (0.0, 5.0)  # m/s, in the left and the right column

@@ -9,7 +9,7 @@ from dmplay.hexgrid import Hex
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.registry.problems import load_problem
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.tabular import tabulate
 from dmplay.views.canvas import format_signed, format_to_width
 from dmplay.views.hexgrid import ARROWS, NORMAL_SIZE, HexCell, HexSize, draw_map
@@ -27,7 +27,7 @@ def draw_hex_world_policies() -> Text:
 def _draw_optimal_policy(problem: Problem) -> Text:
     """Return a map with the optimal action and the value of every hex."""
     assert isinstance(problem, HexWorld)
-    q = value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
+    q = mdp_values.compute_optimal_q(tabulate(problem), problem.discount)
     exits = dict(problem.rewards)
 
     def make_cell(hex_: Hex, size: HexSize) -> HexCell:
@@ -37,7 +37,7 @@ def _draw_optimal_policy(problem: Problem) -> Text:
                 "◆" if exits[hex_] > 0 else "✗", format_signed(exits[hex_]), style="bold"
             )
         values = q[problem.hexes.index(hex_)]
-        arrow = ARROWS[value_iteration.select_greedy_actions(values)]
+        arrow = ARROWS[mdp_values.select_greedy_actions(values)]
         value = float(values.max())
         return HexCell(arrow, format_to_width(value, 5), style="green" if value > 0 else "yellow")
 

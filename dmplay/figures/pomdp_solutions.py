@@ -10,7 +10,7 @@ from dmplay.problems.catch import DISTANCES
 from dmplay.registry.problems import load_problem
 from dmplay.solvers import exact_pomdp
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.mdp_values import select_greedy_actions
 from dmplay.tabular import tabulate
 from dmplay.views.canvas import Canvas
 from dmplay.views.plots import Axis, Plot

@@ -18,7 +18,7 @@ from dmplay.game.narration import Narrator
 from dmplay.hints.ghost_agent import Ghost
 from dmplay.hints.hint_provider import HintProvider
 from dmplay.key_maps.action_input import Keyboard
-from dmplay.registry.problem_sources import names_bot
+from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.safe_files import MAX_FILE_BYTES
 from dmplay.session import SeatedPolicy, Session, View
 from dmplay.signals import TURN_GATE

@@ -35,7 +35,7 @@ from dmplay.game.transcript_files import describe_problem_change, load_transcrip
 from dmplay.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
 from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import resolve_key_maps
-from dmplay.registry import agents, problem_sources, problems
+from dmplay.registry import agents, problem_name_kinds, problems
 from dmplay.safe_files import check_not_source, is_game_running, write_file
 from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.transcript.concealment import (
@@ -343,7 +343,7 @@ def _load_players(
     transcript: Transcript, problem: Problem, *, trusted: bool
 ) -> tuple[list[str], list[Policy | None]]:
     """Return the players and policies that continue a transcript."""
-    folder = problem_sources.transcript_folder(Path(transcript.path))
+    folder = problem_name_kinds.transcript_folder(Path(transcript.path))
     return load_resumed_players(problem, transcript.header, trusted=trusted, folder=folder)
 
 

@@ -11,7 +11,7 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.game.saves import load_transcript
 from dmplay.key_maps.action_input import parse_action_text
 from dmplay.registry import agents, problems
-from dmplay.registry.problem_sources import (
+from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
     names_bot,
     rebase_name,

@@ -12,7 +12,7 @@ from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry import problems
-from dmplay.registry.problem_sources import resolve_recorded_name, transcript_folder
+from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
 from dmplay.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.transcript.concealment import disclose_transcript, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript

@@ -15,7 +15,7 @@ from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.hints.outcome_forecast import forecast_outcomes, format_forecast
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session, Turn
-from dmplay.solvers.value_iteration import VALUE_TOLERANCE
+from dmplay.solvers.mdp_values import VALUE_TOLERANCE
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 from dmplay.work_budget import limit_total_work
 

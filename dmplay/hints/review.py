@@ -12,7 +12,7 @@ from dmplay.formatting import align_columns, format_count
 from dmplay.hints.hint_provider import count_decimals, format_fixed
 from dmplay.registry import agents
 from dmplay.session import SeatedPolicy, Session
-from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.work_budget import Budget, scale_progress_part
 
 REVIEW_NOTE_PREFIX = "# review "

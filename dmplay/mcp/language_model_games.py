@@ -15,7 +15,7 @@ from dmplay.game.parsed_commands import McpServerConfig
 from dmplay.output.problem_info import load_problem_info
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.registry.problem_sources import names_data_file, names_python_file
+from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.transcript.format import HUMAN_PLAYER, MODEL_PLAYER
 from dmplay.transcript.recorder import Recorder

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.errors import BadParameter
-from dmplay.evaluation.return_summary import RunResult
+from dmplay.evaluation.many_games import RunResult
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.output.evaluation_request import SettingResult

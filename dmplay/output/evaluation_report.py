@@ -10,7 +10,7 @@ from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
-from dmplay.evaluation.return_summary import RunResult, run
+from dmplay.evaluation.many_games import RunResult, run
 from dmplay.formatting import append_noun, format_count, format_json_report, format_score
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.parsed_commands import Printout

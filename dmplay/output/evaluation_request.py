@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
-from dmplay.evaluation.return_summary import RunResult
+from dmplay.evaluation.many_games import RunResult
 from dmplay.evaluation.statistics import Estimate
 from dmplay.game.game_setup import assign_players, check_turn_limit
 from dmplay.game.launch_requests import GameRequest, parse_settings

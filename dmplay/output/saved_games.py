@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from dmplay.formatting import describe_end_reason, format_count, format_json_report
 from dmplay.game.saves import iter_outlines, list_saves
-from dmplay.registry.problem_sources import CURRENT_FOLDER, rebase_name, transcript_folder
+from dmplay.registry.problem_name_kinds import CURRENT_FOLDER, rebase_name, transcript_folder
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.transcript.verification_report import describe_peeks_and_hints
 

@@ -18,7 +18,7 @@ from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names, stem_to_name
 from dmplay.registry.parameter_parsing import parse_parameter
-from dmplay.registry.problem_sources import names_bot
+from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 from dmplay.source_locations import describe_error_location
@@ -53,7 +53,7 @@ def load_roster(problem: Problem, seat: int = 0) -> Roster:
         module_name = "user_defined_problems"
     specific, general = (
         _load_module_roster(module_name, problem, seat),
-        _load_module_roster("general", problem, seat),
+        _load_module_roster("random_agent", problem, seat),
     )
     merged = replace(specific, agents={**specific.agents, **general.agents})
     return (

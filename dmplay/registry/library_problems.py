@@ -4,7 +4,7 @@ from importlib import import_module
 
 from dmplay.errors import BadParameter
 from dmplay.external.optional_libraries import format_library_version
-from dmplay.registry.problem_sources import LookupResult
+from dmplay.registry.problem_name_kinds import LookupResult
 
 LIBRARY_PACKAGES = {  # package of each library, by the word before the colon
     "gymnasium": "gymnasium",

@@ -8,7 +8,7 @@ from dmplay import safe_files
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.registry import library_problems
-from dmplay.registry.problem_sources import LookupResult
+from dmplay.registry.problem_name_kinds import LookupResult
 
 HASH_DIGITS = 16  # digits of a hash that identifies a file
 

@@ -24,7 +24,7 @@ from dmplay.registry import library_problems, problem_files, problem_module_expo
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
 from dmplay.registry.parameter_parsing import parse_parameter
-from dmplay.registry.problem_sources import (
+from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
     DATA_SUFFIXES,
     PYTHON_SUFFIX,

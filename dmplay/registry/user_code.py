@@ -6,7 +6,7 @@ from typing import Any
 
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry import module_loader
-from dmplay.registry.problem_sources import names_python_file
+from dmplay.registry.problem_name_kinds import names_python_file
 
 
 def may_name_code(name: str) -> bool:

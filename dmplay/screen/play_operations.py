@@ -1,9 +1,9 @@
 """Actions of the play screen: turns, lookahead, the real-time clock, typed commands."""
 
 from dmplay.formatting import format_count
-from dmplay.screen.animation import ANIMATION_SECONDS
 from dmplay.screen.modes import Mode, ModeEvent
 from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.turn_animation import ANIMATION_SECONDS
 from dmplay.shell.commands import PlayerQuit, iter_commands_until_handover, run_line
 from dmplay.shell.game_commands import preview_action
 

@@ -17,11 +17,11 @@ from dmplay.game.game_series import GameController
 from dmplay.post_game_timeline import GameTimeline, PostGameReview
 from dmplay.rendering.painter import Painter
 from dmplay.screen import frame
-from dmplay.screen.animation import TurnAnimation
 from dmplay.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.screen.number_input import NumberInput
 from dmplay.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
+from dmplay.screen.turn_animation import TurnAnimation
 from dmplay.terminal_capabilities import Terminal, escape_unprintable
 from dmplay.work_budget import ComputationStopped
 

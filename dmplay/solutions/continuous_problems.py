@@ -15,7 +15,7 @@ from dmplay.solvers import (
     grid_value_iteration,
     linear_gaussian_evaluation,
 )
-from dmplay.solvers.value_iteration import mark_best_actions, select_greedy_actions
+from dmplay.solvers.mdp_values import mark_best_actions, select_greedy_actions
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest

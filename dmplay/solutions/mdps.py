@@ -15,11 +15,11 @@ from dmplay.solutions.solution import Row, Solution, format_action_names
 from dmplay.solvers import (
     backward_induction,
     backward_value_iteration,
+    mdp_values,
     transition_graph,
-    value_iteration,
 )
+from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.solvers.transition_graph import TransitionGraph
-from dmplay.solvers.value_iteration import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 
@@ -88,13 +88,11 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     budget = Budget("value iteration", "try fewer states, or play search", 1e10)
     while change >= CONVERGENCE_THRESHOLD and done < MAX_SWEEPS:
         budget.spend_work(ARRAY_CALL_WORK + tables.transition.size, done / MAX_SWEEPS)
-        next_values = value_iteration.compute_action_values(tables, problem.discount, values).max(
-            axis=1
-        )
+        next_values = mdp_values.compute_action_values(tables, problem.discount, values).max(axis=1)
         change = float(abs(next_values - values).max())
         values = next_values
         done += 1
-    q = value_iteration.compute_optimal_q(tables, problem.discount)
+    q = mdp_values.compute_optimal_q(tables, problem.discount)
     distance = float(abs(q.max(axis=1) - values).max())
     states = problem.enumerate_states()
     legal = problem.legal_actions_mask(states)

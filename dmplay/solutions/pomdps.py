@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from dmplay import belief
-from dmplay.agents.greedy_belief_policies import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
+from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
     PointBasedPolicy,
@@ -26,7 +26,7 @@ from dmplay.solutions.simulated_returns import (
 from dmplay.solutions.solution import Row, Solution, format_action_names
 from dmplay.solvers import exact_pomdp
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.work_budget import limit_total_work
 

@@ -21,9 +21,9 @@ from dmplay.solvers import (
     exact_pomdp,
     joint_plan_dynamic_programming,
     joint_plan_improvement,
+    mdp_values,
     reactive_team_policies,
     sparse_mdp,
-    value_iteration,
 )
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
@@ -62,7 +62,7 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
     for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):
         pair_values = np.einsum("s,sij->ij", b, stage.pair_values)
         pair = np.unravel_index(
-            int(value_iteration.select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
+            int(mdp_values.select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
         )
         row: Row = {
             "turns": turns,
@@ -70,7 +70,7 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
             "value": float(pair_values.max()),
             "one planner": float((planner.alpha_vectors @ b).max()),
             "one who sees": float(
-                b @ value_iteration.compute_finite_horizon_values(team, problem.discount, turns)
+                b @ mdp_values.compute_finite_horizon_values(team, problem.discount, turns)
             ),
         }
         for seat, agent in enumerate(problem.agents):

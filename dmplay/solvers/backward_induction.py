@@ -14,12 +14,12 @@ import numpy as np
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded
+from dmplay.solvers.mdp_values import FINITE_VALUE_REMEDY, compute_tolerance
 from dmplay.solvers.transition_graph import (
     OUTCOMES_PER_BLOCK,
     TransitionGraph,
     gather_ranges,
 )
-from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY, compute_tolerance
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values, at a scale of 1, at which the induction ends

@@ -15,13 +15,13 @@ import numpy as np
 
 from dmplay.chance import Array, Ints, Reals
 from dmplay.errors import BudgetExceeded
+from dmplay.solvers.mdp_values import ENDLESS_GAME_MESSAGE
 from dmplay.solvers.transition_graph import (
     OUTCOMES_PER_BLOCK,
     TransitionGraph,
     compute_offsets,
     gather_ranges,
 )
-from dmplay.solvers.value_iteration import ENDLESS_GAME_MESSAGE
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 TARGET_GAP = 1e-8  # between the bounds, at a scale of 1

@@ -14,8 +14,8 @@ import numpy as np
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem, initial_state_distribution
 from dmplay.errors import BadPolicy
+from dmplay.solvers.mdp_values import compute_tolerance
 from dmplay.solvers.transition_graph import TransitionGraph
-from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 WORK_LIMIT = 2e10

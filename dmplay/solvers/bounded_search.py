@@ -17,7 +17,7 @@ from dmplay.chance import Bools, Ints, Reals, weighted_sum
 from dmplay.solvers import exact_pomdp
 from dmplay.solvers.belief_grid import BeliefGrid
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.solvers.value_iteration import compute_tolerance
+from dmplay.solvers.mdp_values import compute_tolerance
 from dmplay.tabular import Tables
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from dmplay.chance import Bools, Ints, Reals, weighted_sum_columns
 from dmplay.solvers.double_description import BORDER_TOLERANCE
+from dmplay.solvers.mdp_values import compute_tolerance
 from dmplay.solvers.upper_envelope import compute_upper_envelope
-from dmplay.solvers.value_iteration import compute_tolerance
 from dmplay.tabular import Tables
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from dmplay.chance import Ints, Reals
 from dmplay.core import Problem
-from dmplay.solvers.value_iteration import VALUE_TOLERANCE
+from dmplay.solvers.mdp_values import VALUE_TOLERANCE
 from dmplay.tabular import Tables, joint_actions, tabulate
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

@@ -13,7 +13,7 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
-from dmplay.solvers import induced_mdp, sparse_mdp, value_iteration, zero_sum
+from dmplay.solvers import induced_mdp, mdp_values, sparse_mdp, zero_sum
 from dmplay.tabular import Tables, tabulate
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 
@@ -79,7 +79,7 @@ def _estimate_progress(changes: list[float]) -> float:
 def _build_stage_games(problem: Problem, tables: Tables, values: Reals) -> Reals:
     """Return the matrix game `[S, A1, A2]` of every state, as payoffs to the first agent."""
     shape = (len(values), *problem.action_counts)
-    return value_iteration.compute_action_values(tables, problem.discount, values).reshape(shape)
+    return mdp_values.compute_action_values(tables, problem.discount, values).reshape(shape)
 
 
 def _solve_stage_games(stage_games: Reals) -> tuple[Reals, Reals]:
@@ -91,7 +91,7 @@ def _solve_stage_games(stage_games: Reals) -> tuple[Reals, Reals]:
 def _evaluate_policies(tables: Tables, discount: float, policies: tuple[Reals, Reals]) -> Reals:
     """Return the first agent's values `[S]` under these policies."""
     joint = (policies[0][:, :, None] * policies[1][:, None]).reshape(len(policies[0]), -1)
-    return value_iteration.evaluate_policy(tables, discount, joint)
+    return mdp_values.evaluate_policy(tables, discount, joint)
 
 
 def _evaluate_seat(

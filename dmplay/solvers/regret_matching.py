@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.solvers.value_iteration import VALUE_TOLERANCE
+from dmplay.solvers.mdp_values import VALUE_TOLERANCE
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 
 MAX_ROUNDS = 4096

@@ -15,8 +15,8 @@ from dmplay.chance import Bools, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BadPolicy
 from dmplay.solvers import zero_sum
+from dmplay.solvers.mdp_values import FINITE_VALUE_REMEDY
 from dmplay.solvers.transition_graph import TransitionGraph
-from dmplay.solvers.value_iteration import FINITE_VALUE_REMEDY
 from dmplay.solvers.zero_sum import MatrixGameSolutions
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from dmplay.chance import FiniteChance, Ints, Reals
 from dmplay.core import Problem, checked_state_indices, enumerate_possible_outcomes
-from dmplay.solvers.value_iteration import compute_tolerance, select_greedy_actions
+from dmplay.solvers.mdp_values import compute_tolerance, select_greedy_actions
 from dmplay.tabular import joint_actions
 from dmplay.work_budget import ARRAY_CALL_WORK, Budget
 

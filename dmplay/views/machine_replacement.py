@@ -10,7 +10,7 @@ from dmplay.chance import Reals
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import View
 from dmplay.solvers.exact_pomdp import AlphaVectorStage, compute_action_values, solve_finite_horizon
-from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby
 from dmplay.views._belief_bars import (

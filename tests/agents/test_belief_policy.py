@@ -3,7 +3,7 @@
 import numpy as np
 
 from dmplay.agents._belief_policy import SparseTransition
-from dmplay.agents._shared_observation_plan import PartnerBeliefFilter
+from dmplay.agents._same_observation_planning import PartnerBeliefFilter
 from dmplay.chance import Reals, weighted_sum
 
 EXPECTED_TRANSITIONS = np.array(

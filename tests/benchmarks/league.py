@@ -15,7 +15,7 @@ from typing import NamedTuple
 import dmplay
 from dmplay.core import Problem
 from dmplay.errors import DmplayError
-from dmplay.evaluation.return_summary import run
+from dmplay.evaluation.many_games import run
 from dmplay.evaluation.statistics import estimate_mean
 from dmplay.output.evaluation_request import EvaluationRequest
 from dmplay.output.tournament_report import report_tournament

@@ -23,8 +23,8 @@ from dmplay.solvers import (
     induced_mdp,
     linear_gaussian_evaluation,
     markov_game_policy_iteration,
+    mdp_values,
     sparse_mdp,
-    value_iteration,
 )
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
@@ -108,7 +108,7 @@ def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:
 
 
 def _solve_hexworld(problem: Problem) -> float:
-    values = value_iteration.compute_optimal_q(tabulate(problem), problem.discount).max(axis=1)
+    values = mdp_values.compute_optimal_q(tabulate(problem), problem.discount).max(axis=1)
     return float(belief.initial_belief(problem) @ values)
 
 

@@ -401,7 +401,7 @@ def test_an_error_in_a_user_defined_problem_is_reported_with_its_line(
 
 
 def test_an_agent_that_ends_the_program_is_reported_with_its_line(tmp_path: Path) -> None:
-    code = ["import sys", "from dmplay.agents.general import Random", "class Agent(Random):"]
+    code = ["import sys", "from dmplay.agents.random_agent import Random", "class Agent(Random):"]
     code += ["    def choose(self, memory, legal, u):", "        sys.exit()", ""]
     (tmp_path / "leaver.py").write_text("\n".join(code))
     result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "./leaver.py:Agent")

@@ -15,7 +15,7 @@ import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
-from dmplay.evaluation.return_summary import run
+from dmplay.evaluation.many_games import run
 from dmplay.game.parsed_commands import Printout
 from dmplay.game.transcript_files import verify_file
 from dmplay.output import evaluation_request

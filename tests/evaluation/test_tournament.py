@@ -18,7 +18,7 @@ import pytest
 
 import dmplay
 from dmplay import safe_files
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array, Bools, Reals
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core import Memory, Policy

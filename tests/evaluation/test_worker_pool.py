@@ -24,7 +24,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory
 from dmplay.errors import BadParameter, LostGames, UnknownName

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.registry.problem_sources import DATA_SUFFIXES
+from dmplay.registry.problem_name_kinds import DATA_SUFFIXES
 from dmplay.registry.problems import load_problem
 
 CORPUS_FOLDER = os.environ.get("DMPLAY_CORPUS", "")

@@ -26,7 +26,7 @@ from dmplay.hints.hint_provider import (
 from dmplay.hints.review import ReviewedAction, review_actions
 from dmplay.registry import agents
 from dmplay.session import Session
-from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.solvers.mdp_values import mark_best_actions
 from tests.support.problem_cases import CASE_NAMES, load_problem, load_small_problem
 from tests.support.screens import make_session_game
 

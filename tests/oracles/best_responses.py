@@ -4,7 +4,7 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.solvers.bimatrix_game import MixedProfile, compute_response_values
-from dmplay.solvers.value_iteration import mark_best_actions
+from dmplay.solvers.mdp_values import mark_best_actions
 
 
 def compute_correlated_gains(payoffs: Reals, joint: Reals) -> Reals:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array
 from dmplay.core import Problem
 from dmplay.game.game import Game

@@ -8,7 +8,7 @@ from dmplay.errors import BadParameter, BadPolicy
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.registry.agents import load_roster
 from dmplay.rollouts import rollout
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 
 BABY = CryingBaby()
 FEED, SING, IGNORE = range(3)
@@ -70,9 +70,7 @@ def test_qmdp_gives_no_value_to_information() -> None:
     q = Qmdp(BABY, 0).action_values(make_beliefs(0, 0.5, 1))
     np.testing.assert_allclose(q[:, SING], q[:, IGNORE] - 0.5)
     np.testing.assert_allclose(q[1], (q[0] + q[2]) / 2)
-    np.testing.assert_allclose(
-        q[[0, 2]], value_iteration.compute_optimal_q(BABY.tables, BABY.discount)
-    )
+    np.testing.assert_allclose(q[[0, 2]], mdp_values.compute_optimal_q(BABY.tables, BABY.discount))
 
 
 def test_an_undiscounted_infinite_game_has_no_optimum() -> None:

@@ -15,7 +15,7 @@ from dmplay.agents.machine_replacement import (
 from dmplay.core import Percept, enumerate_outcomes
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.session import Session
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from tests.support.returns import assert_policy_earns
 
 MACHINE = MachineReplacement()
@@ -134,7 +134,7 @@ def test_qmdp_values_are_those_of_the_mdp_if_the_state_is_certain() -> None:
     policy = Qmdp(MACHINE, 0)
     q = policy.finite_horizon_values(np.eye(3), 20)
     np.testing.assert_allclose(
-        q.max(axis=1), value_iteration.compute_finite_horizon_values(MACHINE.tables, 1.0, 20)
+        q.max(axis=1), mdp_values.compute_finite_horizon_values(MACHINE.tables, 1.0, 20)
     )
     last = policy.action_values((np.eye(3), np.full(3, 19)))
     np.testing.assert_allclose(last, MACHINE.tables.rewards[:, :, 0])

@@ -184,7 +184,7 @@ def test_an_agent_needs_an_existing_seat(seat: int) -> None:
 
 def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
     (tmp_path / "bots.py").write_text(
-        "from dmplay.agents.general import Random as Bot\nclass Nothing:\n"
+        "from dmplay.agents.random_agent import Random as Bot\nclass Nothing:\n"
         "    def __init__(self, problem, seat): pass\n"
     )
     problem = dmplay.load_problem("hexworld")
@@ -218,7 +218,7 @@ def test_the_uniform_count_of_an_agent_must_be_a_whole_number(
     draws: object, tmp_path: Path
 ) -> None:
     (tmp_path / "bots.py").write_text(
-        "from dmplay.agents.general import Random\nclass "
+        "from dmplay.agents.random_agent import Random\nclass "
         f"Bot(Random):\n    uniform_count = {draws!r}\n"
     )
     with pytest.raises(

@@ -13,7 +13,7 @@ from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeReques
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import rewrite_file, verify_file
 from dmplay.game_launcher import print_epilogue
-from dmplay.registry.problem_sources import rebase_name
+from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.registry.problems import load_problem, requires_trust, resolve_problem
 from dmplay.transcript.reader import read_transcript
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file

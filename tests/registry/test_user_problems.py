@@ -26,7 +26,7 @@ from dmplay.solutions.simulated_returns import (
     solve_by_simulation,
     use_simulation_options,
 )
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers import point_based as solver
 from dmplay.uniforms import SeededUniforms
 from dmplay.work_budget import limit_total_work
@@ -195,7 +195,7 @@ def test_an_endless_game_is_planned_once_it_has_a_turn_limit() -> None:
 def test_an_endless_undiscounted_problem_is_searched_or_planned(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(value_iteration, "MAX_SWEEPS", 1000)
+    monkeypatch.setattr(mdp_values, "MAX_SWEEPS", 1000)
     policy = dmplay.load_agent(FusedLamp(), 0, "optimal")
     with pytest.raises(BudgetExceeded, match="values change by 1 a turn; nothing is discounted"):
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)

@@ -14,7 +14,7 @@ from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
 from dmplay.errors import BudgetExceeded
 from dmplay.solutions.method_choice import solve_problem
-from dmplay.solvers import backward_value_iteration, transition_graph, value_iteration
+from dmplay.solvers import backward_value_iteration, mdp_values, transition_graph
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import SparseTables, tabulate
 from dmplay.work_budget import limit_total_work
@@ -170,7 +170,7 @@ def test_the_bounds_are_valid_in_a_ring_without_an_end() -> None:
     result = backward_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(ring), ring.discount
     )
-    expected = value_iteration.compute_optimal_q(tabulate(ring), ring.discount).max(axis=1)
+    expected = mdp_values.compute_optimal_q(tabulate(ring), ring.discount).max(axis=1)
     assert np.abs(result.values - expected).max() <= result.gap / 2 + 1e-9
     assert result.gap < 1e-4
     assert result.sweep_count < 100

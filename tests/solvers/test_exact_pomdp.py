@@ -7,7 +7,7 @@ import pytest
 import dmplay
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.tabular import Tables, tabulate
 
@@ -88,7 +88,7 @@ def test_a_fully_observed_pomdp_has_the_values_of_its_mdp() -> None:
     rewards = rng.normal(size=(3, 2, 1))
     model = Tables(transition, rewards, np.repeat(np.eye(3)[None], 2, axis=0))
     stage = exact_pomdp.solve_infinite_horizon(model, 0.9)
-    q = value_iteration.compute_optimal_q(Tables(transition, rewards, None), 0.9)
+    q = mdp_values.compute_optimal_q(Tables(transition, rewards, None), 0.9)
     np.testing.assert_allclose(exact_pomdp.compute_action_values(stage, np.eye(3)), q, atol=1e-9)
 
 

@@ -4,7 +4,7 @@ import pytest
 import dmplay
 from dmplay.errors import BudgetExceeded
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import induced_mdp, sparse_mdp, value_iteration
+from dmplay.solvers import induced_mdp, mdp_values, sparse_mdp
 from dmplay.tabular import Tables, tabulate
 
 CIRCLE_PROBLEM = dmplay.load_problem("predator-prey:circle")
@@ -22,7 +22,7 @@ def test_the_model_against_a_uniform_policy_averages_over_its_actions(seat: int)
     model = induced_mdp.build_induced_mdp(CIRCLE_PROBLEM, seat, [UNIFORM_POLICY, UNIFORM_POLICY])
     np.testing.assert_allclose(np.add.reduceat(model.probabilities, model.outcome_starts), 1)
     np.testing.assert_allclose(model.rewards, expected_tables.rewards[:, :, 0])
-    expected = value_iteration.compute_optimal_q(expected_tables, CIRCLE_PROBLEM.discount)
+    expected = mdp_values.compute_optimal_q(expected_tables, CIRCLE_PROBLEM.discount)
     np.testing.assert_allclose(
         sparse_mdp.compute_optimal_q(model, CIRCLE_PROBLEM.discount), expected, atol=1e-8
     )

@@ -6,7 +6,7 @@ import pytest
 import dmplay
 from dmplay.core import Problem
 from dmplay.solvers import leaf_values as rewards_ahead
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.tabular import tabulate
 
 
@@ -19,14 +19,14 @@ def compute_leaf_values(problem: Problem, seat: int, turns_left: int) -> np.ndar
 
 def test_leaf_values_without_a_horizon_are_the_optimal_values() -> None:
     hexworld = dmplay.load_problem("hexworld")
-    optimal = value_iteration.compute_optimal_q(tabulate(hexworld), hexworld.discount).max(axis=1)
+    optimal = mdp_values.compute_optimal_q(tabulate(hexworld), hexworld.discount).max(axis=1)
     assert compute_leaf_values(hexworld, 0, 5) == pytest.approx(optimal, abs=1e-4)
 
 
 @pytest.mark.parametrize("turns_left", [0, 1, 7, 20])
 def test_leaf_values_with_a_horizon_depend_on_the_turns_left(turns_left: int) -> None:
     machine = dmplay.load_problem("machine-replacement")
-    expected = value_iteration.compute_finite_horizon_values(
+    expected = mdp_values.compute_finite_horizon_values(
         tabulate(machine), machine.discount, turns_left
     )
     assert compute_leaf_values(machine, 0, turns_left) == pytest.approx(expected, abs=1e-9)

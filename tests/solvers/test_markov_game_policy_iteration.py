@@ -8,7 +8,7 @@ import pytest
 import dmplay
 from dmplay.errors import BadParameter
 from dmplay.solvers import markov_game_policy_iteration, zero_sum
-from dmplay.solvers.value_iteration import compute_action_values
+from dmplay.solvers.mdp_values import compute_action_values
 from dmplay.tabular import tabulate
 from dmplay.work_budget import report_progress_to
 

@@ -121,7 +121,7 @@ def test_unchecked_players_are_reported(
 
 def test_a_user_defined_agent_is_checked_only_with_trust(tmp_path: Path) -> None:
     path, bot = tmp_path / "game.dmt", f"{tmp_path}/bots.py:Bot"
-    (tmp_path / "bots.py").write_text("from dmplay.agents.general import Random as Bot\n")
+    (tmp_path / "bots.py").write_text("from dmplay.agents.random_agent import Random as Bot\n")
     record_game(path, "hexworld", bot, turns=1)
     assert (
         verify_file(path).unchecked_players,

@@ -12,7 +12,7 @@ import pytest
 
 import dmplay
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.general import Random as Anything
+from dmplay.agents.random_agent import Random as Anything
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import Memory, Outcome, Percept, Policy, Problem
 from dmplay.errors import BadTranscript

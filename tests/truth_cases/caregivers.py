@@ -8,7 +8,7 @@ from dmplay import belief
 from dmplay.core import enumerate_outcomes
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solvers import bimatrix_game, value_iteration
+from dmplay.solvers import bimatrix_game, mdp_values
 from dmplay.tabular import Tables, tabulate
 from tests.truth_cases.case import Case, map_by_kind
 
@@ -100,7 +100,7 @@ def always_joint_action(case: Case) -> None:
     values_by_caregiver = {}
     for seat in range(2):
         seat_tables = make_single_agent_tables(TABLES.rewards[:, :, seat])
-        values = value_iteration.evaluate_policy(seat_tables, PROBLEM.discount, always)
+        values = mdp_values.evaluate_policy(seat_tables, PROBLEM.discount, always)
         values_by_caregiver[str(seat + 1)] = name_values(values)
     case.close("values_by_caregiver", values_by_caregiver)
 
@@ -108,11 +108,11 @@ def always_joint_action(case: Case) -> None:
 def team_fully_observed(case: Case) -> None:
     assert case.inputs["objective"].startswith("sum of both caregivers' rewards")
     team = make_single_agent_tables(TABLES.rewards[:, :, 0] + TABLES.rewards[:, :, 1])
-    q = value_iteration.compute_optimal_q(team, PROBLEM.discount)
+    q = mdp_values.compute_optimal_q(team, PROBLEM.discount)
     case.close("values", name_values(q.max(axis=1)))
     best = [
         [list(JOINT_ACTIONS[a]) for a in np.flatnonzero(row)]
-        for row in value_iteration.mark_best_actions(q)
+        for row in mdp_values.mark_best_actions(q)
     ]
     assert dict(zip(STATE_NAMES, best, strict=True)) == case.expect["best"]
 

@@ -6,7 +6,7 @@ from dmplay import belief
 from dmplay.chance import Reals
 from dmplay.core import enumerate_outcomes
 from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.solvers.bounded_search import BoundedSearch
 from dmplay.tabular import tabulate
 from tests.truth_cases.case import Case, map_by_kind
@@ -54,8 +54,8 @@ def belief_chain(case: Case) -> None:
 
 def known_proficiency(case: Case) -> None:
     s = PROFICIENCIES.index(case.inputs["s"])
-    q = value_iteration.compute_optimal_q(tabulate(PROBLEM), PROBLEM.discount)[s]
-    (best,) = np.flatnonzero(value_iteration.mark_best_actions(q))
+    q = mdp_values.compute_optimal_q(tabulate(PROBLEM), PROBLEM.discount)[s]
+    (best,) = np.flatnonzero(mdp_values.mark_best_actions(q))
     case.close("best_distance", DISTANCES[best])
     case.close("reward", tabulate(PROBLEM).rewards[s, best, 0])
     case.close("infinite_value", q.max())
@@ -69,7 +69,7 @@ def make_search(discount: float) -> BoundedSearch:
 def find_best_throws(case: Case, b: list[float], horizon: int) -> tuple[Reals, list[float]]:
     """Return Q of each throw and the best distances."""
     q: Reals = make_search(case.inputs["gamma"]).compute_action_values(np.array([b]), horizon)[0]
-    return q, [DISTANCES[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
+    return q, [DISTANCES[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
 
 
 def optimal_from_belief(case: Case) -> None:

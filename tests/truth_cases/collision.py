@@ -14,7 +14,7 @@ from dmplay.problems.collision_avoidance import (
 )
 from dmplay.solvers import collision_avoidance_grid
 from dmplay.solvers.collision_avoidance_grid import CLIMB_RATES, HEIGHTS
-from dmplay.solvers.value_iteration import VALUE_TOLERANCE, mark_best_actions
+from dmplay.solvers.mdp_values import VALUE_TOLERANCE, mark_best_actions
 from dmplay.uniforms import NATURE_STREAM, generate_uniforms
 from tests.truth_cases.case import Case, map_by_kind
 

@@ -9,7 +9,7 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.crying_baby import CryingBaby
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.upper_envelope import compute_upper_envelope
 from dmplay.tabular import Tables, tabulate
@@ -72,7 +72,7 @@ def always_one_action(case: Case) -> None:
     always = np.tile(np.eye(3)[ACTIONS.index(case.inputs["action"])], (2, 1))
     case.close(
         "values",
-        name_values(value_iteration.evaluate_policy(load_tables(), PROBLEM.discount, always)),
+        name_values(mdp_values.evaluate_policy(load_tables(), PROBLEM.discount, always)),
     )
 
 
@@ -170,7 +170,7 @@ def check_action_values(case: Case, stage_solution: AlphaVectorStage) -> Reals:
     ]
     case.close("q", dict(zip(ACTIONS, q, strict=True)))
     assert case.expect["best"] == [
-        ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))
+        ACTIONS[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))
     ]
     return q
 

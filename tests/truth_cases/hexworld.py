@@ -3,7 +3,7 @@ import numpy as np
 import dmplay
 from dmplay import hexgrid
 from dmplay.problems.hexworld import HexWorld
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.tabular import tabulate
 from tests.truth_cases.case import Case, map_by_kind, sum_probabilities
 
@@ -16,11 +16,11 @@ def load_world(case: Case) -> HexWorld:
 
 
 def compute_optimal_q(problem: HexWorld) -> np.ndarray:
-    return value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
+    return mdp_values.compute_optimal_q(tabulate(problem), problem.discount)
 
 
 def evaluate_policy(problem: HexWorld, policy: np.ndarray) -> np.ndarray:
-    return value_iteration.evaluate_policy(tabulate(problem), problem.discount, policy)
+    return mdp_values.evaluate_policy(tabulate(problem), problem.discount, policy)
 
 
 def make_uniform_policy(problem: HexWorld) -> np.ndarray:
@@ -28,7 +28,7 @@ def make_uniform_policy(problem: HexWorld) -> np.ndarray:
 
 
 def list_best_actions(q: np.ndarray) -> list[int]:
-    return [int(a) + 1 for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
+    return [int(a) + 1 for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
 
 
 def transition(case: Case) -> None:
@@ -78,7 +78,7 @@ def uniform_start_return(case: Case) -> None:
 
 def check_sweeps(case: Case) -> None:
     problem = load_world(case)
-    u = value_iteration.compute_finite_horizon_values(
+    u = mdp_values.compute_finite_horizon_values(
         tabulate(problem), problem.discount, case.inputs["sweeps"]
     )
     case.close("values", u)

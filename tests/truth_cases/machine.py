@@ -9,7 +9,7 @@ from dmplay.chance import Reals
 from dmplay.core import Problem
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import exact_pomdp, value_iteration
+from dmplay.solvers import exact_pomdp, mdp_values
 from dmplay.solvers.exact_pomdp import AlphaVectorStage
 from dmplay.tabular import tabulate
 from tests.oracles.belief_regions import find_pieces
@@ -52,15 +52,15 @@ def impossible_observation(case: Case) -> None:
 def always_one_action(case: Case) -> None:
     a, values = ACTIONS.index(case.inputs["action"]), np.zeros(3)
     for _ in range(case.inputs["horizon"]):
-        values = value_iteration.compute_action_values(TABLES, PROBLEM.discount, values)[:, a]
+        values = mdp_values.compute_action_values(TABLES, PROBLEM.discount, values)[:, a]
     case.close("values", values)
 
 
 def fully_observed_value(case: Case) -> None:
-    after = value_iteration.compute_finite_horizon_values(
+    after = mdp_values.compute_finite_horizon_values(
         TABLES, PROBLEM.discount, case.inputs["horizon"] - 1
     )
-    q = value_iteration.compute_action_values(TABLES, PROBLEM.discount, after)
+    q = mdp_values.compute_action_values(TABLES, PROBLEM.discount, after)
     case.close("values", q.max(axis=1))
     case.close("q", q)
 
@@ -109,7 +109,7 @@ def value_grid(case: Case) -> None:
 def compute_action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
     """Return Q of each action, and the best actions."""
     q: Reals = exact_pomdp.compute_action_values(compute_stage(horizon), np.array([b]))[0]
-    return q, [ACTIONS[a] for a in np.flatnonzero(value_iteration.mark_best_actions(q))]
+    return q, [ACTIONS[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
 
 
 def q_values(case: Case) -> None:

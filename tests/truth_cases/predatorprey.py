@@ -5,7 +5,7 @@ import numpy as np
 import dmplay
 from dmplay.chance import Reals
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.tabular import Tables, tabulate
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.hex_hunts import check_moves
@@ -56,12 +56,12 @@ def make_seat_tables(map_: str, seat: int) -> Tables:
 def compute_random_values(map_: str, seat: int) -> Reals:
     seat_tables = make_seat_tables(map_, seat)
     uniform = np.full(seat_tables.rewards.shape[:2], 1 / 6)
-    return value_iteration.evaluate_policy(seat_tables, load_hunt(map_).discount, uniform)
+    return mdp_values.evaluate_policy(seat_tables, load_hunt(map_).discount, uniform)
 
 
 @cache
 def compute_best_q(map_: str, seat: int) -> Reals:
-    return value_iteration.compute_optimal_q(make_seat_tables(map_, seat), load_hunt(map_).discount)
+    return mdp_values.compute_optimal_q(make_seat_tables(map_, seat), load_hunt(map_).discount)
 
 
 def state_index(case: Case) -> int:
@@ -79,7 +79,7 @@ def best_response_to_random(case: Case) -> None:
     for seat, name in enumerate(("predator", "prey")):
         q = compute_best_q(case.inputs["map"], seat)[state_index(case)]
         case.close(f"{name}_value", q.max())
-        best = np.flatnonzero(value_iteration.mark_best_actions(q)) + 1
+        best = np.flatnonzero(mdp_values.mark_best_actions(q)) + 1
         assert best.tolist() == case.expect[f"{name}_actions"]
 
 

@@ -38,6 +38,7 @@ from dmplay.solvers import (
     lemke_howson,
     linear_gaussian_evaluation,
     markov_game_policy_iteration,
+    mdp_values,
     multiagent_a_star,
     point_based,
     reactive_team_policies,
@@ -50,7 +51,6 @@ from dmplay.solvers import (
     transition_graph,
     uct,
     upper_envelope,
-    value_iteration,
     zero_sum,
 )
 from dmplay.solvers.dec_pomdp_model import DecPomdp
@@ -232,9 +232,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
         centralized_pomdp.CentralizedPomdp(load_tiger_team(), 2, make_budget()), make_budget()
     ).find_best_plan(),
     "uct": run_uct,
-    "value_iteration": lambda: value_iteration.compute_finite_horizon_values(
-        tabulate_hexworld(), 1.0, 5
-    ),
+    "mdp_values": lambda: mdp_values.compute_finite_horizon_values(tabulate_hexworld(), 1.0, 5),
     "zero_sum": lambda: zero_sum.solve_matrix_games(PAYOFFS[None, :, :, 0]),
 }
 

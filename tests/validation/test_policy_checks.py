@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from dmplay.agents.general import Random
+from dmplay.agents.random_agent import Random
 from dmplay.chance import Array
 from dmplay.core import Memory
 from dmplay.registry import agents

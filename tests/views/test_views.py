@@ -13,7 +13,7 @@ from dmplay.key_maps.action_input import find_action_by_key
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session
-from dmplay.solvers import value_iteration
+from dmplay.solvers import mdp_values
 from dmplay.styled_text import palette_rgb
 from dmplay.tabular import tabulate
 from dmplay.uniforms import SeededUniforms
@@ -52,7 +52,7 @@ def play_randomly(problem: Problem, turns: int) -> Session:
 
 def test_hexworld_in_compact_ascii_with_its_policy() -> None:
     problem = dmplay.load_problem("hexworld")
-    q = value_iteration.compute_optimal_q(tabulate(problem), problem.discount)
+    q = mdp_values.compute_optimal_q(tabulate(problem), problem.discount)
     view = make_session("hexworld", [0.55], [0.0]).view(0)
     board = fit_board(hexworld, view, DrawOptions(50, 8, ascii=True, overlay=Overlay("policy", q)))
     assert (

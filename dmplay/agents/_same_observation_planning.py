@@ -14,8 +14,8 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Percept, parameter
 from dmplay.formatting import format_count
 from dmplay.solvers import exact_pomdp, joint_plan_dynamic_programming
+from dmplay.solvers.mdp_values import select_greedy_actions
 from dmplay.solvers.upper_envelope import compute_upper_envelope
-from dmplay.solvers.value_iteration import select_greedy_actions
 from dmplay.tabular import joint_actions, tabulate
 
 MAX_PLAN_TURNS = 4  # With five turns there are too many plans to compare.

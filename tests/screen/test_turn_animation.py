@@ -6,10 +6,10 @@ from prompt_toolkit.input import create_pipe_input
 from dmplay.game.game_series import GameController
 from dmplay.rendering.painter import Painter
 from dmplay.screen import event_loop
-from dmplay.screen.animation import ANIMATION_STEPS
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_operations import step_agents
 from dmplay.screen.play_screen import PlayScreen
+from dmplay.screen.turn_animation import ANIMATION_STEPS
 from dmplay.terminal_capabilities import Terminal
 from tests.support.screens import (
     EmulatedPainter,

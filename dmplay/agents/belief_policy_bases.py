@@ -10,7 +10,7 @@ from dmplay.agents.base import GreedyPolicy
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, parameter
 from dmplay.formatting import format_count
-from dmplay.solvers.value_iteration import select_greedy_actions
+from dmplay.solvers.mdp_values import select_greedy_actions
 
 MAX_HORIZON = 1000  # maximum number of turns that are planned
 NEGLIGIBLE_WEIGHT = 1e-12  # discount**turns below which the end of a game is ignored
