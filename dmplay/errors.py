@@ -91,7 +91,13 @@ class BadPolicy(DmplayError, RuntimeError):
 
 
 class Forfeit(BadPolicy):
-    """A program in a seat that does not answer as it must: a one-word reason, and details."""
+    """A program in a seat that does not answer as it must: a one-word reason, and details.
+
+    `episode` is its row in a batch of games, and later the game's number; None if no action was
+    asked for.
+    """
+
+    episode: int | None = None
 
     def __init__(self, reason: str, details: str, seat: str = "") -> None:
         super().__init__(reason, details, seat)

@@ -28,7 +28,14 @@ from dmplay.core import (
     readonly_copy,
     required_fields,
 )
-from dmplay.errors import BadParameter, BadPolicy, DmplayError, LostGames, UnknownName
+from dmplay.errors import (
+    BadParameter,
+    BadPolicy,
+    DmplayError,
+    Forfeit,
+    LostGames,
+    UnknownName,
+)
 from dmplay.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
 from dmplay.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
 from dmplay.work_budget import (
@@ -225,8 +232,11 @@ def _block_size(
     for index, policies in enumerate(entrants):
         with _set_error_entrant(index):
             size = min(size, _max_episodes_in_memory(problem, policies, spec.seed))
-            if workers:
-                size = min(size, _efficient_block_size(problem, policies, spec, workers))
+            try:
+                if workers:
+                    size = min(size, _efficient_block_size(problem, policies, spec, workers))
+            except Forfeit:  # A game of the probe does not count.
+                size = MIN_BLOCK_EPISODES
     return size
 
 
@@ -337,7 +347,12 @@ def _run_block_for_entrants(
     results = []
     for index, policies in enumerate(entrants):
         with scale_progress_part(index, len(entrants)), _set_error_entrant(index):
-            results.append(_run_block(problem, policies, spec))
+            try:
+                results.append(_run_block(problem, policies, spec))
+            except Forfeit as error:
+                if error.episode is not None:
+                    error.episode += episodes.start
+                raise
     return tuple(results)
 
 

@@ -125,14 +125,14 @@ class Bot(SeatPolicy):
     def _open_conversation(self) -> Iterator[BotConversation]:
         """Run the block with the conversation, which is started if necessary.
 
-        If the block raises Forfeit, close the bot and raise the Forfeit again with its seat.
+        If the block raises Forfeit, close the bot and add its seat to the error.
         """
         try:
             yield self._state.conversation or self._start_conversation()
         except Forfeit as error:
             self.close()
-            seat = self.problem.agents[self.seat]
-            raise Forfeit(error.reason, error.details, seat) from None
+            error.seat = self.problem.agents[self.seat]
+            raise
 
     def _start_conversation(self) -> BotConversation:
         """Start the program and return the conversation, after the exchange of hello messages."""

@@ -128,11 +128,14 @@ class BotConversation:
             for request_id, request in enumerate(requests, first_id)
         ]
         for request_id, request in enumerate(requests, first_id):
-            self.channel.send("".join(messages), self._clock)
-            messages.clear()
-            yield self._parse_action(
-                self._read_answer("act", request_id).get("action"), request.legal_actions_mask
-            )
+            try:
+                self.channel.send("".join(messages), self._clock)
+                messages.clear()
+                answer = self._read_answer("act", request_id).get("action")
+                yield self._parse_action(answer, request.legal_actions_mask)
+            except Forfeit as error:
+                error.episode = request.history.game_number
+                raise
 
     def _encode_request(self, request_id: int, request: ActionRequest) -> str:
         """Return the messages of a request: the game's new turns, then `act`."""

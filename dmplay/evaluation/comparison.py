@@ -9,7 +9,7 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import ACTION_DECIMALS, Policy, Problem, check_problem
-from dmplay.errors import BadParameter, BadPolicy, DmplayError
+from dmplay.errors import BadParameter, BadPolicy, DmplayError, Forfeit
 from dmplay.evaluation.control_variate import build_control_variate
 from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
@@ -42,6 +42,8 @@ class Comparison(NamedTuple):
     differences: dict[tuple[int, int], Difference]
     decided: bool | None  # None without `decide`
     shortfall_reason: str = ""  # why fewer games were played than requested, or ''
+    active: tuple[int, ...] = ()  # the entrants that are compared
+    withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
 
 
 def compare(  # noqa: PLR0913 - each is the caller's to choose
@@ -66,6 +68,9 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     With `decide`, two entrants play until it is clear which is ahead, or `episodes` games are
     played; the wrong one is called better in at most this share of comparisons. If `names` are
     given, errors begin with the name of the entrant in whose games they occurred.
+
+    An entrant of three or more whose program forfeits a game is withdrawn, and the others play
+    again without it: an average over the games that it finished would favor one that gives up.
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
@@ -79,7 +84,9 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     if decide is not None and not 0 < decide < 1:
         raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
     control_variate = build_control_variate(problem)
-    samples = np.zeros((2, 0, len(entrants)))
+    active = [*range(len(entrants))]  # entrants that are not withdrawn
+    withdrawals = list[str]()
+    samples = np.zeros((2, 0, len(active)))
     game_count = episodes if decide is None else min(MIN_GAMES_TO_DECIDE, episodes)
     while True:
         new_episodes, fields = range(samples.shape[1], game_count), ("returns", "control_variates")
@@ -87,18 +94,32 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
             new_episodes, turns, seed, workers, executor, progress, fields, control_variate
         )
         try:
-            part = run_rollouts_until_interrupted(problem, entrants, spec)
+            part = run_rollouts_until_interrupted(problem, [entrants[i] for i in active], spec)
         except DmplayError as error:
-            if not names or error.entrant_index is None:
+            if error.entrant_index is None:
                 raise
-            raise BadPolicy(f"{names[error.entrant_index]}: {error}") from None
+            index = active[error.entrant_index]
+            is_own_forfeit = isinstance(error, Forfeit) and error.seat == problem.agents[seat]
+            if is_own_forfeit and len(active) > 2:
+                name = names[index] if names else f"entrant {index}"
+                withdrawals.append(f"{name} is withdrawn from the comparison: {error}")
+                active.remove(index)
+                samples = np.zeros((2, 0, len(active)))
+                continue
+            if not names:
+                raise
+            raise BadPolicy(f"{names[index]}: {error}") from None
         if part.rollouts:
             samples = np.concatenate([samples, _collect_seat_returns(part.rollouts, seat)], axis=1)
         if part.interruption and not samples.size:
             raise part.interruption
         comparison = _summarize_comparison(samples[0], samples[1], decide)
         if comparison.decided or part.interruption or game_count >= episodes:
-            return comparison._replace(shortfall_reason=str(part.interruption or ""))
+            return comparison._replace(
+                shortfall_reason=str(part.interruption or ""),
+                active=tuple(active),
+                withdrawals=tuple(withdrawals),
+            )
         game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
 
 

@@ -1,4 +1,4 @@
-"""Rollouts that keep the finished games if they are interrupted or if workers die."""
+"""Rollouts that keep the finished games after an interruption, lost workers, or a forfeit."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.chance import Ints
 from dmplay.core import INTEGER_TYPES, Policy, Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, Forfeit
 from dmplay.rollouts import (
     Rollout,
     RolloutBlocksLost,
@@ -16,13 +16,16 @@ from dmplay.rollouts import (
     rollout_entrants,
 )
 
+MAX_FORFEITS = 3  # games left out of a run because of a forfeit; after one more it ends
+
 
 class PartialRollouts(NamedTuple):
     """The games that were finished, and the exception that cut them short, if any."""
 
     rollouts: tuple[Rollout, ...]  # of each entrant; empty if no game was finished
     episode_numbers: Ints
-    interruption: RolloutInterrupted | RolloutBlocksLost | None
+    interruption: RolloutInterrupted | RolloutBlocksLost | Forfeit | None
+    forfeits: tuple[Forfeit, ...] = ()  # one for each game that was left out
 
 
 def check_episode_count(episode_count: object) -> None:
@@ -40,3 +43,42 @@ def run_rollouts_until_interrupted(
     except (RolloutInterrupted, RolloutBlocksLost) as error:
         return PartialRollouts(*error.partial_results, error)
     return PartialRollouts(results, np.array(games.episodes), None)
+
+
+def run_rollouts_without_forfeits(
+    problem: Problem, policies: Sequence[Policy], games: RolloutSpec
+) -> PartialRollouts:
+    """Play games with a policy per seat, and leave out those in which a program forfeits.
+
+    Games are played side by side, so a forfeit ends them all: those before and after it are then
+    played from their start. A program that cannot be started, or forfeits more than MAX_FORFEITS
+    games, ends the run.
+    """
+    remaining = [games.episodes]
+    parts = list[PartialRollouts]()
+    forfeits = list[Forfeit]()
+    interruption: RolloutInterrupted | RolloutBlocksLost | Forfeit | None = None
+    while remaining and not interruption:
+        episodes = remaining.pop(0)
+        try:
+            part = run_rollouts_until_interrupted(
+                problem, [policies], games._replace(episodes=episodes)
+            )
+        except Forfeit as error:
+            if error.episode is None or len(forfeits) == MAX_FORFEITS:
+                interruption = error
+                continue
+            forfeits.append(error)
+            before = range(episodes.start, error.episode)
+            after = range(error.episode + 1, episodes.stop)
+            remaining[:0] = [split for split in (before, after) if split]
+        else:
+            parts.append(part)
+            interruption = part.interruption
+    finished = [rollout for part in parts for rollout in part.rollouts]
+    return PartialRollouts(
+        (Rollout(*map(np.concatenate, zip(*finished, strict=True))),) if finished else (),
+        np.concatenate([part.episode_numbers for part in parts] or [np.empty(0, int)]),
+        interruption,
+        tuple(sorted(forfeits, key=lambda error: error.episode or 0)),
+    )

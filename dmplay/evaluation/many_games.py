@@ -9,11 +9,11 @@ import numpy as np
 
 from dmplay.chance import Ints
 from dmplay.core import Policy, Problem
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, Forfeit
 from dmplay.evaluation.interruptible_rollouts import (
     PartialRollouts,
     check_episode_count,
-    run_rollouts_until_interrupted,
+    run_rollouts_without_forfeits,
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean, five_number_summary
 from dmplay.rollouts import Rollout, RolloutSpec
@@ -49,6 +49,7 @@ class RunResult(NamedTuple):
     rollout: Rollout
     episode_numbers: Ints
     shortfall_reason: str = ""  # why fewer games were played than requested, or ''
+    forfeits: tuple[Forfeit, ...] = ()  # of programs; the games in which they were are left out
 
 
 def run(  # noqa: PLR0913 - each is the caller's to choose
@@ -68,7 +69,8 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     The number of games is `episodes`, by default 10,000, or with `max_standard_error` as many as
     bring every standard error of a return down to that. The games are those of `rollout`; Ctrl-C
     ends the run with the games played so far. The errors are checked after numbers of games that do
-    not depend on the workers, so neither does the result.
+    not depend on the workers, so neither does the result. Games in which a program forfeits are
+    left out and listed.
     """
     if episodes is not None and max_standard_error is not None:
         raise BadParameter("episodes and until-se: expected one of them")
@@ -89,11 +91,11 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         spec = RolloutSpec(
             range(start, end), turns, seed, workers, executor, progress, RECORDED_FIELDS
         )
-        part = run_rollouts_until_interrupted(problem, [policies], spec)
+        part = run_rollouts_without_forfeits(problem, policies, spec)
         parts.append(part)
         rollout_parts = [rollout for result in parts for rollout in result.rollouts]
-        if part.interruption and not rollout_parts:
-            raise part.interruption
+        if not rollout_parts:
+            raise part.interruption or part.forfeits[-1]
         merged = Rollout(*map(np.concatenate, zip(*rollout_parts, strict=True)))
         if (
             part.interruption
@@ -103,7 +105,10 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
         ):
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
             summary = summarize_run(problem, merged, episode_numbers, time.monotonic() - start_time)
-            return summary._replace(shortfall_reason=str(part.interruption or ""))
+            return summary._replace(
+                shortfall_reason=str(part.interruption or ""),
+                forfeits=tuple(error for result in parts for error in result.forfeits),
+            )
         start, end = end, GROWTH_FACTOR * end
 
 

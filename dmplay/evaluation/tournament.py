@@ -11,7 +11,14 @@ import numpy as np
 
 from dmplay.chance import Reals
 from dmplay.core import Policy, Problem, check_problem
-from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded, DmplayError, UnknownName
+from dmplay.errors import (
+    BadParameter,
+    BadPolicy,
+    BudgetExceeded,
+    DmplayError,
+    Forfeit,
+    UnknownName,
+)
 from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_until_interrupted,
@@ -53,6 +60,7 @@ class TournamentResult(NamedTuple):
         tuple[Estimate, ...] | None
     )  # loss of each entrant against the exact equilibrium, if that is played
     shortfall_reason: str = ""  # why seatings are missing, or ''
+    withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
 
 
 def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
@@ -76,6 +84,10 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     of two seats; each entrant plays against them too, and their index comes after all entrants.
     Seatings in `returns_by_seating` are not played again, and new ones are added to it. Ctrl-C ends
     the tournament with these.
+
+    An entrant whose program forfeits a game is withdrawn, and the result is of the games between
+    the others: an average over the games that it finished would favor one that gives up. The last
+    two entrants are not withdrawn: BadPolicy is raised.
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
@@ -103,25 +115,42 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
             if entry not in returns_by_seating
         ]
     shortfall = ""
+    active = [*range(len(names))]  # entrants that are not withdrawn
+    withdrawals = list[str]()
     spec = RolloutSpec(range(episodes), turns, seed, workers, executor, keep=("returns",))
     with report_progress_to(progress) if progress else nullcontext():
         for index, seating in enumerate(remaining):
+            if any(entrant not in active for entrant in seating if entrant < len(names)):
+                continue
             policies = [policies_by_entrant[entrant][seat] for seat, entrant in enumerate(seating)]
             try:
                 with scale_progress_part(index, len(remaining)):
                     entry = run_rollouts_until_interrupted(problem, [policies], spec)
             except DmplayError as error:
-                entrant = " and ".join((*names, "the equilibrium")[entrant] for entrant in seating)
-                raise BadPolicy(f"{entrant}: {error}") from None
+                seated_names = [(*names, "the equilibrium")[entrant] for entrant in seating]
+                if isinstance(error, Forfeit) and len(active) > 2:
+                    seat = problem.agents.index(error.seat)
+                    active.remove(seating[seat])
+                    withdrawals.append(
+                        f"{names[seating[seat]]} is withdrawn from the tournament: {error}"
+                    )
+                    continue
+                raise BadPolicy(f"{' and '.join(seated_names)}: {error}") from None
             if entry.interruption and not returns_by_seating:
                 raise entry.interruption
             if entry.interruption:
                 shortfall = str(entry.interruption)
                 break
             returns_by_seating[seating] = entry.rollouts[0].returns
-    return _summarize_tournament(names, seat_count, returns_by_seating)._replace(
-        shortfall_reason=shortfall
-    )
+    new_indices = {entrant: index for index, entrant in enumerate([*active, len(names)])}
+    active_returns = {
+        tuple(new_indices[entrant] for entrant in seating): returns
+        for seating, returns in returns_by_seating.items()
+        if new_indices.keys() >= {*seating}
+    }
+    return _summarize_tournament(
+        tuple(names[entrant] for entrant in active), seat_count, active_returns
+    )._replace(shortfall_reason=shortfall, withdrawals=tuple(withdrawals))
 
 
 def list_seatings(

@@ -97,8 +97,18 @@ def report_run(
             if shortfall_reason:
                 break
     return make_report(
-        _format_run(request, results, transcript_rows, ascii_=ascii_), shortfall_reason
+        _format_run(request, results, transcript_rows, ascii_=ascii_),
+        shortfall_reason,
+        [line for result in results for line in _forfeit_lines(result)],
     )
+
+
+def _forfeit_lines(result: SettingResult) -> list[str]:
+    """Return a line for each game of a setting that is left out because of a forfeit."""
+    setting = f"{result}: " if result.swept_parameters else ""
+    return [
+        f"{setting}game {error.episode} is not counted: {error}" for error in result.run.forfeits
+    ]
 
 
 def _format_run(
@@ -111,12 +121,14 @@ def _format_run(
     """Return the report of a run as JSON, CSV or text; as text, with plots and histograms."""
     if request.output_format:
         rows = [row for result in results for row in _iter_data_rows(result)]
-        transcripts = {"kept": transcript_rows} if transcript_rows else {}
+        forfeits = [line for result in results for line in _forfeit_lines(result)]
+        lists = {"kept": transcript_rows, "forfeits": forfeits}
         common = {
             "parameters": {} if results[0].swept_parameters else request.parameter_values,
             "seed": request.seed,
         }
-        facts = {"problem": request.problem} | common | {"runs": rows} | transcripts
+        facts = {"problem": request.problem} | common | {"runs": rows}
+        facts |= {key: items for key, items in lists.items() if items}
         return format_json_report(facts) if request.output_format == "json" else format_csv(rows)
     headline = (
         _run_headline(results[0].request, results[0].run)
@@ -264,8 +276,9 @@ def report_comparison(
             progress=bar,
             names=entrants,
         )
-    text = _format_comparison(request, entrants, result, decide, time.monotonic() - start_time)
-    return make_report(text, result.shortfall_reason)
+    active = [entrants[index] for index in result.active]
+    text = _format_comparison(request, active, result, decide, time.monotonic() - start_time)
+    return make_report(text, result.shortfall_reason, result.withdrawals)
 
 
 def _format_comparison(
@@ -289,6 +302,7 @@ def _format_comparison(
             "seed": request.seed,
         }
         facts = common | {"games": len(result.returns)}
+        facts |= {"withdrawals": result.withdrawals} if result.withdrawals else {}
         return format_json_report(
             facts | {"decided": result.decided, "agents": earned, "pairs": rows}
         )

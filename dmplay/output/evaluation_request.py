@@ -162,11 +162,13 @@ def estimate_row(estimate: Estimate) -> Row:
     }
 
 
-def make_report(text: str, shortfall_reason: str) -> Printout:
-    """Return a report, with an error message and an exit code if the run was cut short."""
-    if not shortfall_reason:
-        return Printout(text)
+def make_report(text: str, shortfall_reason: str, forfeits: Sequence[str] = ()) -> Printout:
+    """Return a report, with an exit code and lines about what is missing in it.
+
+    That is what was not played after the run was cut short, and what ended in `forfeits`.
+    """
+    lines = [*forfeits]
+    if shortfall_reason:
+        lines.append(f"{shortfall_reason}: this is what was played by then")
     code = INTERRUPTED_EXIT_CODE if shortfall_reason == INTERRUPTED_REASON else 1
-    return Printout(
-        text, stderr_text=f"{shortfall_reason}: this is what was played by then", exit_code=code
-    )
+    return Printout(text, stderr_text="\n".join(lines), exit_code=code if lines else 0)

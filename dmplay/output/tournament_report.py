@@ -83,14 +83,15 @@ def report_tournament(
             returns_by_seating=returns_by_seating,
             seating_order=orders,
         )
-    seating_count, game_count = (
-        len(seatings),
-        format_count(episodes, "game", ","),
-    )
+    if result.withdrawals:
+        facts |= {"entrants": [*result.entrants], "withdrawals": [*result.withdrawals]}
+    seating_count = len(list_seatings(len(result.entrants), seat_count, orders))
+    game_count = format_count(episodes, "game", ",")
     headline = f"{request.title}: {seating_count} seatings of {game_count} of seed {request.seed}"
     return make_report(
         _format_tournament(result, request.output_format, headline, facts, exact_agent),
         result.shortfall_reason,
+        result.withdrawals,
     )
 
 
