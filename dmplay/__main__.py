@@ -14,6 +14,7 @@ BLAS_THREADS_VARIABLE = (
     # OpenBLAS threads that wait for one another cost more time than they save
     "OPENBLAS_DEFAULT_NUM_THREADS"
 )
+THREAD_SECONDS = 1.0  # seconds that threads have to end after the program is done
 # A game keeps most objects that it creates, so frequent collections find no garbage.
 GC_THRESHOLDS = 20_000, 20, 20
 
@@ -28,6 +29,7 @@ def main() -> None:
         code = INTERRUPT_CODE
     try:
         _flush_or_discard_output()
+        _exit_despite_threads(code)
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     sys.exit(code)
@@ -127,6 +129,30 @@ def _flush_or_discard_output() -> None:
             stream.flush()
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+
+
+def _exit_despite_threads(code: int) -> None:
+    """Exit if threads of user-defined code still run, for which Python would wait without end.
+
+    They have THREAD_SECONDS to end by themselves.
+    """
+    if "threading" not in sys.modules:
+        return
+    import atexit
+    import threading
+    import time
+
+    end_time = time.monotonic() + THREAD_SECONDS
+    running = [thread for thread in threading.enumerate() if not thread.daemon]
+    running.remove(threading.main_thread())
+    for thread in running:
+        thread.join(max(0.0, end_time - time.monotonic()))
+    names = [thread.name for thread in running if thread.is_alive()]
+    if names:
+        print(f"ended while threads were running: {', '.join(names)}", file=sys.stderr)
+        atexit._run_exitfuncs()
+        _flush_or_discard_output()
+        os._exit(code)
 
 
 def _report_unexpected_error(
