@@ -110,9 +110,9 @@ def solve_action_values(problem: Problem, discount: float) -> Reals:
     """Return Q* `[S, A]` of a problem of one agent that observes the state."""
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_TABULAR_STATES:
         return mdp_values.compute_optimal_q(tabulate(problem), discount)
-    from dmplay.solvers import backward_value_iteration, transition_graph
+    from dmplay.solvers import large_mdp_value_iteration, transition_graph
 
-    optimum = backward_value_iteration.run_backward_value_iteration(
+    optimum = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(problem), discount
     )
     state_graph = optimum.graph

@@ -101,7 +101,7 @@ def run(
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
     from dmplay.output import evaluation_report
-    from dmplay.output.episode_recording import TranscriptSelection
+    from dmplay.output.selected_episode_recording import TranscriptSelection
 
     request = _make_request(problem, batch_options, terminal_options, agent)
     selection = TranscriptSelection(record, every, worst, best)

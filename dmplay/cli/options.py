@@ -55,21 +55,21 @@ def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, A
 
 def _complete_agents(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the agents of the typed problem, for completion."""
-    from dmplay.shell.completion.problem_options import complete_agents
+    from dmplay.shell.completion.agents_seats_and_parameters import complete_agents
 
     return complete_agents(problem_in_context(ctx), incomplete)
 
 
 def _complete_seats(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the seats of the typed problem, or the players of a seat, for completion."""
-    from dmplay.shell.completion.problem_options import complete_seats
+    from dmplay.shell.completion.agents_seats_and_parameters import complete_seats
 
     return complete_seats(problem_in_context(ctx), incomplete)
 
 
 def _complete_parameters(ctx: typer.Context) -> list[str]:
     """Return the parameters of the typed problem, for completion."""
-    from dmplay.shell.completion.problem_options import list_parameters
+    from dmplay.shell.completion.agents_seats_and_parameters import list_parameters
 
     return list_parameters(problem_in_context(ctx))
 

@@ -11,10 +11,10 @@ from dmplay.formats.declarations import (
     ReadingMemory,
     make_unique_labels,
 )
-from dmplay.formats.file_problems import FileProblem, MarkovModel
 from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import parse_preamble
 from dmplay.formats.probability_array import ProbabilityArray
+from dmplay.formats.problem_classes import FileProblem, MarkovModel
 from dmplay.formats.reward_array import RewardArray
 from dmplay.formats.statements import StatementGrammar, find_first_statement, iter_statements
 from dmplay.tabular import SparseTables

@@ -16,7 +16,7 @@ from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript
 from dmplay.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.transcript.concealment import disclose_transcript, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
-from dmplay.transcript.regeneration import rewrite_transcript
+from dmplay.transcript.rewriting import rewrite_transcript
 from dmplay.transcript.verification_report import (
     MALFORMED,
     Finding,

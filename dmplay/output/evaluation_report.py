@@ -14,7 +14,6 @@ from dmplay.evaluation.many_games import RunResult, run
 from dmplay.formatting import append_noun, format_count, format_json_report, format_score
 from dmplay.game.launch_requests import parse_settings
 from dmplay.game.parsed_commands import Printout
-from dmplay.output.episode_recording import NO_TRANSCRIPTS, TranscriptSelection, record_episodes
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     Lineup,
@@ -26,6 +25,11 @@ from dmplay.output.evaluation_request import (
     make_report,
 )
 from dmplay.output.progress import ProgressBar
+from dmplay.output.selected_episode_recording import (
+    NO_TRANSCRIPTS,
+    TranscriptSelection,
+    record_episodes,
+)
 from dmplay.output.tables import (
     MISSING_CELL,
     format_cell,

@@ -14,7 +14,7 @@ from dmplay.solutions.simulated_returns import resolve_horizon
 from dmplay.solutions.solution import Row, Solution, format_action_names
 from dmplay.solvers import (
     backward_induction,
-    backward_value_iteration,
+    large_mdp_value_iteration,
     mdp_values,
     transition_graph,
 )
@@ -129,7 +129,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
     with scale_progress(0.3, 1.0):
-        optimum = backward_value_iteration.run_backward_value_iteration(
+        optimum = large_mdp_value_iteration.run_backward_value_iteration(
             graphs.pop(), problem.discount
         )
     state_graph = optimum.graph

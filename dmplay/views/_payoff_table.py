@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.matrix_game import MatrixGame
 from dmplay.session import View
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_regret_rows,
     format_regret_with_bar,
     iter_with_and_without_rows,

@@ -7,13 +7,13 @@ from rich.text import Text
 from dmplay.chance import Reals
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
 from dmplay.session import View
-from dmplay.views._belief_bars import draw_belief_bars, format_bar, format_belief, format_sparkline
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
+from dmplay.views._belief_bars import draw_belief_bars, format_bar, format_belief, format_sparkline
 from dmplay.views.canvas import Canvas, format_percent
 from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Lesson
 

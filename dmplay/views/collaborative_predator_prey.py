@@ -17,8 +17,8 @@ from dmplay.problems.collaborative_predator_prey import (
 )
 from dmplay.session import View
 from dmplay.views import hexgrid
+from dmplay.views._action_hints_and_outcomes import format_regret_rows
 from dmplay.views._belief_bars import format_sparkline
-from dmplay.views._regrets_and_forecasts import format_regret_rows
 from dmplay.views.canvas import format_percent
 from dmplay.views.generic import format_last_observation
 from dmplay.views.hexgrid import HexCell, HexSize

@@ -21,8 +21,8 @@ from dmplay.problems.collision_avoidance import (
     CollisionAvoidance,
 )
 from dmplay.session import View
+from dmplay.views._action_hints_and_outcomes import format_condition, format_regret_rows
 from dmplay.views._number_line import NumberLine, format_signed_fixed
-from dmplay.views._regrets_and_forecasts import format_condition, format_regret_rows
 from dmplay.views.canvas import Canvas, draw_text_rows, format_percent
 from dmplay.views.protocol import DrawOptions, Lesson
 

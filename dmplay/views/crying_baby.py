@@ -8,14 +8,7 @@ from dmplay.problems.crying_baby import CryingBaby
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
 from dmplay.session import View
 from dmplay.tabular import Tabular
-from dmplay.views._belief_bars import (
-    draw_belief_bars,
-    draw_true_state,
-    format_belief,
-    format_sparkline,
-)
-from dmplay.views._number_line import format_signed_fixed
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,
@@ -23,6 +16,13 @@ from dmplay.views._regrets_and_forecasts import (
     list_action_keys,
     rank_actions,
 )
+from dmplay.views._belief_bars import (
+    draw_belief_bars,
+    draw_true_state,
+    format_belief,
+    format_sparkline,
+)
+from dmplay.views._number_line import format_signed_fixed
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson

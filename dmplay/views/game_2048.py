@@ -10,7 +10,7 @@ from dmplay.board_2048 import DOWN, RIGHT, UP
 from dmplay.chance import Array, Reals
 from dmplay.problems.game_2048 import Game2048, slide_and_score
 from dmplay.session import View
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_regret,
     format_regret_bar,

@@ -11,18 +11,18 @@ from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.session import DEFAULT_TURN_LIMIT, View
 from dmplay.source_locations import locate_definition
-from dmplay.views._belief_bars import (
-    draw_belief_bars,
-    format_likeliest_states,
-    list_state_probabilities,
-)
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
     format_regret_with_bar,
     iter_with_and_without_rows,
     rank_actions,
+)
+from dmplay.views._belief_bars import (
+    draw_belief_bars,
+    format_likeliest_states,
+    list_state_probabilities,
 )
 from dmplay.views.canvas import Canvas, format_signed, sanitize_drawing
 from dmplay.views.protocol import DrawOptions, Lesson

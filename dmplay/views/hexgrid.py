@@ -16,7 +16,7 @@ from rich.text import Text
 from dmplay.formatting import format_count
 from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
 from dmplay.solvers.mdp_values import mark_best_actions
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_condition,
     format_regret,
     format_regret_bar,

@@ -8,7 +8,7 @@ from dmplay.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.problems.hexworld import HexWorld
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._regrets_and_forecasts import format_probability
+from dmplay.views._action_hints_and_outcomes import format_probability
 from dmplay.views.canvas import format_percent, format_signed
 from dmplay.views.hexgrid import HexCell, HexSize
 from dmplay.views.protocol import DrawOptions, Lesson

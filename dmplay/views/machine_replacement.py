@@ -13,19 +13,19 @@ from dmplay.solvers.exact_pomdp import AlphaVectorStage, compute_action_values, 
 from dmplay.solvers.mdp_values import mark_best_actions
 from dmplay.tabular import tabulate
 from dmplay.views import crying_baby
-from dmplay.views._belief_bars import (
-    draw_belief_bars,
-    draw_true_state,
-    format_belief,
-    format_sparkline,
-)
-from dmplay.views._regrets_and_forecasts import (
+from dmplay.views._action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,
     iter_with_and_without_rows,
     list_action_keys,
     rank_actions,
+)
+from dmplay.views._belief_bars import (
+    draw_belief_bars,
+    draw_true_state,
+    format_belief,
+    format_sparkline,
 )
 from dmplay.views.canvas import Canvas
 from dmplay.views.generic import format_last_observation

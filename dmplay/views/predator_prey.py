@@ -10,7 +10,7 @@ from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.problems.predator_prey import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
 from dmplay.session import View
 from dmplay.views import hexgrid
-from dmplay.views._regrets_and_forecasts import format_probability
+from dmplay.views._action_hints_and_outcomes import format_probability
 from dmplay.views.canvas import format_percent
 from dmplay.views.hexgrid import HexCell, HexSize
 from dmplay.views.protocol import DrawOptions, Lesson

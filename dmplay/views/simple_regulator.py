@@ -14,8 +14,8 @@ from rich.text import Text
 
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
 from dmplay.session import View
+from dmplay.views._action_hints_and_outcomes import format_condition
 from dmplay.views._number_line import NumberLine, format_signed_fixed
-from dmplay.views._regrets_and_forecasts import format_condition
 from dmplay.views.canvas import Canvas, draw_text_rows, format_signed
 from dmplay.views.protocol import DrawOptions, Forecast, Lesson
 

@@ -7,6 +7,13 @@ from rich.text import Text
 
 from dmplay.problems.travelers_dilemma import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
 from dmplay.session import View
+from dmplay.views._action_hints_and_outcomes import (
+    MAX_NUMBER_COLUMNS,
+    format_action_condition,
+    format_regret_rows,
+    format_significant,
+    iter_with_and_without_rows,
+)
 from dmplay.views._belief_bars import format_sparkline
 from dmplay.views._number_line import NumberLine
 from dmplay.views._payoff_table import (
@@ -17,13 +24,6 @@ from dmplay.views._payoff_table import (
     list_agent_names,
     list_marked_agent_names,
     panel_rows,
-)
-from dmplay.views._regrets_and_forecasts import (
-    MAX_NUMBER_COLUMNS,
-    format_action_condition,
-    format_regret_rows,
-    format_significant,
-    iter_with_and_without_rows,
 )
 from dmplay.views.canvas import Canvas
 from dmplay.views.protocol import DrawOptions, Lesson

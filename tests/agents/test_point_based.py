@@ -7,7 +7,7 @@ import dmplay
 from dmplay.agents import point_based
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
 from dmplay.errors import BadParameter
-from dmplay.formats.file_problems import FileProblem
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.solvers import point_based as solver
 from dmplay.solvers.point_based import PointBasedBounds
 from dmplay.work_budget import limit_total_work

@@ -7,8 +7,8 @@ import pytest
 
 from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
-from dmplay.formats.file_problems import FileProblem
 from dmplay.formats.lexer import SourceText, TokenSpan
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.solvers import exact_pomdp
 from dmplay.tabular import tabulate
 from tests.formats.sources import TIGER_TEXT, read_tiger

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmplay.errors import BadFile
-from dmplay.formats.file_problems import FileProblem
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.session import Session
 from dmplay.tabular import tabulate
 from dmplay.uniforms import SeededUniforms

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.shell.completion.problem_options import complete_seats
+from dmplay.shell.completion.agents_seats_and_parameters import complete_seats
 from dmplay.shell.completion.safe_words import is_safe_word
 from tests.support.shells import SHELL_COMMANDS, CompletingShell, is_installed
 

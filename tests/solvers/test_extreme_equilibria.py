@@ -5,7 +5,7 @@ import pytest
 
 from dmplay.chance import Reals
 from dmplay.core import Labels
-from dmplay.formats.file_problems import NormalFormGame, PayoffTable
+from dmplay.formats.problem_classes import NormalFormGame, PayoffTable
 from dmplay.solutions.method_choice import solve_problem
 from dmplay.solvers import bimatrix_game
 from dmplay.solvers.extreme_equilibria import find_extreme_equilibria

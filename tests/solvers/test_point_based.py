@@ -8,7 +8,7 @@ from dmplay import belief
 from dmplay.chance import Array, Ints, Reals
 from dmplay.core import Problem
 from dmplay.errors import BudgetExceeded
-from dmplay.formats.file_problems import FileProblem
+from dmplay.formats.problem_classes import FileProblem
 from dmplay.solvers import exact_pomdp, point_based
 from dmplay.solvers.point_based import PointBasedSolver
 from dmplay.solvers.sparse_pomdp import build_sparse_pomdp

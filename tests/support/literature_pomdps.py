@@ -9,7 +9,7 @@ from typing import TypeVar
 import numpy as np
 
 from dmplay.core import Labels
-from dmplay.formats.file_problems import FileProblem, MarkovModel
+from dmplay.formats.problem_classes import FileProblem, MarkovModel
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import SparseTables, Tables
 

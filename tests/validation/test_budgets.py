@@ -15,7 +15,6 @@ from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPre
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers import (
     backward_induction,
-    backward_value_iteration,
     belief_bounds,
     belief_grid,
     belief_tree,
@@ -34,6 +33,7 @@ from dmplay.solvers import (
     joint_plan_dynamic_programming,
     joint_plan_improvement,
     joint_plan_search,
+    large_mdp_value_iteration,
     leaf_values,
     lemke_howson,
     linear_gaussian_evaluation,
@@ -170,7 +170,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "backward_induction": lambda: backward_induction.run_backward_induction(
         Nim(), transition_graph.build_reachable_graph(Nim()), None
     ),
-    "backward_value_iteration": lambda: backward_value_iteration.run_backward_value_iteration(
+    "large_mdp_value_iteration": lambda: large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(load_problem("hexworld")), 0.9
     ),
     "belief_grid": lambda: [belief_grid.BeliefGrid(3, 4).points for _ in range(2)],

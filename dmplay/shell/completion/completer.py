@@ -10,7 +10,11 @@ from dmplay.game.game_series import GameController
 from dmplay.registry.guide_topics import list_topics
 from dmplay.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 from dmplay.shell.completion import name_lists
-from dmplay.shell.completion.problem_options import complete_agents, complete_seats, list_parameters
+from dmplay.shell.completion.agents_seats_and_parameters import (
+    complete_agents,
+    complete_seats,
+    list_parameters,
+)
 
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (

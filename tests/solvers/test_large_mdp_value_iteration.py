@@ -14,7 +14,7 @@ from dmplay.chance import Array, Bools, Categorical, Chance, Reals
 from dmplay.core import parameter
 from dmplay.errors import BudgetExceeded
 from dmplay.solutions.method_choice import solve_problem
-from dmplay.solvers import backward_value_iteration, mdp_values, transition_graph
+from dmplay.solvers import large_mdp_value_iteration, mdp_values, transition_graph
 from dmplay.sparse_matrix import SparseMatrix
 from dmplay.tabular import SparseTables, tabulate
 from dmplay.work_budget import limit_total_work
@@ -48,7 +48,7 @@ def test_random_problems_have_the_values_of_the_best_policy(
     for seed in seeds:
         ends = seed % 2 == 0
         problem = RandomProblem(seed=seed, ends=ends, discount=1.0 if seed in (2, 4) else 0.9)
-        result = backward_value_iteration.run_backward_value_iteration(
+        result = large_mdp_value_iteration.run_backward_value_iteration(
             transition_graph.build_full_graph(problem), problem.discount
         )
         expected = compute_best_values(problem)
@@ -104,13 +104,13 @@ def test_each_stair_costs_two_turns() -> None:
     """Expect 1 / p turns per step without a discount, and a geometric series with one."""
     steps = np.arange(200, -1, -1)
     for problem in (Stairs(), Stairs(reward=500.0)):
-        result = backward_value_iteration.run_backward_value_iteration(
+        result = large_mdp_value_iteration.run_backward_value_iteration(
             transition_graph.build_full_graph(problem), 1.0
         )
         expected = np.where(steps > 0, problem.reward - 2.0 * steps, 0.0)
         np.testing.assert_allclose(result.values, expected, rtol=1e-9)
         assert result.sweep_count < 5
-    result = backward_value_iteration.run_backward_value_iteration(
+    result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(Stairs()), 0.99
     )
     step_discount = 0.5 * 0.99 / (1 - 0.5 * 0.99)  # expected discount per step
@@ -158,7 +158,7 @@ class Corridor(Tabular):
 
 def test_a_long_corridor_without_an_end_is_solved_within_the_budget() -> None:
     with limit_total_work(1e9):
-        result = backward_value_iteration.run_backward_value_iteration(
+        result = large_mdp_value_iteration.run_backward_value_iteration(
             transition_graph.build_full_graph(Corridor()), 0.9
         )
     np.testing.assert_allclose(result.values, 10 * 0.9 ** np.arange(1999, -1, -1), atol=1e-6)
@@ -167,7 +167,7 @@ def test_a_long_corridor_without_an_end_is_solved_within_the_budget() -> None:
 
 def test_the_bounds_are_valid_in_a_ring_without_an_end() -> None:
     ring = Ring()
-    result = backward_value_iteration.run_backward_value_iteration(
+    result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(ring), ring.discount
     )
     expected = mdp_values.compute_optimal_q(tabulate(ring), ring.discount).max(axis=1)
@@ -226,7 +226,7 @@ def test_a_problem_without_finite_values_raises_a_one_line_error() -> None:
     with pytest.raises(BudgetExceeded, match=message):
         solve_problem(problem)
     with pytest.raises(BudgetExceeded, match=message):
-        backward_value_iteration.run_backward_value_iteration(
+        large_mdp_value_iteration.run_backward_value_iteration(
             transition_graph.build_full_graph(problem), 1.0
         )
     assert solve_problem(replace(problem, discount=0.5)).rows
@@ -237,7 +237,7 @@ def test_a_solution_with_many_states_reports_only_the_start() -> None:
     assert report.method == "value iteration over 1101 states, backwards from where games end"
     assert report.result.startswith("value -2200 at the start, the last change 0, ")
     assert report.rows == [{"state": "0", "value": pytest.approx(-2200), "best": "up"}]
-    heap_result = backward_value_iteration.run_backward_value_iteration(
+    heap_result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(Heap()), 0.9
     )
     assert heap_result.values[0] == 0.0
@@ -248,7 +248,7 @@ def test_the_graph_is_freed_once_its_states_are_ordered() -> None:
     field = InRows(side=60)
     outcomes = len(field.sparse_tables.transition.values)
     tracemalloc.start()
-    result = backward_value_iteration.run_backward_value_iteration(
+    result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(field), 0.0
     )
     _, peak_bytes = tracemalloc.get_traced_memory()
@@ -259,7 +259,7 @@ def test_the_graph_is_freed_once_its_states_are_ordered() -> None:
 
 
 def test_a_field_defined_by_functions_equals_one_defined_by_tables() -> None:
-    function_result = backward_value_iteration.run_backward_value_iteration(
+    function_result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(Field(side=32)), 0.99
     )
     report = solve_problem(InRows(side=32))
