@@ -3,6 +3,7 @@
 import gc
 import os
 import sys
+import tempfile
 from collections.abc import Iterator
 
 # the linear systems are small, so that a second thread only waits
@@ -29,6 +30,16 @@ SLOW_TEST_NAMES = (
 )  # fmt: skip
 
 
+USER_FOLDERS = pytest.StashKey[tempfile.TemporaryDirectory[str]]()
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Use empty folders for settings, records and saved games, not those of who runs the tests."""
+    config.stash[USER_FOLDERS] = folder = tempfile.TemporaryDirectory()
+    for name in ("CONFIG", "STATE", "CACHE"):
+        os.environ[f"XDG_{name}_HOME"] = f"{folder.name}/{name.lower()}"
+
+
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     """Mark the tests that take as long as all others together as slow."""
     for item in items:
@@ -42,8 +53,9 @@ def pytest_collection_finish() -> None:
 
 
 @pytest.hookimpl(trylast=True)
-def pytest_unconfigure() -> None:
-    """Exclude the remaining objects from the last garbage collection."""
+def pytest_unconfigure(config: pytest.Config) -> None:
+    """Remove the user's folders, and freeze what remains for the last garbage collection."""
+    config.stash[USER_FOLDERS].cleanup()
     gc.freeze()
 
 
