@@ -93,8 +93,8 @@ def _report_system_exit(error: SystemExit) -> int:
 
     A SystemExit raised by dmplay itself is raised again.
     """
-    from dmplay.source_locations import describe_exit_location
     from dmplay.terminal_capabilities import escape_unprintable
+    from dmplay.user_code_locations import describe_exit_location
 
     location = describe_exit_location(error)
     if not location:

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
 
 import numpy as np
 
-from dmplay import source_locations
+from dmplay import user_code_locations
 from dmplay.chance import (
     Array,
     Bools,
@@ -383,7 +383,7 @@ def check_rewards(problem: "Problem", rewards: Reals) -> None:
     ):
         return
     invalid = ~(np.abs(rewards) <= MAX_REWARD)
-    name = source_locations.locate_definition(type(problem), "resolve_events")
+    name = user_code_locations.locate_definition(type(problem), "resolve_events")
     raise BadParameter(
         f"{name or type(problem).__name__} resolve_events: got the reward {rewards[invalid][0]:g} "
         f"of {problem.agents[int(invalid.nonzero()[1][0])]}, expected a number "
@@ -502,7 +502,7 @@ class Problem(ABC):
         """
         super().__init_subclass__()
         if "__init__" in vars(cls):
-            location = source_locations.locate_definition(cls, "__init__")
+            location = user_code_locations.locate_definition(cls, "__init__")
             raise BadParameter(f"{location} __init__: {INIT_REFUSED_MESSAGE}")
         bases = [_ensure_dataclass(base) for base in cls.__bases__ if issubclass(base, Problem)]
         inherited_types = {

@@ -10,9 +10,9 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.formatting import format_count
 from dmplay.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
 from dmplay.gallery.problem_list import list_problem_entries
+from dmplay.game.command_line_results import PlayCommand, ShellCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
-from dmplay.game.parsed_commands import PlayCommand, ShellCommand
 from dmplay.registry import problems
 from dmplay.screen.full_screen import run_full_screen
 from dmplay.screen.play_screen import PlayScreen

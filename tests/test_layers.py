@@ -15,19 +15,19 @@ from tests.support.programs import list_loaded_modules
 TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
-    "errors", "source_locations", "safe_files", "work_budget", "background_tasks", "chance",
+    "errors", "user_code_locations", "safe_files", "work_budget", "background_tasks", "chance",
     "batch_columns", "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
     "sparse_matrix", "tabular", "validation", "belief", "notebook_display", "single_game_dynamics",
     "seat_history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
     "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",
-    "terminal_capabilities", "styled_text", "rendering", "views", "simulation", "gym", "zoo",
+    "terminal_capabilities", "terminal_styles", "rendering", "views", "simulation", "gym", "zoo",
     "figures", "solutions", "hints", "key_maps", "game", "post_game_timeline", "conformance",
     "player_records", "evaluation", "shell", "screen", "gallery", "output", "interactive_shell",
     "game_launcher", "mcp", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
-    "styled_text": {"rich"},
+    "terminal_styles": {"rich"},
     "rendering": {"rich"},
     "views": {"rich"},
     "figures": {"rich"},

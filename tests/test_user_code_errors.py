@@ -12,7 +12,7 @@ from dmplay.conformance import check
 from dmplay.errors import DmplayError
 from dmplay.output import check_report
 from dmplay.shell import commands
-from dmplay.source_locations import describe_error_location
+from dmplay.user_code_locations import describe_error_location
 from dmplay.validation.playability_checks import RESERVED_WORDS
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_problem

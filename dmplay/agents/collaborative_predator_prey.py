@@ -16,7 +16,7 @@ from dmplay.core import Memory, Percept, Problem, parameter
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
-from dmplay.solvers import joint_plan_improvement, reactive_team_policies, sparse_mdp
+from dmplay.solvers import joint_plan_improvement, reactive_predator_team, sparse_mdp
 from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp
 from dmplay.solvers.mdp_values import select_greedy_actions
@@ -185,7 +185,7 @@ class HuntJointPlan(JointPlan):
 def _check_team(problem: CollaborativePredatorPrey, agent: str) -> None:
     """Raise BadPolicy for teams without rules or plans, with the name of the agent."""
     try:
-        reactive_team_policies.check_supported(problem)
+        reactive_predator_team.check_supported(problem)
     except BadParameter as error:
         raise BadPolicy(f"{agent}: {error}") from None
 
@@ -213,7 +213,7 @@ def solve_fully_observed(problem: CollaborativePredatorPrey) -> SparseMdpSolutio
 @memoize
 def _find_reactive_rules(problem: CollaborativePredatorPrey) -> Reals:
     """Return the best rules found for a team without memory."""
-    return reactive_team_policies.optimize_reactive_team(problem).policies
+    return reactive_predator_team.optimize_reactive_team(problem).policies
 
 
 def _can_plan(problem: Problem) -> bool:

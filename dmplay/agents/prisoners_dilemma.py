@@ -1,7 +1,12 @@
 """Policies for the repeated prisoner's dilemma."""
 
 from dmplay.agents._axelrod_strategy import AxelrodStrategy
-from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, HierarchicalSoftmax, Nash
+from dmplay.agents._matrix_game_agents import (
+    FictitiousPlay,
+    GradientAscent,
+    HierarchicalSoftmax,
+    Nash,
+)
 from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents.available_agents import Roster
 from dmplay.core import Problem

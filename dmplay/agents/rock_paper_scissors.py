@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, Nash
+from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent, Nash
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import RepeatedGameRule
 from dmplay.agents.random_agent import Random

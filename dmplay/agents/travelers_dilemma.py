@@ -4,7 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent, HierarchicalSoftmax, Nash
+from dmplay.agents._matrix_game_agents import (
+    FictitiousPlay,
+    GradientAscent,
+    HierarchicalSoftmax,
+    Nash,
+)
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
 from dmplay.chance import Array, Bools, Reals

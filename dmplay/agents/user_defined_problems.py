@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from dmplay.agents import dec_pomdp
-from dmplay.agents._matrix_game import FictitiousPlay, Nash, RegretMatchingEquilibrium
+from dmplay.agents._matrix_game_agents import FictitiousPlay, Nash, RegretMatchingEquilibrium
 from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents._single_agent_planning import Qmdp, RecedingHorizonPolicy
 from dmplay.agents.available_agents import Roster

@@ -48,8 +48,8 @@ def play(
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
       printf 'e\\nne\\nquit\\n' | dmplay play hexworld
     """
+    from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import AnyGameRequest, GameRequest
-    from dmplay.game.parsed_commands import PlayCommand
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
@@ -109,8 +109,8 @@ def resume(
       dmplay resume game.dmt
     """
     from dmplay.game import saves
+    from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import ResumeRequest
-    from dmplay.game.parsed_commands import PlayCommand
 
     file = file or saves.find_latest_unfinished()
     can_ask = current_terminal(terminal_options).can_ask
@@ -135,8 +135,8 @@ def replay(
       dmplay replay game.dmt
       dmplay replay game.dmt --plain
     """
+    from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import ReplayRequest
-    from dmplay.game.parsed_commands import PlayCommand
 
     return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
 
@@ -161,8 +161,8 @@ def branch(
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
     """
+    from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import BranchRequest
-    from dmplay.game.parsed_commands import PlayCommand
 
     request = BranchRequest(
         file,
@@ -192,7 +192,7 @@ def shell(
       dmplay shell < game.dm
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
-    from dmplay.game.parsed_commands import ShellCommand
+    from dmplay.game.command_line_results import ShellCommand
 
     if not current_terminal(terminal_options).can_ask and not execute:
         raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
@@ -210,7 +210,7 @@ def bot(
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
     """
-    from dmplay.game.parsed_commands import BotServerConfig
+    from dmplay.game.command_line_results import BotServerConfig
 
     return BotServerConfig(agent, problem)
 
@@ -241,6 +241,6 @@ def mcp(
       dmplay mcp
       dmplay mcp hexworld catch --hints --seed 7 -o games
     """
-    from dmplay.game.parsed_commands import McpServerConfig
+    from dmplay.game.command_line_results import McpServerConfig
 
     return McpServerConfig(problems, hints, undo, belief, seed, turns, folder, keep)

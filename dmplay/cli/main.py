@@ -52,8 +52,8 @@ def run_command_line() -> int:
     except typer.Abort:  # raised for Ctrl-C
         raise KeyboardInterrupt from None
     except Exception as error:  # raised in a user-defined problem or agent
-        from dmplay.source_locations import describe_error_location
         from dmplay.terminal_capabilities import escape_unprintable
+        from dmplay.user_code_locations import describe_error_location
 
         location = "" if os.environ.get("DMPLAY_DEBUG") else describe_error_location(error)
         if not location:

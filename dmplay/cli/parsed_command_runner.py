@@ -10,14 +10,14 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.errors import BadParameter
-from dmplay.game.game_series import GameController
-from dmplay.game.parsed_commands import (
+from dmplay.game.command_line_results import (
     BotServerConfig,
     CliResult,
     McpServerConfig,
     PlayCommand,
     Printout,
 )
+from dmplay.game.game_series import GameController
 from dmplay.shell.commands import is_command
 from dmplay.terminal_capabilities import Terminal, current_terminal, escape_unprintable
 

@@ -25,17 +25,17 @@ def list_(
       dmplay list pomdp --json
       dmplay list games
     """
-    from dmplay.game.parsed_commands import Printout
-    from dmplay.output import problem_info, saved_games
+    from dmplay.game.command_line_results import Printout
+    from dmplay.output import problem_and_agent_reports, saved_games
 
     if kind == "games":
         return saved_games.report_saved_games(all_games=all_, json=terminal_options.json)
     if all_:
         raise BadParameter("--all: only for the games; dmplay list games --all")
     return Printout(
-        problem_info.report_problem_table(kind, terminal_options),
+        problem_and_agent_reports.report_problem_table(kind, terminal_options),
         terminal_options,
-        stderr_text=problem_info.format_load_failures(),
+        stderr_text=problem_and_agent_reports.format_load_failures(),
     )
 
 
@@ -156,9 +156,9 @@ def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> obje
       dmplay agents 2048
       dmplay agents prisoners-dilemma --json
     """
-    from dmplay.output import problem_info
+    from dmplay.output import problem_and_agent_reports
 
-    return problem_info.report_agents(problem, json=json)
+    return problem_and_agent_reports.report_agents(problem, json=json)
 
 
 def info(
@@ -170,9 +170,11 @@ def info(
       dmplay info hexworld
       dmplay info crying-baby --json
     """
-    from dmplay.output import problem_info
+    from dmplay.output import problem_and_agent_reports
 
-    return problem_info.report_problem(problem, options.configured_keys(keys), json=json)
+    return problem_and_agent_reports.report_problem(
+        problem, options.configured_keys(keys), json=json
+    )
 
 
 def check(
@@ -212,7 +214,7 @@ def guide(
       dmplay guide agents
       dmplay guide agents --raw
     """
-    from dmplay.game.parsed_commands import Printout
+    from dmplay.game.command_line_results import Printout
     from dmplay.output import guide_pages
     from dmplay.registry import guide_topics
 

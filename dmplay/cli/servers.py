@@ -7,7 +7,7 @@ from dmplay.bots.policy_server import BotServer, SeatFactory, serve_lines
 from dmplay.bots.protocol import JsonObject
 from dmplay.core import Policy, Problem
 from dmplay.external.optional_libraries import import_library
-from dmplay.game.parsed_commands import McpServerConfig
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.registry import agents, problems
 
 

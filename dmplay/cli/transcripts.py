@@ -29,7 +29,7 @@ def verify(
       dmplay verify transcripts --update
     """
     from dmplay.game import transcript_files
-    from dmplay.game.parsed_commands import Printout
+    from dmplay.game.command_line_results import Printout
 
     files = list(transcript_files.iter_transcript_files(paths))
     diffs, update_errors = (

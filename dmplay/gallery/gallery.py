@@ -18,8 +18,8 @@ from dmplay.rendering.painter import Painter
 from dmplay.rendering.terminal_output import ScreenPosition
 from dmplay.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.shell.commands import PlayerQuit
-from dmplay.styled_text import to_rich_text
 from dmplay.terminal_capabilities import Terminal, escape_unprintable
+from dmplay.terminal_styles import to_rich_text
 from dmplay.transcript.reader import TranscriptOutline
 from dmplay.work_budget import ComputationStopped
 

@@ -10,11 +10,11 @@ from dmplay.background_tasks import TaskInfo, run_cancellable
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.game import saves
+from dmplay.game.command_line_results import CliInterpreter
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.parsed_commands import CliInterpreter
 from dmplay.transcript.concealment import GameKey, make_game_key
 from dmplay.transcript.recorder import Recorder
 

@@ -8,11 +8,11 @@ from dmplay.bots.protocol import JsonObject, describe_choices, encode_observatio
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import saves
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.parsed_commands import McpServerConfig
-from dmplay.output.problem_info import load_problem_info
+from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problem_name_kinds import names_data_file, names_python_file

@@ -18,8 +18,8 @@ from dmplay.game_launcher import report_removed_saves, report_write_errors
 from dmplay.mcp.language_model_games import GameStatus, ModelGames
 from dmplay.mcp.stdio_streams import StdioStreams
 from dmplay.signals import exit_on_signals
-from dmplay.source_locations import describe_error_location
 from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.user_code_locations import describe_error_location
 
 INSTRUCTIONS = """\
 Play decision problems. list names them, info tells the rules of one, new begins a game and gives

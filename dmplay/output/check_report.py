@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 from dmplay.conformance import check
 from dmplay.formatting import format_count, format_json_report
-from dmplay.game.parsed_commands import Printout
+from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
 
 VIOLATION_EXIT_CODE = 2

@@ -12,8 +12,8 @@ from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.many_games import RunResult, run
 from dmplay.formatting import append_noun, format_count, format_json_report, format_score
+from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
-from dmplay.game.parsed_commands import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     Lineup,

@@ -9,9 +9,9 @@ from dmplay.core import Policy, Problem
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
 from dmplay.evaluation.statistics import Estimate
+from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
 from dmplay.game.launch_requests import GameRequest, parse_settings
-from dmplay.game.parsed_commands import Printout
 from dmplay.game.seats import HUMAN, make_seat_policy
 from dmplay.registry import agents, problems
 from dmplay.session import DEFAULT_TURN_LIMIT

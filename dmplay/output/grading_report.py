@@ -9,7 +9,7 @@ from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
 from dmplay.formatting import escape_newlines, format_count, format_json_report
 from dmplay.game import transcript_files
-from dmplay.game.parsed_commands import Printout
+from dmplay.game.command_line_results import Printout
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_name, format_table
 from dmplay.signals import INTERRUPTED_EXIT_CODE

@@ -10,11 +10,11 @@ from rich.console import Console
 from rich.text import Text
 
 from dmplay.figures.registry import find_figure, load_figures
+from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
-from dmplay.game.parsed_commands import Printout
 from dmplay.safe_files import write_file
-from dmplay.styled_text import to_ansi
 from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal_styles import to_ansi
 from dmplay.views.canvas import measure_text, to_ascii
 
 # Rich's own template, without the fonts that it loads from the network.

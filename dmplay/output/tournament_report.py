@@ -16,7 +16,7 @@ from dmplay.evaluation.tournament import (
     run_tournament,
 )
 from dmplay.formatting import format_count, format_json_report, format_upper_bound
-from dmplay.game.parsed_commands import Printout
+from dmplay.game.command_line_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
     estimate_row,

@@ -11,10 +11,10 @@ from rich.text import Text
 
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
+from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_format
 from dmplay.game.game import Game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
-from dmplay.game.parsed_commands import Printout
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
 from dmplay.key_maps.action_input import Keyboard
@@ -26,7 +26,7 @@ from dmplay.output.tables import format_csv_row
 from dmplay.safe_files import check_not_source
 from dmplay.screen.frame import Frame, ScreenRows, compose_frame
 from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
-from dmplay.styled_text import ScreenLine, to_ansi, to_plain_text
+from dmplay.terminal_styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.transcript.header import collect_header_facts
 from dmplay.views.protocol import DrawOptions, TooSmallNotice, expand_for_picture

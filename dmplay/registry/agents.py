@@ -21,7 +21,7 @@ from dmplay.registry.parameter_parsing import parse_parameter
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
-from dmplay.source_locations import describe_error_location
+from dmplay.user_code_locations import describe_error_location
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
 RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.1.0 -> today's

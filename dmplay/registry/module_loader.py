@@ -12,7 +12,7 @@ from pathlib import Path
 from types import ModuleType
 
 from dmplay.errors import BadParameter
-from dmplay.source_locations import describe_error_location, format_location
+from dmplay.user_code_locations import describe_error_location, format_location
 
 FILE_MODULE_PREFIX = f"{__name__}."
 __path__: list[str] = []  # allows modules under this one

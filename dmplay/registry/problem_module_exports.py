@@ -14,7 +14,7 @@ from dataclasses import MISSING, fields, is_dataclass, replace
 from types import ModuleType
 from typing import Any
 
-from dmplay import source_locations
+from dmplay import user_code_locations
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.core import Problem
@@ -96,12 +96,12 @@ def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     for name, value in members.items():
         renamed = RENAMED_METHODS if inspect.isfunction(value) else RENAMED_ATTRIBUTES
         if name in renamed:
-            location = source_locations.locate_definition(kind, name)
+            location = user_code_locations.locate_definition(kind, name)
             raise BadParameter(f"{location} {kind.__name__}.{name} is now called {renamed[name]}")
     if inspect.isabstract(kind):
         missing = ", ".join(sorted(kind.__abstractmethods__))
         message = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
-        raise BadParameter(f"{source_locations.locate_definition(kind)} {message}")
+        raise BadParameter(f"{user_code_locations.locate_definition(kind)} {message}")
     without_default = [
         parameter.name
         for parameter in fields(kind)
@@ -111,7 +111,7 @@ def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
         message = (
             f"{kind.__name__}: {without_default[0]} has no default; expected one for each parameter"
         )
-        raise BadParameter(f"{source_locations.locate_definition(kind)} {message}")
+        raise BadParameter(f"{user_code_locations.locate_definition(kind)} {message}")
     return kind()
 
 
@@ -192,7 +192,7 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))
         raise BadParameter(
-            f"{source_locations.locate_definition(agent_class)} "
+            f"{user_code_locations.locate_definition(agent_class)} "
             f"{agent_class.__name__} lacks {missing}"
         )
 
@@ -233,4 +233,6 @@ def module_file(problem: Problem) -> str:
 def _format_module_file(module: ModuleType | None) -> str:
     """Return the file of a module as it is shown to the user, else the module's name."""
     file = getattr(module, "__file__", None)
-    return source_locations.format_location(file, None) if file else getattr(module, "__name__", "")
+    return (
+        user_code_locations.format_location(file, None) if file else getattr(module, "__name__", "")
+    )

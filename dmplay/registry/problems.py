@@ -34,7 +34,7 @@ from dmplay.registry.problem_name_kinds import (
     names_python_file,
     rebase_name,
 )
-from dmplay.source_locations import describe_error_location
+from dmplay.user_code_locations import describe_error_location
 from dmplay.validation.playability_checks import check_playable
 
 FORMATS_PACKAGE, EXTERNAL_PACKAGE = "dmplay.formats.", "dmplay.external."

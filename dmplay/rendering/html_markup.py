@@ -5,8 +5,8 @@ from collections.abc import Iterable
 
 from rich.text import Text
 
-from dmplay.styled_text import PALETTE_HEX, SGR_CODES, split_style_runs
 from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.terminal_styles import PALETTE_HEX, SGR_CODES, split_style_runs
 
 LIGHT_THEME_CSS = """--ink: #1c1c1c; --paper: #ffffff; --faint: #595959; --line: #bfbfbf;
   --mark: #0b57a4;

@@ -17,7 +17,7 @@ from dmplay.rendering.terminal_output import (
     ScreenPosition,
     TerminalOutput,
 )
-from dmplay.styled_text import StyledRow, to_styled_rows
+from dmplay.terminal_styles import StyledRow, to_styled_rows
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
 # A paste arrives as one event, not as keys. The mouse wheel reports itself; terminals would

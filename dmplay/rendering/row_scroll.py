@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from dmplay.styled_text import StyledRow
+from dmplay.terminal_styles import StyledRow
 
 SCROLL_DISTANCES = (1, 2, 3, 4)  # rows by which a log may move up in one frame
 MIN_SAVED_CHARACTERS = 25  # a scroll must save more characters than this

@@ -36,7 +36,7 @@ from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import PlayerQuit
 from dmplay.shell.completion.completer import CommandCompleter
 from dmplay.signals import INTERRUPTED_EXIT_CODE
-from dmplay.styled_text import to_fragments
+from dmplay.terminal_styles import to_fragments
 
 MAX_COMPLETION_ROWS = 8  # rows
 HIDDEN_INPUT_PROMPT = " :(what is typed is not shown) "

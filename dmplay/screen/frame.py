@@ -16,8 +16,8 @@ from dmplay.screen.footer import format_footer
 from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
 from dmplay.screen.text_wrapping import format_panel, wrap_lines
-from dmplay.styled_text import ScreenLine, to_rich_text
 from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.terminal_styles import ScreenLine, to_rich_text
 from dmplay.views.canvas import measure_text, split_styled_rows
 from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 from dmplay.views.view_cache import SeatSnapshot

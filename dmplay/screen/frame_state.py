@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.hints.hint_provider import Hint
 from dmplay.rendering.terminal_output import ScreenPosition
-from dmplay.styled_text import ScreenLine, to_plain_text, to_rich_text
+from dmplay.terminal_styles import ScreenLine, to_plain_text, to_rich_text
 from dmplay.views.canvas import ASCII_TRANSLATION
 from dmplay.views.protocol import Forecast
 

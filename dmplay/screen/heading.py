@@ -8,8 +8,8 @@ from dmplay.game.game import Game
 from dmplay.screen.frame_state import Viewport
 from dmplay.screen.text_wrapping import wrap_lines
 from dmplay.session import DEFAULT_TURN_LIMIT
-from dmplay.styled_text import ScreenLine
 from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.terminal_styles import ScreenLine
 from dmplay.views.view_cache import SeatSnapshot
 
 CLAUSE_SEPARATOR = "; "  # between clauses of the goal

@@ -9,8 +9,8 @@ from dmplay.game.game import Game
 from dmplay.game.turn_facts import format_facts
 from dmplay.screen.frame_state import Viewport
 from dmplay.screen.text_wrapping import wrap_line, wrap_lines
-from dmplay.styled_text import ScreenLine
 from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.terminal_styles import ScreenLine
 
 MIN_LOG_ROWS = 2  # rows
 

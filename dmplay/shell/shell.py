@@ -11,8 +11,8 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.shell.commands import PlayerQuit, iter_commands_until_handover, run_line, split_commands
 from dmplay.shell.plain_mode import read_choice, wait_for_handover
-from dmplay.styled_text import to_ansi
 from dmplay.terminal_capabilities import Terminal, clear_screen, escape_unprintable
+from dmplay.terminal_styles import to_ansi
 from dmplay.views.protocol import DrawOptions
 
 ROWS_BELOW_BOARD = 6  # rows of the terminal reserved for text

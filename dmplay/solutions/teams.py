@@ -22,7 +22,7 @@ from dmplay.solvers import (
     joint_plan_dynamic_programming,
     joint_plan_improvement,
     mdp_values,
-    reactive_team_policies,
+    reactive_predator_team,
     sparse_mdp,
 )
 from dmplay.solvers.centralized_pomdp import CentralizedPomdp
@@ -173,7 +173,7 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
 def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:
     """Yield the values of rules and plans for two hunters, and of a planner that bounds them."""
     with scale_progress_part(0, 3):
-        value = reactive_team_policies.optimize_reactive_team(problem).mean_value
+        value = reactive_predator_team.optimize_reactive_team(problem).mean_value
     yield TeamValue("reactive", value, "exact, if the first state is sensed too")
     if problem.sighted:
         return

@@ -12,7 +12,7 @@ from dmplay import belief
 from dmplay.chance import Bools, Ints, Reals
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.solvers.dec_pomdp_model import DecPomdp
-from dmplay.solvers.reactive_team_policies import check_supported, compute_state_rewards
+from dmplay.solvers.reactive_predator_team import check_supported, compute_state_rewards
 
 
 @dataclass(frozen=True, eq=False)

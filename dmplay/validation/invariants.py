@@ -12,8 +12,8 @@ import numpy as np
 from dmplay.chance import Array, sample_all
 from dmplay.core import Labels, Problem, enumerate_outcomes
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.source_locations import describe_error_location
 from dmplay.tabular import tabulate
+from dmplay.user_code_locations import describe_error_location
 from dmplay.validation.playability_checks import check_outcome, check_typable_labels
 from dmplay.validation.random_play import (
     MAX_ENUMERATED_STATES,

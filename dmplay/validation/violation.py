@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import source_locations
+from dmplay import user_code_locations
 from dmplay.tabular import Tables
 
 MAX_MESSAGE_CHARACTERS = 300  # maximum characters of a message
@@ -57,7 +57,7 @@ def make_violation(owner: type, attribute: str, message: str | Callable[[], str]
         )
     )
     return Violation(
-        source_locations.locate_definition(owner, name, argument, Tables._fields), sentence
+        user_code_locations.locate_definition(owner, name, argument, Tables._fields), sentence
     )
 
 

@@ -10,7 +10,7 @@ from dmplay.core import WAIT_LABEL, Problem
 from dmplay.errors import BadParameter
 from dmplay.formatting import format_count
 from dmplay.session import DEFAULT_TURN_LIMIT, View
-from dmplay.source_locations import locate_definition
+from dmplay.user_code_locations import locate_definition
 from dmplay.views._action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game import _project_to_simplex
+from dmplay.agents._matrix_game_agents import _project_to_simplex
 from dmplay.core import Percept, Policy
 from dmplay.errors import BadParameter
 

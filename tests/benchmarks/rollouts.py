@@ -17,7 +17,7 @@ from time import thread_time
 import numpy as np
 
 import dmplay
-from dmplay.agents._matrix_game import FictitiousPlay, GradientAscent
+from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent
 from dmplay.agents.base import ReactivePolicy, RepeatedGameRule
 from dmplay.agents.game_2048 import Corner, Expectimax
 from dmplay.chance import Array, Bools, Reals

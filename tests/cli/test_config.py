@@ -19,9 +19,9 @@ from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.cli.settings import config_defaults, configurable_options, iter_effective_settings
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.parsed_commands import PlayCommand
 from tests.support import programs
 
 GROUP: Any = root_command()

@@ -7,9 +7,9 @@ import pytest
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.evaluation.assignment import read_assignment
+from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.parsed_commands import PlayCommand
 from dmplay.game.transcript_files import verify_file
 from dmplay.transcript.reader import read_transcript as transcript
 

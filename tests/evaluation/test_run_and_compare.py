@@ -16,7 +16,7 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
-from dmplay.game.parsed_commands import Printout
+from dmplay.game.command_line_results import Printout
 from dmplay.game.transcript_files import verify_file
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram

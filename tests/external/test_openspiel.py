@@ -14,7 +14,7 @@ from dmplay.core import WAIT_LABEL
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.output.problem_info import load_problem_info
+from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry.agents import load_roster
 from dmplay.session import SeatedPolicy, Session
 from dmplay.solutions.method_choice import solve_problem

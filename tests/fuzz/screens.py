@@ -9,9 +9,9 @@ from prompt_toolkit.document import Document
 
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import DmplayError
+from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
-from dmplay.game.parsed_commands import PlayCommand
 from dmplay.rendering.painter import Painter
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_operations import run_typed_line

@@ -14,7 +14,7 @@ from dmplay.key_maps.key_bindings import (
     KeyPreferences,
     resolve_key_maps,
 )
-from dmplay.output.problem_info import load_problem_info
+from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry.builtin_names import problem_names
 from dmplay.screen.footer import format_footer
 from dmplay.screen.frame_state import Viewport

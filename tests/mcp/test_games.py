@@ -10,9 +10,9 @@ import pytest
 from dmplay.cli.parsed_command_runner import execute_result, interpret_command
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
-from dmplay.game.parsed_commands import McpServerConfig
 from dmplay.game.transcript_files import verify_file
 from dmplay.mcp.language_model_games import MAX_GAMES, ModelGames
 from dmplay.shell.completion import name_lists

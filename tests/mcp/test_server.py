@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 
-from dmplay.game.parsed_commands import McpServerConfig
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.mcp.language_model_games import MAX_GAMES, ModelGames
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.games import assert_verified, read_values

@@ -10,10 +10,10 @@ import dmplay
 from dmplay.cli.parsed_command_runner import execute_result
 from dmplay.errors import UnknownName
 from dmplay.formatting import problem_summary
+from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
-from dmplay.game.parsed_commands import Printout
-from dmplay.output import problem_info as reports
+from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript
 from dmplay.output.tables import format_csv, format_table

@@ -6,7 +6,7 @@ from pathlib import Path
 from dmplay.game.playback import Playback
 from dmplay.output.transcript_export import ScreenRenderer, iter_screens
 from dmplay.screen.frame_state import Viewport
-from dmplay.styled_text import ScreenLine, to_plain_text
+from dmplay.terminal_styles import ScreenLine, to_plain_text
 from tests.support.games import record_game
 
 TURN_COUNT = 150

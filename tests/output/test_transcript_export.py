@@ -11,8 +11,8 @@ import pytest
 from rich.text import Text
 
 from dmplay.cli.parsed_command_runner import execute_result
+from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import ReplayRequest
-from dmplay.game.parsed_commands import Printout
 from dmplay.game.transcript_files import verify_file
 from dmplay.output.svg_export import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript

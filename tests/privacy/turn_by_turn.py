@@ -15,9 +15,9 @@ import dmplay
 from dmplay.bots.bot_policy import Bot
 from dmplay.chance import Array, Bools, Reals
 from dmplay.core import WAIT_LABEL, Memory, Percept, Policy, Problem
+from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.parsed_commands import McpServerConfig
 from dmplay.gym import Env
 from dmplay.mcp.language_model_games import ModelGames
 from dmplay.session import Session

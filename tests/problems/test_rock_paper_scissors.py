@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game import FictitiousPlay
+from dmplay.agents._matrix_game_agents import FictitiousPlay
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.registry.agents import load_roster
 from dmplay.session import Session

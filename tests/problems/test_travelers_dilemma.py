@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._matrix_game import HierarchicalSoftmax
+from dmplay.agents._matrix_game_agents import HierarchicalSoftmax
 from dmplay.agents.travelers_dilemma import FixedClaim
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma

@@ -15,7 +15,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.narration import render_transcript_frame
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
-from dmplay.output import problem_info as reports
+from dmplay.output import problem_and_agent_reports as reports
 from dmplay.registry import agents, problems
 from dmplay.shell.commands import run_line
 from dmplay.shell.completion import name_lists

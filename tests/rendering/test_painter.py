@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from rich.text import Text
 
-from dmplay import styled_text
+from dmplay import terminal_styles
 from dmplay.rendering.painter import Painter
 from dmplay.rendering.sgr_codes import encode_sgr_change, parse_sgr_codes
 from dmplay.rendering.terminal_output import ScreenPosition
@@ -168,7 +168,7 @@ def test_a_resized_screen_is_repainted_completely() -> None:
 def test_a_theme_determines_weights_and_colours(theme: str, codes: list[str]) -> None:
     style_names = ("bold blue", "dim", "bright_cyan", "")
     encoded = [
-        row[0][1] for row in styled_text.to_styled_rows(build_styled_frame(style_names), theme)
+        row[0][1] for row in terminal_styles.to_styled_rows(build_styled_frame(style_names), theme)
     ]
     assert encoded == codes
 

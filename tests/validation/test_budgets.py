@@ -41,7 +41,7 @@ from dmplay.solvers import (
     mdp_values,
     multiagent_a_star,
     point_based,
-    reactive_team_policies,
+    reactive_predator_team,
     regret_matching,
     riccati,
     search_config,
@@ -108,7 +108,7 @@ def run_best_response() -> None:
 def run_reactive_team() -> None:
     hunt = load_problem("collaborative-predator-prey:triangle")
     assert isinstance(hunt, CollaborativePredatorPrey)
-    reactive_team_policies.optimize_reactive_team(hunt)
+    reactive_predator_team.optimize_reactive_team(hunt)
 
 
 def run_uct() -> None:
@@ -217,7 +217,7 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
         load_tiger_team(), 3, make_budget()
     ),
     "point_based": lambda: point_based.solve_point_based(load_problem("crying-baby"), None, 0.01),
-    "reactive_team_policies": run_reactive_team,
+    "reactive_predator_team": run_reactive_team,
     "regret_matching": lambda: regret_matching.find_equilibrium(
         np.stack([ZERO_SUM_PAYOFFS, -ZERO_SUM_PAYOFFS], axis=2)
     ),

@@ -10,7 +10,7 @@ from dmplay.chance import Array, Categorical, Chance, DiscreteUniform, Normal, U
 from dmplay.core import Problem, TextLine
 from dmplay.errors import BadParameter
 from dmplay.registry.problems import resolve_problem
-from dmplay.source_locations import describe_error_location
+from dmplay.user_code_locations import describe_error_location
 from dmplay.validation.playability_checks import check_playable
 from tests.support.user_problems import Heap, Key
 

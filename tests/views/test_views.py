@@ -14,8 +14,8 @@ from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.session import Session
 from dmplay.solvers import mdp_values
-from dmplay.styled_text import palette_rgb
 from dmplay.tabular import tabulate
+from dmplay.terminal_styles import palette_rgb
 from dmplay.uniforms import SeededUniforms
 from dmplay.views import game_2048 as tiles
 from dmplay.views import generic

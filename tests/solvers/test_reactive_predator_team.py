@@ -7,7 +7,7 @@ import dmplay
 from dmplay.chance import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
-from dmplay.solvers import reactive_team_policies, sparse_mdp
+from dmplay.solvers import reactive_predator_team, sparse_mdp
 
 PROBLEM_NAME = "collaborative-predator-prey"
 
@@ -36,7 +36,7 @@ def test_no_small_change_of_a_rule_improves_the_value(variant: str, min_value: f
     problem = load_problem(f"{PROBLEM_NAME}:{variant}")
     model, team = (
         sparse_mdp.build_sparse_mdp(problem),
-        reactive_team_policies.optimize_reactive_team(problem),
+        reactive_predator_team.optimize_reactive_team(problem),
     )
     assert team.mean_value == pytest.approx(evaluate_rules(problem, model, team.policies))
     assert team.mean_value > min_value
@@ -51,7 +51,7 @@ def test_no_small_change_of_a_rule_improves_the_value(variant: str, min_value: f
 @pytest.mark.slow
 def test_the_team_on_the_standard_map_beats_every_deterministic_rule() -> None:
     problem = load_problem(PROBLEM_NAME)
-    team = reactive_team_policies.optimize_reactive_team(problem)
+    team = reactive_predator_team.optimize_reactive_team(problem)
     model = sparse_mdp.build_sparse_mdp(problem)
     assert team.mean_value == pytest.approx(evaluate_rules(problem, model, team.policies))
     # The best of the 1296 deterministic pairs: one agent goes east next to the prey and west
@@ -65,9 +65,9 @@ def test_the_team_on_the_standard_map_beats_every_deterministic_rule() -> None:
 def test_rules_are_never_worse_than_the_initial_ones() -> None:
     triangle = dmplay.load_problem("collaborative-predator-prey:triangle", slip=0.0)
     assert isinstance(triangle, CollaborativePredatorPrey)
-    hunt = reactive_team_policies._PredatorPreyArrays(triangle)
-    value = reactive_team_policies.optimize_reactive_team(triangle).mean_value
-    assert value >= hunt.evaluate_policies(reactive_team_policies._make_initial_policies()) - 1e-9
+    hunt = reactive_predator_team._PredatorPreyArrays(triangle)
+    value = reactive_predator_team.optimize_reactive_team(triangle).mean_value
+    assert value >= hunt.evaluate_policies(reactive_predator_team._make_initial_policies()) - 1e-9
     assert value > 40
 
 
@@ -76,4 +76,4 @@ def test_rules_are_never_worse_than_the_initial_ones() -> None:
 )
 def test_unsupported_variants_are_rejected(settings: dict[str, object]) -> None:
     with pytest.raises(BadParameter):
-        reactive_team_policies.optimize_reactive_team(load_problem(PROBLEM_NAME, **settings))
+        reactive_predator_team.optimize_reactive_team(load_problem(PROBLEM_NAME, **settings))

@@ -12,7 +12,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.core import Interval, Labels, Problem, TextLine
 from dmplay.errors import UnknownName
 from dmplay.formatting import format_count, format_json_report, problem_summary
-from dmplay.game.parsed_commands import Printout
+from dmplay.game.command_line_results import Printout
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
