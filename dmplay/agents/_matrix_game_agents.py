@@ -35,8 +35,6 @@ class _PayoffTablePolicy(ReactivePolicy):
 class _MixedStrategyPolicy(_PayoffTablePolicy):
     """A policy with the same mixed strategy in every round."""
 
-    ignores_history = True
-
     @property
     @abstractmethod
     def _mixed_strategy(self) -> Categorical:

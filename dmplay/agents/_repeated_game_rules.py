@@ -95,8 +95,6 @@ class WinStayLoseShift(CooperateDefectRule):
 class AlwaysCooperate(CooperateDefectRule):
     """Cooperates."""
 
-    ignores_history = True
-
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 0, cooperate."""
         return 0 * own_actions
@@ -107,7 +105,6 @@ class AlwaysDefect(CooperateDefectRule):
     """Defects."""
 
     first_action = 1
-    ignores_history = True
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 1, defect."""

@@ -43,8 +43,6 @@ class SeatPolicy(Policy):
     plans_one_round: ClassVar[bool] = False
     # whether its values are those of a game without a turn limit
     values_without_end: ClassVar[bool] = False
-    # whether its choices are independent of what others did before
-    ignores_history: ClassVar[bool] = False
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""
@@ -89,6 +87,10 @@ class SeatPolicy(Policy):
         if self.plans_one_round:
             return "" if turns == 1 else ONE_ROUND
         return WITHOUT_END if self.values_without_end and turns is not None else ""
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the players that its values assume, '' if they are these `opponents`."""
+        return ""
 
     def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:
         """Return this policy adapted to a game of `turns` turns against the named `opponents`."""
@@ -162,7 +164,6 @@ class ConstantPolicy(ReactivePolicy):
     """A policy that always takes the same action, which a subclass sets."""
 
     action = 0
-    ignores_history = True
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the constant action for each row."""

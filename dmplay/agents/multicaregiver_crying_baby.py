@@ -134,11 +134,11 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         if self.problem.discount >= 1.0 and not self.horizon:
             raise BadPolicy("a game without end needs a discount below 1; horizon=TURNS ends it")
 
-    @property
-    def hint_basis(self) -> str:
-        """The model of the partner."""
-        partner = "at random" if self.to == "random" else f"who plays {self.to}"
-        return f"best response to a partner {partner}"
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the model of the partner, if it is not how this partner plays."""
+        if (self.to,) == tuple(opponents):
+            return ""
+        return "with a random partner" if self.to == "random" else f"if the partner plays {self.to}"
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:

@@ -136,6 +136,18 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
             return policy
         return replace(policy, to=rivals[0])
 
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the assumed play of the others, if these opponents may play otherwise."""
+        others = [seat for seat in range(len(self.problem.agents)) if seat != self.seat]
+        assumed = {
+            _natural_policy_name(self.problem, seat) if self.to == "natural" else self.to
+            for seat in others
+        }
+        if {*opponents} == assumed:
+            return ""
+        verb = "others play" if len(others) > 1 else "other plays"
+        return f"if the {verb} {' or '.join(sorted(assumed))}"
+
     def can_plan_turns(self, turns: int) -> bool:
         """Return whether the values of that many turns can be computed and stored in time."""
         return self.problem.state_count * turns <= MAX_PLANNED_STATES

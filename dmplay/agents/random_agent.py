@@ -14,7 +14,6 @@ class Random(ReactivePolicy):
     """Chooses a legal action uniformly at random."""
 
     uniform_count = 1
-    ignores_history = True
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return a uniformly random legal action for each row, or a uniform number of an

@@ -23,8 +23,6 @@ class FixedClaim(ReactivePolicy):
 
     claim: int = parameter(MAX_CLAIM, "the claim", MIN_CLAIM, MAX_CLAIM)
 
-    ignores_history = True
-
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the index of the claim for each row."""
         return np.full(len(u), self.claim - MIN_CLAIM)

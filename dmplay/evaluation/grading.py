@@ -27,7 +27,7 @@ from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, Veri
 from dmplay.work_budget import limit_total_work
 
 # Values of one round of a repeated game do not tell what the opponent does later.
-NO_REGRET_REMARK = "no regret because the other may react"
+NO_REGRET_REMARK = "no regret because the other's play is a guess"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
 MIN_TURNS_TO_MATCH = 5  # Shorter games match too many agents.

@@ -76,7 +76,7 @@ class Hint:
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
     scope: str = ""  # the game that the values are about, '' if it is this one
-    has_regrets: bool = True  # False if a value of a later round may depend on the action
+    has_regrets: bool = True  # False if its values guess what the others play
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -116,7 +116,7 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        None if the agent has no values, or if they ignore later rounds.
+        None if the agent has no values, or if they guess what the others play.
         """
         return self._value_gaps if self.has_regrets else None
 

@@ -23,7 +23,7 @@ REVIEW_TASK = TaskInfo("looking back at your moves")
 class ReviewedAction(NamedTuple):
     """One choice of a person, with the action values and its regret.
 
-    The regret is None if the values are those of one round and an opponent may react to it later.
+    The regret is None if the values guess what the others play.
     """
 
     turn: int
@@ -112,7 +112,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     text = f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} {best}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
-        return f"{text}; no regret, as the other may react to them"
+        return f"{text}; no regret, as the other's play is a guess"
     total_regret = sum(regrets)
     worst = max(reviewed_actions, key=_regret_or_zero)
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))

@@ -242,7 +242,11 @@ def _format_histograms(results: Sequence[SettingResult]) -> str:
 def draw_histogram(sample: Reals) -> tuple[str, float, float]:
     """Return a histogram of a sample as a string of bars, with the sample's minimum and maximum."""
     low, high = float(sample.min()), float(sample.max())
-    counts, _ = np.histogram(sample, HISTOGRAM_BINS, (low, high if high > low else low + 1.0))
+    scaled = sample / (max(abs(low), abs(high)) or 1.0)
+    spread = float(np.ptp(scaled))
+    if spread <= HISTOGRAM_BINS * np.finfo(float).eps:  # equal but for rounding: one bar
+        spread = 1.0
+    counts, _ = np.histogram(scaled, HISTOGRAM_BINS, (scaled.min(), scaled.min() + spread))
     levels = np.ceil(counts / counts.max() * len(BAR_CHARACTERS)).astype(int)
     return "".join(" " if not level else BAR_CHARACTERS[level - 1] for level in levels), low, high
 

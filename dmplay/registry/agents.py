@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import ONE_ROUND, SeatPolicy
+from dmplay.agents.base import SeatPolicy
 from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import problem_module_exports
@@ -29,7 +29,6 @@ RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.
     "begin": "initial_memory",
     "update": "update_memory",
 }
-SCRIPTED_PLAYERS = ("script", "replay")  # players whose actions are fixed before the game
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -40,7 +39,7 @@ class HintAgent(NamedTuple):
     policy: SeatPolicy
     label: str  # its name without the horizon of the game
     scope: str  # the game that its values are about, '' if it is this one
-    has_regrets: bool  # False if a value of a later round may depend on the action
+    has_regrets: bool  # False if its values guess what the others play
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
@@ -125,9 +124,8 @@ def find_hint_provider(
 ) -> HintAgent | None:
     """Return the agent that gives hints in this game.
 
-    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. Values
-    of one round have regrets only if no opponent reacts to what was played. None if there is no
-    such agent, or if it refuses the problem.
+    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. None
+    if there is no such agent, or if it refuses the problem.
     """
     name = load_roster(problem, seat).hint_provider_for(turn_limit)
     if name is None:
@@ -147,33 +145,15 @@ def load_hint_agent(
     """
     opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
     policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
-    scope = policy.describe_scope(turn_limit)
-    has_regrets = scope != ONE_ROUND or (
-        len(opponents) == len(problem.agents) - 1
-        and all(
-            _ignores_history(problem, other_seat, agent_name)
-            for other_seat, agent_name in enumerate(seats)
-            if other_seat != seat
-        )
-    )
-    omitted = ("horizon",) if turn_limit == problem.horizon else ()
+    assumed_players = policy.describe_assumed_players(opponents)
+    scopes = policy.describe_scope(turn_limit), assumed_players
+    omitted = ["horizon"] * (turn_limit == problem.horizon) + ["to"] * bool(assumed_players)
     return HintAgent(
         _format_agent_name(name, policy),
         policy,
         _format_agent_name(name, policy, omitted),
-        scope,
-        has_regrets,
-    )
-
-
-def _ignores_history(problem: Problem, seat: int, name: str) -> bool:
-    """Return whether a player's choices are independent of what others did before."""
-    base = name.partition(":")[0]
-    agent_class = load_roster(problem, seat).agents.get(base)
-    return (
-        base in SCRIPTED_PLAYERS
-        if agent_class is None
-        else getattr(agent_class, "ignores_history", False)
+        ", ".join(filter(None, scopes)),
+        not policy.plans_one_round,
     )
 
 

@@ -164,10 +164,11 @@ class JsonReporter(Reporter):
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
-        elif text.startswith("values: "):
-            seat = game.problem.agents[game.viewing_seat]
-            values = game.hint_provider.values_by_action()
-            self._print_event("values", {"seat": seat, "values": values})
+        elif text.startswith("values"):
+            provider = game.hint_provider
+            scope = {"scope": provider.scope} if provider.scope else {}
+            facts = {"seat": game.problem.agents[game.viewing_seat], **scope}
+            self._print_event("values", {**facts, "values": provider.values_by_action()})
         else:
             self.report_text(text)
 

@@ -3,7 +3,8 @@
 The value of a game of k turns to each agent follows from that of k - 1 turns (Zermelo, 1913; Kuhn,
 1953); a game of 0 turns is worth 0. Once a further turn changes nothing, games of any length are
 solved. Among actions of equal value the first is chosen. In a game without end or without discount
-it is, among those with equal values to every agent, the one that ends the game soonest.
+it is, among those with equal values to every agent, the one that ends the game soonest. A state
+that nobody can leave and that pays nothing counts as an end.
 """
 
 from itertools import pairwise
@@ -38,6 +39,7 @@ class BackwardInductionResult(NamedTuple):
     # [S], the expected number of turns to the end with each number of turns left; empty with a
     # discount, as it breaks ties only without one
     lengths_by_turns_left: list[Reals]
+    is_absorbing: Bools  # [S], whether no action leaves the state or pays
 
     def get_values(self, turns_left: int | None) -> Reals:
         """Return the values `[S, n]` with this number of turns left, or without end for None."""
@@ -64,9 +66,8 @@ def run_backward_induction(
     )
     values = [np.zeros((len(graph.states), len(problem.agents)))]
     lengths = [] if problem.discount < 1.0 or turns is None else [np.zeros(len(graph.states))]
-    result = BackwardInductionResult(
-        graph, _find_deciding_seats(problem, graph), values, 0.0, lengths
-    )
+    deciding_seats, is_absorbing = _find_deciding_seats(problem, graph), _mark_absorbing(graph)
+    result = BackwardInductionResult(graph, deciding_seats, values, 0.0, lengths, is_absorbing)
     horizon_factor = problem.discount / (1.0 - problem.discount) if problem.discount < 1.0 else 1.0
     gaps, state_count = [np.inf], len(graph.states)
     max_total_change = (
@@ -95,6 +96,15 @@ def run_backward_induction(
         if gaps[-1] <= compute_tolerance(new_values, CONVERGENCE_TOLERANCE):
             return result._replace(gap=gaps[-1])
     return result
+
+
+def _mark_absorbing(graph: TransitionGraph) -> Bools:
+    """Return the mask `[S]` of states that no joint action leaves and in which none pays."""
+    outcome_sources = np.repeat(graph.source_states, np.diff(graph.outcome_starts))
+    is_absorbing = np.ones(len(graph.states), bool)
+    is_absorbing[outcome_sources[graph.next_states != outcome_sources]] = False
+    is_absorbing[graph.source_states[graph.rewards.any(axis=1)]] = False
+    return is_absorbing
 
 
 def _find_deciding_seats(problem: Problem, graph: TransitionGraph) -> Ints:
@@ -141,6 +151,7 @@ def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[
             is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
             lengths = compute_action_lengths(graph, rows, result.lengths_by_turns_left[-1])
             new_lengths[block] = np.minimum.reduceat(np.where(is_best, lengths, np.inf), starts)
+            new_lengths[result.is_absorbing] = 0.0
     return new_values, new_lengths
 
 
@@ -191,13 +202,14 @@ def select_soonest_ending_actions(result: BackwardInductionResult, discount: flo
     first_best = _find_first_marked(is_best, starts)
     is_best &= mark_equal_values(q, np.repeat(q[first_best], counts, axis=0), tolerance)
     expected_lengths = np.zeros(len(graph.states))
+    is_over = result.is_absorbing[graph.source_states]
     budget = Budget("backward induction", "try fewer states")
     for _ in range(2 * len(result.values_by_turns_left)):
         budget.spend_work(10 * ARRAY_CALL_WORK + 20.0 * len(graph.probabilities))
         later = np.add.reduceat(
             graph.probabilities * expected_lengths[graph.next_states], graph.outcome_starts[:-1]
         )
-        action_lengths = np.where(is_best, 1.0 + later, np.inf)
+        action_lengths = np.where(is_best, np.where(is_over, 0.0, 1.0 + later), np.inf)
         min_lengths = np.minimum.reduceat(action_lengths, starts)
         if (
             np.abs(min_lengths - expected_lengths[nonterminal]) <= compute_tolerance(min_lengths)

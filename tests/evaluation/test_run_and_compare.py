@@ -261,6 +261,18 @@ def test_a_report_that_was_cut_short_says_so() -> None:
 def test_a_histogram_shows_where_returns_lie() -> None:
     assert draw_histogram(np.array([0.0, 0.0, 1.0])) == ("█          ▄", 0.0, 1.0)
     assert draw_histogram(np.array([2.0, 2.0])) == ("█           ", 2.0, 2.0)
+    assert draw_histogram(np.array([0.0])) == ("█           ", 0.0, 0.0)
+
+
+def test_a_histogram_of_sums_that_differ_by_rounding_is_one_bar() -> None:
+    sums = np.array([0.1 + 0.2 + 0.3, 0.3 + 0.2 + 0.1])
+    assert sums[0] != sums[1]
+    assert draw_histogram(sums)[0] == "█           "
+
+
+def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
+    assert draw_histogram(np.array([-1.7e308, 1.7e308]))[0] == "█          █"
+    assert draw_histogram(np.array([1e200, np.nextafter(1e200, 2e200)]))[0] == "█           "
 
 
 @pytest.mark.parametrize(
@@ -343,6 +355,15 @@ def test_a_script_as_long_as_the_game_plays_any_number_of_games(
     arguments = ("run", "prisoners-dilemma", "--agent", "script:defect", "--turns", "1")
     done = run_dmplay(tmp_path, *arguments, "--episodes", episodes)
     assert (done.returncode, done.stderr) == (0, "")
+
+
+def test_values_in_json_lines_name_the_game_that_they_are_about(tmp_path: Path) -> None:
+    done = run_dmplay(tmp_path, "prisoners-dilemma", "--seed", "7", "--json", stdin="values\n")
+    (event,) = [event for event in map(json.loads, done.stdout.splitlines()) if "values" in event]
+    assert event == {
+        "event": "values", "seat": "agent1", "scope": "for one round",
+        "values": {"cooperate": -2.5, "defect": -1.5},
+    }  # fmt: skip
 
 
 def test_values_are_numbers_in_json_lines(tmp_path: Path) -> None:

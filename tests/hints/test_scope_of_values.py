@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import SeatPolicy
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.evaluation.grading import grade_files
@@ -35,7 +36,8 @@ def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = (
 def play_rounds(name: str, opponent: str, actions: list[float]) -> Session:
     """Return a finished game of a person against an agent."""
     problem = dmplay.load_problem(name)
-    policies = [None, dmplay.load_agent(problem, 1, opponent)]
+    other = "random" if opponent == "human" else opponent
+    policies = [None, dmplay.load_agent(problem, 1, other)]
     session = Session(problem, dmplay.SeededUniforms(1), policies, turn_limit=len(actions))
     for action in actions:
         session.advance([action, None])
@@ -82,7 +84,7 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("catch", 11, "hint (optimal:horizon=11): "),
         ("catch", 21, "hint (optimal, in plans of 10 turns): "),
         ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
-        ("predator-prey", 2, "hint (best-response:horizon=2): "),
+        ("predator-prey", 2, "hint (best-response:horizon=2, if the other plays flee): "),
         (
             "collaborative-predator-prey",
             None,
@@ -165,48 +167,70 @@ def test_no_move_has_a_regret_against_an_opponent_who_remembers(opponent: str) -
         "values: cooperate -2.50, defect -1.50"
     )
     assert format_summary(reviewed) == (
-        "review: 0 of 10 moves the best for one round; no regret, as the other may react to them"
+        "review: 0 of 10 moves the best for one round; no regret, as the other's play is a guess"
     )
     assert format_table(reviewed)[0].split() == ["turn", "yours", "best", "for", "one", "round"]
 
 
-@pytest.mark.parametrize("opponent", ["nash", "always-defect", "random", "softmax"])
-def test_an_opponent_who_ignores_the_past_leaves_a_regret_of_each_round(opponent: str) -> None:
-    session = play_rounds("prisoners-dilemma", opponent, [0.0] * 3)
-    reviewed = list(review_actions(session, [0], ["human", opponent]))
-    assert all(move.regret and move.scope == "for one round" for move in reviewed)
-    assert "the best for one round, regret " in format_summary(reviewed)
+@pytest.mark.parametrize(
+    ("name", "opponent"),
+    [
+        ("rock-paper-scissors", "nash"),
+        ("rock-paper-scissors", "human"),
+        ("travelers-dilemma", "random"),
+        ("prisoners-dilemma", "always-defect"),
+        ("prisoners-dilemma", "script:cooperate"),
+        ("prisoners-dilemma", "bot:./mine"),
+    ],
+)
+@pytest.mark.parametrize("turns", [1, 10])
+def test_values_that_guess_the_other_player_give_no_regret(
+    name: str, opponent: str, turns: int
+) -> None:
+    hint_agent = find_hint_provider(dmplay.load_problem(name), 0, turns, ("human", opponent))
+    assert hint_agent is not None
+    assert not hint_agent.has_regrets
 
 
 @pytest.mark.parametrize(
-    ("name", "opponent", "has_regrets"),
+    ("name", "opponent", "scope"),
     [
-        ("rock-paper-scissors", "beat-last", False),
-        ("rock-paper-scissors", "uniform", True),
-        ("travelers-dilemma", "level-k", True),
-        ("travelers-dilemma", "claim", True),
-        ("prisoners-dilemma", "human", False),
-        ("prisoners-dilemma", "script:cooperate", True),
-        ("prisoners-dilemma", "./mine.py:Agent", False),
-        ("prisoners-dilemma", "bot:./mine", False),
+        ("predator-prey", "flee", ""),
+        ("predator-prey", "random", ""),
+        ("predator-prey", "human", "if the other plays flee"),
+        ("predator-prey", "equilibrium", "if the other plays flee"),
+        ("multicaregiver-crying-baby", "random", ""),
+        ("multicaregiver-crying-baby", "feed-when-crying", "with a random partner"),
+        ("multicaregiver-crying-baby", "human", "with a random partner"),
     ],
 )
-def test_only_fixed_play_is_known_not_to_react(name: str, opponent: str, has_regrets: bool) -> None:
-    problem = dmplay.load_problem(name)
-    agent = find_hint_provider(problem, 0, 10, ("human", opponent))
-    assert agent is not None
-    assert agent.has_regrets == has_regrets
-    unnamed = find_hint_provider(problem, 0, 10, ())
-    assert unnamed is not None
-    assert not unnamed.has_regrets
-    one_round = find_hint_provider(problem, 0, 1, ("human", "human"))
-    assert one_round is not None
-    assert one_round.has_regrets
+def test_hint_values_and_review_name_players_that_are_only_assumed(
+    name: str, opponent: str, scope: str
+) -> None:
+    players = ["human", opponent]
+    session = play_rounds(name, opponent, [0.0] * 2)
+    provider = HintProvider(session.copy_at_start(), 0, players)
+    by, _, _ = provider.create_hint().partition("): ")
+    assert by.endswith(f", {scope}") if scope else ", " not in by.replace(",to=", "")
+    assert provider.describe_values().startswith(f"values {scope}:" if scope else "values:")
+    (first, *_) = review_actions(session, [0], players)
+    assert first.scope == scope
 
 
-@pytest.mark.parametrize(("opponent", "regret"), [("grim", None), ("always-defect", 2.0)])
-def test_review_and_grade_report_no_regret_beside_one_who_remembers(
-    tmp_path: Path, opponent: str, regret: float | None
+def test_a_prey_is_assumed_to_be_chased() -> None:
+    hint_agent = find_hint_provider(dmplay.load_problem("predator-prey"), 1, 5, ("human", "human"))
+    assert hint_agent is not None
+    assert hint_agent.scope == "if the other plays chase"
+    two_prey = dmplay.load_problem("predator-prey", prey=2)
+    policy = dmplay.load_agent(two_prey, 0, "best-response")
+    assert isinstance(policy, SeatPolicy)
+    assert policy.describe_assumed_players(["flee", "search"]) == "if the others play flee"
+    assert policy.describe_assumed_players(["flee", "flee"]) == ""
+
+
+@pytest.mark.parametrize("opponent", ["grim", "always-defect"])
+def test_review_and_grade_report_no_regret_in_a_repeated_game(
+    tmp_path: Path, opponent: str
 ) -> None:
     file = tmp_path / "game.dmt"
     request = GameRequest(
@@ -218,12 +242,11 @@ def test_review_and_grade_report_no_regret_beside_one_who_remembers(
     table.end_game()
     data = json.loads(str(interpret_command(["review", str(file), "--json"])))
     regrets = [action["regret"] for action in data["actions"]]
-    assert regrets == ([None] * 2 if regret is None else [1.0, 1.0])
+    assert regrets == [None, None]
     assert [action["scope"] for action in data["actions"]] == ["for one round"] * 2
     (grade,) = grade_files([file]).grades
-    assert grade.regret == regret
-    remark = "no regret because the other may react" if regret is None else "regret for one round"
-    assert remark in grade.remarks
+    assert grade.regret is None
+    assert "no regret because the other's play is a guess" in grade.remarks
 
 
 def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
@@ -233,7 +256,7 @@ def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
         provider = HintProvider(session, 0, ["human", partner])
         hint = provider.create_hint()
-        assert hint.startswith("hint (best response to a partner at random): ")
+        assert hint.startswith("hint (best-response:horizon=6, with a random partner): ")
         agent = find_hint_provider(problem, 0, 6, ["human", partner])
         assert agent is not None
         policy = agent.policy

@@ -6,7 +6,17 @@ from functools import cache
 import numpy as np
 import pytest
 
-from dmplay import Labels, Outcome, Policy, Problem, SeededUniforms, load_agent, rollout
+from dmplay import (
+    Labels,
+    Outcome,
+    Policy,
+    Problem,
+    SeededUniforms,
+    Tables,
+    Tabular,
+    load_agent,
+    rollout,
+)
 from dmplay.agents.fully_observable_problems import solve_by_backward_induction
 from dmplay.chance import Array, Bools, Chance, Reals
 from dmplay.core import WAIT_LABEL, parameter
@@ -348,6 +358,28 @@ def test_a_hint_says_that_it_is_the_one_of_equals_that_ends_soonest() -> None:
     )
     tight = HintProvider(Session(Pond(turns=5), SeededUniforms(1)), 0, ["human"]).create_hint()
     assert tight.startswith("hint (optimal): on. ")
+
+
+def test_a_state_that_nobody_can_leave_counts_as_an_end() -> None:
+    # Waiting costs nothing, and the second "go" pays 5: the third state only leads to itself.
+    transition, rewards = np.zeros((3, 2, 3)), np.zeros((3, 2, 1))
+    transition[0, 0, 0] = transition[0, 1, 1] = transition[1, 0, 0] = transition[1, 1, 2] = 1.0
+    transition[2, :, 2] = 1.0
+    rewards[1, 1] = 5.0
+
+    class Ring(Tabular):
+        actions = (Labels(("wait", "go")),)
+        state_names, horizon = ("start", "mid", "done"), 30
+        initial_belief = np.array([1.0, 0.0, 0.0])
+        tables = Tables(transition, rewards)
+
+    policy = load_agent(Ring(), 0, "optimal")
+    result = rollout(Ring(), [policy], episodes=1, turn_limit=2)
+    assert result.returns.tolist() == [[5.0]]
+    graph = transition_graph.build_full_graph(Ring())
+    induction = backward_induction.run_backward_induction(Ring(), graph, None)
+    action_rows = backward_induction.select_soonest_ending_actions(induction, 1.0)
+    assert graph.joint_actions[action_rows, 0].tolist() == [1, 1, 0]
 
 
 def test_a_discount_leaves_the_first_of_equal_actions() -> None:
