@@ -70,26 +70,32 @@ def use_simulation_options(options: SimulationOptions) -> Iterator[None]:
 
 
 def simulate_games(
-    problem: Problem, policies: Sequence[Policy], *, episodes: int, turns: int | None
+    problem: Problem,
+    policies: Sequence[Policy],
+    *,
+    episodes: int,
+    turns: int | None,
+    stands_for_endless: bool = False,
 ) -> SimulatedReturns:
     """Play games of one seed and return their returns and lengths.
+
+    The user's number of turns replaces `turns`, unless these games stand for games without end.
 
     One process plays them in batches, so that progress is reported. In an external environment
     they are fewer than `episodes` if they are long, unless the user set a number.
     """
     options = _options.get() or SimulationOptions()
-    options.used_options |= {"episodes", "turns", "workers"}
+    options.used_options |= {"episodes", "workers"}
+    if not stands_for_endless:
+        options.used_options.add("turns")
+        turns = options.turns or turns
     is_external = isinstance(problem, ExternalProblem)
     max_turns = (
         MAX_EXTERNAL_TURNS
         if is_external and not options.episodes and options.workers in (None, 1)
         else math.inf
     )
-    episodes, turns, workers = (
-        options.episodes or episodes,
-        options.turns or turns,
-        options.workers or 1,
-    )
+    episodes, workers = options.episodes or episodes, options.workers or 1
     batch_size = EXTERNAL_EPISODES_PER_BATCH if is_external else EPISODES_PER_BATCH
     if workers != 1:
         batch_size = episodes

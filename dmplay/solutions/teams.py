@@ -130,7 +130,11 @@ def _build_node_row(  # noqa: PLR0913 - they identify the node
 
 
 def solve_shared_reward_team(problem: Problem) -> Solution:
-    """Return the mean values of several teams, best first; one planner that sees all is a bound."""
+    """Return the mean values of several teams in games without end, best first.
+
+    One planner who sees all is an upper bound. Joint plans and simulated games are cut after so
+    many turns that later ones hardly count.
+    """
     hunt_problem = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with scale_progress(0.0, 0.2):
         model, q = (
@@ -158,7 +162,11 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
         share = 0.5 / len(names)
         with scale_progress(0.5 + share * index, 0.5 + share * (index + 1)):
             simulated = simulate_games(
-                problem, policies, episodes=MAX_SIMULATED_EPISODES, turns=turns
+                problem,
+                policies,
+                episodes=MAX_SIMULATED_EPISODES,
+                turns=turns,
+                stands_for_endless=True,
             )
         sample, game_text = simulated.returns[:, 0], format_count(len(simulated.turns), "game")
         error = sample.std(ddof=1) / np.sqrt(len(sample))
@@ -167,7 +175,8 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
     rows = [entry._asdict() for entry in sorted(teams, key=lambda entry: -entry.value)]
     text = f"mean {q.max(axis=1).mean():.6g} over {format_count(len(q), 'state')}"
     text += ": no team that does not see has more"
-    return Solution("policy iteration of one planner who sees all, an upper bound", text, rows)
+    method = "policy iteration of one planner who sees all, without end, an upper bound"
+    return Solution(method, text, rows)
 
 
 def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]:

@@ -271,6 +271,15 @@ def test_a_simulated_solution_has_the_requested_games_and_turns(
         interpret_command(["solve", "prisoners-dilemma", "--turns", "8"])
 
 
+@pytest.mark.usefixtures("few_games", "coarse")
+def test_a_team_is_solved_without_end_and_takes_no_number_of_turns(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    with pytest.raises(BadParameter, match="the method is .*who sees all, without end, an upper"):
+        interpret_command(["solve", "collaborative-predator-prey:triangle", "--turns", "2"])
+
+
 def test_a_pomdp_with_a_turn_limit_is_solved_for_that_limit(
     tmp_path: Path,
 ) -> None:
