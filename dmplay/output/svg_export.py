@@ -21,15 +21,28 @@ from dmplay.views.canvas import measure_text, to_ascii
 SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
     "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 )
-VIEW_BOX_PATTERN = re.compile(r'viewBox="[^"]*"')
-FILM_STYLE = """
-.film > svg {{ visibility: hidden; animation: turn {length}s infinite }}
-@keyframes turn {{ 0% {{ visibility: visible }} {share:.4f}%, 100% {{ visibility: hidden }} }}
+# In a film, the window and the fonts are written once, and the text for each picture.
+FILM_TEMPLATE = """<svg viewBox="0 0 {width} {height}" xmlns="http://www.w3.org/2000/svg">
+<style>
+.film {{ font: {char_height}px 'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace }}
+.{unique_id}-title {{ font: bold 18px arial }}
+.film > g {{ visibility: hidden; animation: turn DURATIONs infinite }}
+@keyframes turn {{ 0% {{ visibility: visible }} SHARE%, 100% {{ visibility: hidden }} }}
 @media (prefers-reduced-motion: reduce) {{
-  .film > svg {{ animation: none }}
-  .film > svg:last-child {{ visibility: visible }}
+  .film > g {{ animation: none }}
+  .film > g:last-child {{ visibility: visible }}
 }}
+</style>
+{chrome}
+<g class="film" transform="translate({terminal_x}, {terminal_y})">
 """
+PICTURE_TEMPLATE = """<g style="animation-delay: DELAYs"><style>{styles}</style>
+{backgrounds}
+{matrix}
+</g>
+"""
+# Rich clips each line, and ends it with a text that holds a line feed; neither shows.
+INVISIBLE_PATTERN = re.compile(r' clip-path="[^"]*"|<text [^>]*>\n</text>')
 
 
 def make_recording_console(width: int) -> Console:
@@ -53,21 +66,23 @@ def text_to_svg(text: Text, title: str, *, width: int = 0, name: str = "dmplay")
 def texts_to_animated_svg(
     texts: Iterable[Text], count: int, title: str, width: int
 ) -> Iterator[str]:
-    """Yield an animated SVG that shows each of `count` texts for one second.
+    """Yield an animated SVG that shows each of `count` texts of equal height for one second.
 
     Readers who prefer reduced motion see the last text only.
     """
-    style = FILM_STYLE.format(length=count, share=100 / count)
+    head = FILM_TEMPLATE.replace("DURATION", str(count)).replace("SHARE", f"{100 / count:.4f}")
     for second, text in enumerate(texts):
-        document = text_to_svg(text, title, width=width, name=f"t{second}")
+        recorder = make_recording_console(width)
+        recorder.print(text, soft_wrap=True)
         if not second:
-            view_box = VIEW_BOX_PATTERN.search(document)
-            assert view_box
-            yield f'<svg class="film" {view_box[0]} xmlns="http://www.w3.org/2000/svg">\n'
-            yield f"<style>{style}</style>\n"
-        delayed_tag = f'<svg style="animation-delay: {second}s"'
-        yield document.replace("<svg", delayed_tag, 1) + "\n"
-    yield "</svg>\n"
+            yield recorder.export_svg(title=title, unique_id="film", code_format=head, clear=False)
+        picture = recorder.export_svg(unique_id=f"t{second}", code_format=PICTURE_TEMPLATE)
+        yield (
+            INVISIBLE_PATTERN.sub("", picture)
+            .replace("&#160;", "\xa0")
+            .replace("DELAY", str(second), 1)
+        )
+    yield "</g>\n</svg>\n"
 
 
 def render_for_terminal(text: Text, terminal: Terminal) -> str:

@@ -276,7 +276,7 @@ def test_a_team_is_solved_without_end_and_takes_no_number_of_turns(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
-    with pytest.raises(BadParameter, match="the method is .*who sees all, without end, an upper"):
+    with pytest.raises(BadParameter, match=r"the method is .*who sees all, without end, an upper"):
         interpret_command(["solve", "collaborative-predator-prey:triangle", "--turns", "2"])
 
 
