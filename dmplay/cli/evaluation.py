@@ -15,7 +15,11 @@ CsvFlag = Annotated[bool, typer.Option("--csv", help="as comma-separated values"
 BatchSeed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
 ExecutorName = Annotated[
     str,
-    typer.Option("--executor", metavar="ENGINE", help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY"),
+    typer.Option(
+        "--executor",
+        metavar="ENGINE",
+        help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY, ./FILE.py:FACTORY",
+    ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
     "variant": (options.VariantName, ""),

@@ -1,12 +1,15 @@
 """Execution backends that play many games: local processes, a Dask cluster, or any Executor."""
 
+import logging
 from collections.abc import Iterator
 from concurrent.futures import Executor
 from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NamedTuple
 
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.registry.user_code import load_named_attribute
+from dmplay.user_code_locations import describe_error_location
 from dmplay.worker_pool import WorkerCount, count_cores, reuse_processes
 
 DASK = "dask"
@@ -24,7 +27,7 @@ def open_execution_backend(spec: str, workers: WorkerCount = "auto") -> Iterator
     """Run the block with the execution backend that `spec` names, and shut it down afterwards.
 
     The backend is `dask` (a new cluster on this machine), `dask:tcp://HOST:PORT`, `MODULE:FACTORY`,
-    or empty for processes of this machine.
+    `./FILE.py:FACTORY`, or empty for processes of this machine.
     """
     name, _, address = spec.partition(":")
     if not spec:
@@ -50,20 +53,37 @@ def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
         if address:
             return client_class(address, timeout="10s", set_as_default=False)
         worker_count = count_cores() if workers == "auto" else workers
-        return client_class(n_workers=worker_count, threads_per_worker=1, dashboard_address=None)
+        return client_class(
+            n_workers=worker_count,
+            threads_per_worker=1,
+            dashboard_address=None,
+            # Lost blocks are run again, and reported, by dmplay itself.
+            scheduler_kwargs={"allowed_failures": 0},
+            silence_logs=logging.CRITICAL,
+        )
     except (OSError, ValueError) as error:
         raise BadParameter(f"--executor: no cluster at {address}; {error}") from None
 
 
 def _load_executor(spec: str) -> Executor:
-    """Return the executor that a `MODULE:FACTORY` creates."""
-    module, _, name = spec.partition(":")
+    """Return the executor that a `MODULE:FACTORY` or `./FILE.py:FACTORY` creates."""
     try:
-        factory = getattr(import_module(module), name)
-    except (ImportError, AttributeError, ValueError) as error:
-        message = f"expected MODULE:FACTORY, dask or dask:tcp://HOST:PORT; {error}"
-        raise BadParameter(f"--executor: got {spec!r}, {message}") from None
-    executor = factory()
+        factory = load_named_attribute(spec)
+    except (BadParameter, UnknownName, ImportError) as error:
+        if describe_error_location(error):  # raised on a line of user code
+            raise
+        expected = "dask, dask:tcp://HOST:PORT, MODULE:FACTORY or ./FILE.py:FACTORY"
+        raise BadParameter(f"--executor: got {spec!r}, expected {expected}; {error}") from None
+    if not callable(factory):
+        kind = type(factory).__name__
+        raise BadParameter(f"--executor: {spec} is a {kind}, expected a function that makes one")
+    try:
+        executor = factory()
+    except TypeError as error:
+        if describe_error_location(error):  # raised on a line of user code
+            raise
+        expected = "expected a function without parameters"
+        raise BadParameter(f"--executor: {spec}: {error}; {expected}") from None
     if not isinstance(executor, Executor):
         raise BadParameter(f"--executor: {spec} made a {type(executor).__name__}, not an Executor")
     return executor

@@ -3,8 +3,11 @@
 import hashlib
 import os
 import signal
+import subprocess
 import sys
+from concurrent.futures import ThreadPoolExecutor
 from importlib import import_module
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,6 +17,7 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
 from dmplay.rollouts import Rollout, rollout
+from dmplay.user_code_locations import describe_error_location
 from dmplay.worker_pool import reuse_processes, run_blocks
 
 HEXWORLD = dmplay.load_problem("hexworld")
@@ -49,14 +53,60 @@ def test_another_executor_gives_the_same_run() -> None:
 @pytest.mark.parametrize(
     ("spec", "message"),
     [
-        ("nothing", "--executor: got 'nothing', expected MODULE:FACTORY, dask or dask:tcp"),
-        ("no.such:thing", "No module named 'no'"),
+        (
+            "nothing",
+            "--executor: got 'nothing', expected dask, dask:tcp://HOST:PORT, MODULE:FACTORY or",
+        ),
+        ("no.such:thing", "no module 'no' for 'no.such:thing'"),
+        ("./missing.py:make", "no such file: ./missing.py"),
+        ("builtins:nothing", "unknown attribute 'nothing'"),
         ("builtins:dict", "--executor: builtins:dict made a dict, not an Executor"),
+        ("string:digits", "--executor: string:digits is a str, expected a function that makes"),
+        ("operator:neg", "--executor: operator:neg: .* expected a function without parameters"),
     ],
 )
 def test_a_bad_executor_name_gives_a_clear_error(spec: str, message: str) -> None:
     with pytest.raises(BadParameter, match=message), open_execution_backend(spec):
         pass
+
+
+EXECUTOR_FILE = """
+from concurrent.futures import ThreadPoolExecutor
+def make(): return ThreadPoolExecutor(2)
+def break_down(): return len(3)
+"""
+IMPORTING_FILE = "import no_such_library"
+
+
+@pytest.mark.parametrize("name", ["./pool.py", "pool.py", "{folder}/pool.py", "pool"])
+def test_a_factory_can_be_in_a_file_of_the_user(
+    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    Path("pool.py").write_text(EXECUTOR_FILE)
+    with open_execution_backend(f"{name.format(folder=tmp_path)}:make") as (_, executor):
+        assert isinstance(executor, ThreadPoolExecutor)
+
+
+@pytest.mark.parametrize(
+    ("text", "location"),
+    [
+        (EXECUTOR_FILE, "./broken.py:4: TypeError: "),
+        (IMPORTING_FILE, "./broken.py:1: ModuleNotFoundError: "),
+    ],
+)
+def test_an_error_in_the_file_of_a_factory_keeps_its_line(
+    text: str, location: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("broken.py").write_text(text)
+    with (
+        pytest.raises((TypeError, ImportError)) as caught,
+        open_execution_backend("./broken.py:break_down"),
+    ):
+        pass
+    assert describe_error_location(caught.value).startswith(location)
 
 
 def test_the_error_for_missing_dask_says_how_to_install_it(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -118,3 +168,39 @@ def test_a_missing_cluster_gives_a_clear_error() -> None:
         open_execution_backend("dask:no://where"),
     ):
         pass
+
+
+DYING_AGENT = """
+import multiprocessing, os, signal
+import numpy as np
+class Die:
+    uniform_count = 1
+    def __init__(self, problem, seat): pass
+    def initial_memory(self, observation): return ()
+    def update_memory(self, memory, percept): return ()
+    def choose(self, memory, legal, u):
+        if multiprocessing.parent_process():
+            os.kill(os.getpid(), signal.SIGKILL)
+        return np.zeros(len(u), int)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("engine", [["--workers", "2"], ["--executor", "dask", "--workers", "2"]])
+def test_an_agent_that_kills_every_worker_ends_the_run_with_one_line(
+    engine: list[str], tmp_path: Path
+) -> None:
+    (tmp_path / "die.py").write_text(DYING_AGENT)
+    arguments = ["prisoners-dilemma", "--agent", "./die.py:Die", "--vs", "grim"]
+    process = subprocess.run(
+        [sys.executable, "-m", "dmplay", "run", *arguments, "--episodes", "20000", *engine],
+        cwd=tmp_path,
+        env={**os.environ, "PYTHONPATH": str(Path(dmplay.__file__).parents[1])},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (process.returncode, process.stdout) == (2, "")
+    (line,) = process.stderr.splitlines()
+    assert line.startswith("error: games 0 to 19999 were lost: ")
+    assert line.endswith("; 5 blocks in a row were lost")
