@@ -31,6 +31,8 @@ WorkerCount = int | Literal["auto"]
 MAX_BLOCK_EPISODES = 16_384  # maximum episodes of one block
 MIN_PARALLEL_SECONDS = 4.0  # seconds of remaining work from which starting processes pays
 MAX_BLOCK_ATTEMPTS = 3  # attempts before a block is given up
+# lost blocks in a row, without a finished one, after which the remaining blocks are not tried
+MAX_CONSECUTIVE_LOST_BLOCKS = 5
 FINAL_BLOCK_DIVISOR = 8  # the last blocks are at most this many times smaller than the block size
 BLOCKS_PER_WORKER = 2  # submitted blocks per worker, so that no worker waits for its next block
 
@@ -82,7 +84,8 @@ def run_blocks(
     The blocks run in this process, in `workers` processes, or in an executor; "auto" starts
     processes when so much work remains that they pay. An error of the block function is raised at
     once. Blocks that are lost when a worker dies are run again; LostGames is raised at the end for
-    blocks that were lost three times.
+    blocks that were lost three times. After five such blocks in a row, it is raised at once for
+    all unfinished blocks.
     """
     if isinstance(workers, int) and workers < 1:
         raise BadParameter(f"workers: got {workers}, expected auto, or 1 or more")
@@ -143,11 +146,13 @@ class WorkerPool(Generic[R]):
         self.retry_blocks: list[range] = []
         self.attempts: Counter[range] = Counter()
         self.lost_blocks: list[tuple[range, str]] = []
+        self.consecutive_lost_blocks = 0
 
     def run_blocks(self, blocks: _BlockQueue) -> Iterator[tuple[range, R]]:
         """Yield each block with its result, in the order of completion.
 
-        Raise the error of a block at once, and LostGames at the end if blocks were lost.
+        Raise the error of a block at once, and LostGames at the end if blocks were lost. If every
+        block is lost, as when each kills its worker, the remaining blocks are not tried.
         """
         try:
             while self._submit_blocks(blocks):
@@ -155,7 +160,10 @@ class WorkerPool(Generic[R]):
                 block = self.running.pop(future)
                 answer = self._collect_answer(future, block)
                 if answer is None:
+                    if self.consecutive_lost_blocks == MAX_CONSECUTIVE_LOST_BLOCKS:
+                        break
                     continue
+                self.consecutive_lost_blocks = 0
                 if isinstance(answer, _BlockError):
                     raise answer.error
                 yield block, answer.result
@@ -166,8 +174,16 @@ class WorkerPool(Generic[R]):
                 if isinstance(self.executor, _ProcessPool):
                     self._release_processes(self.executor)
         if self.lost_blocks:
-            games = _join_adjacent_blocks(block for block, _ in self.lost_blocks)
-            raise LostGames(games, self.lost_blocks[0][1])
+            untried = [*self.running.values(), *self.retry_blocks, blocks.remaining]
+            games = _join_adjacent_blocks(
+                [*(block for block, _ in self.lost_blocks), *(block for block in untried if block)]
+            )
+            reason = self.lost_blocks[0][1]
+            if self.consecutive_lost_blocks == MAX_CONSECUTIVE_LOST_BLOCKS:
+                reason = (
+                    f"{reason.rstrip('.')}; {MAX_CONSECUTIVE_LOST_BLOCKS} blocks in a row were lost"
+                )
+            raise LostGames(games, reason)
 
     def _defer_signals(self) -> AbstractContextManager[object]:
         """Return a context that defers signals while processes of this pool are used.
@@ -223,6 +239,7 @@ class WorkerPool(Generic[R]):
             self.attempts[block] += 1
             if self.attempts[block] == MAX_BLOCK_ATTEMPTS:
                 self.lost_blocks.append((block, str(error) or type(error).__name__))
+                self.consecutive_lost_blocks += 1
             else:
                 self.retry_blocks.append(block)
             if (

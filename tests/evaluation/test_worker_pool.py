@@ -163,7 +163,7 @@ def test_a_callers_executor_that_accepts_no_more_work_loses_the_other_games(
                 threads.shutdown()
 
     refusal = "cannot schedule new futures after shutdown"
-    with pytest.raises(LostGames, match=rf"^games \d+ to 19 were lost: {refusal}$") as caught:
+    with pytest.raises(LostGames, match=rf"^games \d+ to 19 were lost: {refusal}; 5 ") as caught:
         play_until_refused()
     ((first, end),) = caught.value.blocks
     assert finished == [*range(first)]
@@ -173,6 +173,39 @@ def test_a_callers_executor_that_accepts_no_more_work_loses_the_other_games(
 def test_lost_blocks_that_are_not_adjacent_are_named_apart() -> None:
     with pytest.raises(LostGames, match="games 3 to 3, 5 to 6 were lost"):
         list(run_blocks(list, range(9), size=1, executor=LossyExecutor(games=(3, 5, 6))))
+
+
+@pytest.mark.parametrize("first_lost", [0, 3, 500])
+def test_blocks_that_are_all_lost_are_given_up_soon(first_lost: int) -> None:
+    executor = LossyExecutor(games=range(first_lost, 1000))
+    finished = list[int]()
+
+    def play_until_lost() -> None:
+        for block, _ in run_blocks(list, range(1000), size=1, executor=executor, workers=2):
+            finished.extend(block)
+
+    reason = "a worker went away; 5 blocks in a row were lost"
+    with pytest.raises(LostGames, match=rf"^games {first_lost} to 999 were lost: {reason}$"):
+        play_until_lost()
+    assert finished == [*range(first_lost)]
+    assert -executor.left <= 20  # attempts, of 3 for each block
+
+
+def test_lost_blocks_between_finished_ones_are_all_tried() -> None:
+    lost_games = [*range(0, 60, 10)]
+    finished = list[int]()
+
+    def play() -> None:
+        for block, _ in run_blocks(
+            list, range(60), size=1, executor=LossyExecutor(games=lost_games)
+        ):
+            finished.extend(block)
+
+    with pytest.raises(
+        LostGames, match=r"0 to 0, 10 to 10, .*50 to 50 were lost: a worker went away$"
+    ):
+        play()
+    assert sorted(finished) == [game for game in range(60) if game not in lost_games]
 
 
 def test_an_interrupted_rollout_returns_the_finished_games_of_all_entrants() -> None:
