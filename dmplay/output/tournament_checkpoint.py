@@ -2,16 +2,43 @@
 
 import json
 from collections.abc import Collection, Mapping
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
 
 from dmplay.chance import Reals
+from dmplay.core import Problem
 from dmplay.errors import BadParameter
+from dmplay.matrix_game import MatrixGame
 from dmplay.safe_files import read_complete_lines, write_at_offset, write_file
+from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.transcript.line_parser import JSON_DECODER
 
 MAX_RETURN = 1e100  # beyond any real one, and its square is finite
+ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
+
+
+def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[float, float]:
+    """Return the smallest and the largest return that a game of a problem can have.
+
+    These are at most MAX_RETURN in absolute value; wider than necessary if a game may end early,
+    and by rounding errors.
+    """
+    bounds = problem.reward_bounds
+    if isinstance(problem, MatrixGame):
+        bounds = problem.payoffs.min(), problem.payoffs.max()
+    if bounds is None:
+        return -MAX_RETURN, MAX_RETURN
+    default_limit = problem.horizon or (
+        DEFAULT_TURN_LIMIT if problem.can_run_forever else MAX_RETURN
+    )
+    turns = default_limit if turn_limit is None else turn_limit
+    discount = problem.discount
+    weight = turns if discount == 1.0 else (1.0 - discount**turns) / (1.0 - discount)
+    weight *= 1.0 + ROUNDING_TOLERANCE
+    low, high = min(bounds[0], 0.0) * weight, max(bounds[1], 0.0) * weight
+    return max(-MAX_RETURN, low), min(MAX_RETURN, high)
 
 
 class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
@@ -26,16 +53,17 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         description: Mapping[str, object],
         seatings: Collection[tuple[int, ...]],
         episodes: int,
+        return_bounds: tuple[float, float] = (-MAX_RETURN, MAX_RETURN),
     ) -> None:
         """Read those of the seatings that a file holds of the tournament with this description.
 
-        Each has the returns `[E, n]` of E `episodes` and n seats.
+        Each has the returns `[E, n]` of E `episodes` and n seats, within `return_bounds`.
         The file is created with the first new seating. Raise BadParameter if the file is not of
         this tournament, and OSError if it cannot be read.
         """
         super().__init__()
         self._path, self._byte_count = path, 0
-        self._seatings, self._episodes = seatings, episodes
+        self._seatings, self._episodes, self._return_bounds = seatings, episodes, return_bounds
         self._header = f"{json.dumps(description)}\n"
         for number, row in enumerate(read_complete_lines(path) if path.exists() else (), 1):
             if number == 1 and row != self._header:
@@ -63,10 +91,16 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         if returns.shape != (self._episodes, len(seating)):
             expected = f"expected {self._episodes} games of {len(seating)} seats"
             raise self._row_error(number, f"returns of the shape {[*returns.shape]}, {expected}")
-        if not (np.abs(returns) <= MAX_RETURN).all():
-            raise self._row_error(
-                number, f"a return is not between -{MAX_RETURN:g} and {MAX_RETURN:g}"
-            )
+        if not {*map(type, chain.from_iterable(data["returns"]))} <= {int, float}:
+            values = [value for game in data["returns"] for value in game]
+            invalid = next(value for value in values if type(value) not in (int, float))
+            message = f"got the return {json.dumps(invalid)}, expected a number"
+            raise self._row_error(number, message)
+        low, high = self._return_bounds
+        for value in (returns.min(), returns.max()):
+            if not low <= value <= high:
+                expected = f"expected a number from {low:g} to {high:g}"
+                raise self._row_error(number, f"got the return {value:g}, {expected}")
         super().__setitem__(seating, returns)
 
     def _row_error(self, number: int, explanation: str) -> BadParameter:

@@ -25,7 +25,7 @@ from dmplay.output.evaluation_request import (
 )
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_mean, format_table
-from dmplay.output.tournament_checkpoint import TournamentCheckpoint
+from dmplay.output.tournament_checkpoint import TournamentCheckpoint, compute_return_bounds
 from dmplay.registry import agents
 from dmplay.solutions.solution import Row
 
@@ -58,7 +58,15 @@ def report_tournament(
     seatings = list_seatings(len(entrants), seat_count, orders)
     played_seatings = seatings + (list_equilibrium_pairings(len(entrants)) if exact_agent else [])
     returns_by_seating = (
-        TournamentCheckpoint(results_file, facts, played_seatings, episodes) if results_file else {}
+        TournamentCheckpoint(
+            results_file,
+            facts,
+            played_seatings,
+            episodes,
+            compute_return_bounds(problem, request.turn_limit),
+        )
+        if results_file
+        else {}
     )
     with (
         ProgressBar(

@@ -25,10 +25,15 @@ from dmplay.core import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
-from dmplay.output.tournament_checkpoint import TournamentCheckpoint
+from dmplay.output.tournament_checkpoint import (
+    MAX_RETURN,
+    TournamentCheckpoint,
+    compute_return_bounds,
+)
 from dmplay.output.tournament_report import _standing_rows, _standing_table_row
 from tests.support.programs import run_dmplay
 from tests.support.terminals import clean_environment
+from tests.support.turn_based_games import Nim
 
 PRISONERS_DILEMMA = dmplay.load_problem("prisoners-dilemma")
 ROCK_AGENT_SOURCE = """
@@ -121,8 +126,13 @@ def open_checkpoint(path: Path, episodes: int, seed: int = 0) -> TournamentCheck
         ("[" * 5000, "not a seating"),
         ('{"seats": [0, 0], "returns": [[1' + "0" * 400 + ", 0]]}", "not a seating"),
         ('{"seats": [0, 0], "returns": [[NaN, 0]]}', "not a seating"),
-        ('{"seats": [0, 0], "returns": [[null, 0]]}', "a return is not between -1e+100 and 1e+100"),
-        ('{"seats": [0, 0], "returns": [[1e300, 0]]}', "a return is not between"),
+        ('{"seats": [0, 0], "returns": [[null, 0]]}', "got the return null, expected a number"),
+        ('{"seats": [0, 0], "returns": [[0, true]]}', "got the return true, expected a number"),
+        ('{"seats": [0, 0], "returns": [["7", 0]]}', 'got the return "7", expected a number'),
+        (
+            '{"seats": [0, 0], "returns": [[0, 1e300]]}',
+            "got the return 1e+300, expected a number from -1e+100 to 1e+100",
+        ),
         ('{"seats": [0, 0], "returns": [[0], [0, 0]]}', "not a seating"),
         ('{"seats": [0, 0], "returns": [0, 0]}', "returns of the shape [2], expected 1 games"),
         ('{"seats": [0, 0], "returns": []}', "returns of the shape [0], expected 1 games"),
@@ -139,6 +149,46 @@ def test_a_line_of_the_checkpoint_that_was_changed_by_hand_is_named(
     with pytest.raises(BadParameter, match=rf"cup:3: {re.escape(explanation)}.*; remove the line$"):
         open_checkpoint(path, 1)
     assert path.read_text() == f"{before}{row}\n"
+
+
+@pytest.mark.parametrize(
+    ("value", "words", "expected"),
+    [
+        ("1e30", ["prisoners-dilemma"], "-40 to 0"),
+        ("-1e30", ["prisoners-dilemma"], "-40 to 0"),
+        ("-40.5", ["prisoners-dilemma"], "-40 to 0"),
+        ("-20.5", ["prisoners-dilemma", "--turns", "5"], "-20 to 0"),
+        ("-40.5", ["prisoners-dilemma", "--set", "discount=0.9", "--turns", "9999"], "-40 to 0"),
+        ("10.5", ["rock-paper-scissors"], "-10 to 10"),
+    ],
+)
+def test_a_return_beyond_the_rewards_of_the_problem_is_refused(
+    value: str, words: list[str], expected: str, tmp_path: Path
+) -> None:
+    agent = "grim" if words[0] == "prisoners-dilemma" else "frequency"
+    path = tmp_path / "cup"
+    arguments = ["tournament", *words, agent, "random", "--episodes", "1", "-o", str(path)]
+    interpret_command(arguments)
+    header, row, *others = path.read_text().splitlines(keepends=True)
+    path.write_text(header + re.sub(r"\[\[[^,]*", f"[[{value}", row) + "".join(others))
+    message = f"cup:2: got the return {float(value):g}, expected a number from {expected}; remove"
+    with pytest.raises(BadParameter, match=re.escape(message)):
+        interpret_command(arguments)
+
+
+class BoundedNim(Nim):
+    """A game whose rewards are known to be from -1 to 1, and which ends after unknown turns."""
+
+    reward_bounds = (-1.0, 1.0)
+    can_run_forever = False
+
+
+def test_the_bounds_of_returns_follow_from_those_of_rewards() -> None:
+    assert compute_return_bounds(Nim(), 5) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(BoundedNim(), 5) == pytest.approx((-5, 5))
+    assert compute_return_bounds(BoundedNim(), 0) == (0, 0)
+    assert compute_return_bounds(BoundedNim(), None) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(BoundedNim(discount=0.5), None) == pytest.approx((-2, 2))
 
 
 def test_seatings_in_the_checkpoint_are_not_played_again(tmp_path: Path) -> None:
