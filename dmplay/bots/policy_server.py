@@ -14,10 +14,12 @@ from dmplay.bots.protocol import (
     decode_percept,
     describe_choices,
     encode_message,
+    unexpected_value,
 )
-from dmplay.chance import Bools
+from dmplay.chance import Bools, Reals
 from dmplay.core import Memory, Policy, Problem
 from dmplay.errors import BadParameter
+from dmplay.formatting import format_count
 
 MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
 SeatFactory = Callable[
@@ -34,16 +36,22 @@ class BotServer:
         self._make_seat = make_seat
         self._seat: tuple[Problem, int, Policy] | None = None
         self._memories: dict[int, Memory] = {}  # by game number
+        self._line_number = 0
 
     def answer(self, text: str) -> str:
-        """Return the answer to a line, '' if it needs none; raise BadParameter if it is invalid."""
+        """Return the answer to a line, '' if it needs none; raise BadParameter if it is invalid.
+
+        The error has the number of the line and its beginning.
+        """
+        self._line_number += 1
         try:
             return self._answer_message(decode_message(text))
         except (KeyError, TypeError) as error:
             reason = f"no {error}" if isinstance(error, KeyError) else str(error)
         except (ValueError, LookupError) as error:
             reason = str(error)
-        raise BadParameter(f"got {text.rstrip()[:MAX_QUOTED_CHARACTERS]!r}: {reason}")
+        quoted = repr(text.rstrip()[:MAX_QUOTED_CHARACTERS])
+        raise BadParameter(f"line {self._line_number}: got {quoted}: {reason}")
 
     def _answer_message(self, message: JsonObject) -> str:
         """Return the answer to a message; '' if it needs none."""
@@ -80,22 +88,29 @@ class BotServer:
         self, message: JsonObject, problem: Problem, seat: int, policy: Policy
     ) -> None:
         """Update the policy's memory of a game by a `turn` message."""
-        game = message.get("game", 0)
-        if message["turn"]:
+        game, turn = _decode_count(message, "game", 0), _decode_count(message, "turn")
+        if turn:
+            memory = self._memory_of(game)
             turn_percept = decode_percept(problem, seat, message)
             for name in getattr(policy.update_memory, "required_fields", ()):
                 if getattr(turn_percept, name) is None:
                     raise KeyError(name)
-            self._memories[game] = policy.update_memory(self._memories[game], turn_percept)
+            self._memories[game] = policy.update_memory(memory, turn_percept)
         else:
             self._memories[game] = policy.initial_memory(
-                decode_observation(problem, seat, message["observation"])
+                decode_observation(problem, seat, message["observation"], initial=True)
             )
+
+    def _memory_of(self, game: int) -> Memory:
+        """Return the memory of a game; raise BadParameter before its turn 0."""
+        if game not in self._memories:
+            raise BadParameter(f"game {game}, expected its turn 0 first")
+        return self._memories[game]
 
     def _answer_act(self, message: JsonObject, problem: Problem, seat: int, policy: Policy) -> str:
         """Return the policy's action as the answer to an `act` message."""
-        uniforms = np.array([message.get("luck", [])], float)
-        memory = self._memories[message.get("game", 0)]
+        uniforms = _decode_uniforms(message.get("luck", []), policy.uniform_count)
+        memory = self._memory_of(_decode_count(message, "game", 0))
         (choice,) = policy.choose(
             memory, _decode_legal_mask(problem, seat, message["legal"]), uniforms
         )
@@ -124,10 +139,36 @@ def _check_hello(message: JsonObject) -> None:
 
 def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | None:
     """Return the mask `[1, A]` of the legal actions in a message; None if all are legal."""
-    all_actions = describe_choices(problem, seat)
-    if value == all_actions or not isinstance(value, list):
+    labels = problem.actions[seat].labels
+    if value == describe_choices(problem, seat) or not labels:
         return None
-    return np.array([[name in value for name in problem.actions[seat].labels]])
+    if not isinstance(value, list) or not value or any(name not in labels for name in value):
+        raise unexpected_value("legal", value, f"a list of some of {', '.join(labels)}")
+    return np.array([[name in value for name in labels]])
+
+
+def _decode_count(message: JsonObject, key: str, default: int | None = None) -> int:
+    """Return a whole number of a message, 0 or more; raise BadParameter for any other value.
+
+    Without a default, raise KeyError if the message does not have it.
+    """
+    value = message[key] if default is None else message.get(key, default)
+    if type(value) is not int or value < 0:
+        raise unexpected_value(key, value, "a whole number, 0 or more")
+    return value
+
+
+def _decode_uniforms(values: object, count: int) -> Reals:
+    """Return the uniforms `[1, count]` of an `act` message; raise BadParameter if they differ."""
+    is_valid = (
+        isinstance(values, list)
+        and len(values) == count
+        and all(type(value) in (int, float) and 0 <= value <= 1 for value in values)
+    )
+    if not is_valid:
+        numbers = format_count(count, "number")
+        raise unexpected_value("luck", values, f"a list of {numbers} from 0 to 1")
+    return np.array([values], float)
 
 
 def serve_lines(server: BotServer, lines: TextIO, output: TextIO) -> None:

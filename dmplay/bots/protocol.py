@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from dmplay.chance import Array, Bools
-from dmplay.core import Labels, Percept, Problem
+from dmplay.chance import Array, Bools, Reals
+from dmplay.core import Labels, Percept, Problem, RealVector
+from dmplay.errors import BadParameter, UnknownName
 from dmplay.transcript.line_parser import JSON_DECODER
 
 PROTOCOL_VERSION = 1
@@ -29,6 +30,8 @@ def decode_message(text: str) -> JsonObject:
     """Return the message in a line; raise ValueError if it is not a valid one."""
     try:
         decoded = JSON_DECODER.decode(text)
+    except json.JSONDecodeError as error:
+        raise ValueError(f"{error.msg}, at column {error.colno}") from None
     except RecursionError:
         raise ValueError("nested too deeply") from None
     if not isinstance(decoded, dict) or not isinstance(decoded.get("type"), str):
@@ -72,14 +75,52 @@ def _are_observations_equal(first: Array, second: Array) -> bool:
     return np.array_equal(first, second, equal_nan=is_float)
 
 
-def decode_observation(problem: Problem, seat: int, value: Any) -> Array:
-    """Return the observation `[1, ...]` that `encode_observation` has encoded."""
-    if problem.partially_observable:
-        space = problem.observations[seat]
-        if value is None:
-            return space.null_observation(1)
-        return np.array([space.index(value) if isinstance(space, Labels) else value])
-    return np.asarray(problem.parse_state(value) if isinstance(value, str) else value)[None]
+def decode_observation(problem: Problem, seat: int, value: Any, *, initial: bool = False) -> Array:
+    """Return the observation `[1, ...]` that `encode_observation` has encoded.
+
+    Only an `initial` observation may be null. Raise BadParameter, or UnknownName, for a value that
+    is not an observation of this seat.
+    """
+    if not problem.partially_observable:
+        state = problem.sample_initial_states(np.zeros((1, problem.uniform_counts.start)))[0]
+        if state.dtype.kind == "f":
+            return _decode_numbers("observation", value, state.shape)[None]
+        try:
+            return np.asarray(problem.parse_state(value))[None]
+        except (ValueError, LookupError, TypeError, AttributeError):
+            example = json.dumps(problem.format_state(state))
+            expected = f"a state as text, such as {example}"
+            raise unexpected_value("observation", value, expected) from None
+    space = problem.observations[seat]
+    if value is None and initial:
+        return space.null_observation(1)
+    if isinstance(space, RealVector):
+        return _decode_numbers("observation", value, space.shape)[None]
+    if not isinstance(value, str) or not value:
+        expected = f"one of {', '.join(space)}" if isinstance(space, Labels) else "text"
+        raise unexpected_value("observation", value, expected)
+    if not isinstance(space, Labels):
+        return np.array([value])
+    if value not in space:
+        raise UnknownName("observation", value, space)
+    return np.array([space.index(value)])
+
+
+def _decode_numbers(key: str, value: Any, shape: tuple[int, ...]) -> Reals:
+    """Return finite numbers of this shape; raise BadParameter for any other value of a key."""
+    try:
+        numbers = np.array(value)
+    except ValueError:  # lists of different lengths
+        numbers = np.array("")
+    if numbers.dtype.kind not in "iuf" or numbers.shape != shape:
+        expected = f"numbers of shape {[*shape]}" if shape else "a number"
+        raise unexpected_value(key, value, expected)
+    return numbers.astype(float)
+
+
+def unexpected_value(key: str, value: object, expected: str) -> BadParameter:
+    """Return the error for the value of a key of a message, which is shown as JSON."""
+    return BadParameter(f"{key} {json.dumps(value)}, expected {expected}")
 
 
 def encode_percept(problem: Problem, seat: int, percept: Percept, row: int) -> JsonObject:
@@ -100,18 +141,33 @@ def encode_percept(problem: Problem, seat: int, percept: Percept, row: int) -> J
 
 
 def decode_percept(problem: Problem, seat: int, facts: JsonObject) -> Percept:
-    """Return the percept, of one row, that `encode_percept` has encoded."""
+    """Return the percept, of one row, that `encode_percept` has encoded.
+
+    Raise KeyError for a missing fact, and BadParameter or UnknownName for an invalid one.
+    """
     joint, reward = facts.get("actions"), facts.get("reward")
     actions = None
     if joint is not None:
+        if not isinstance(joint, dict) or not {*problem.agents} <= {*joint}:
+            raise unexpected_value("actions", joint, f"one each of {', '.join(problem.agents)}")
         joint_action = [
-            problem.parse_action(i, str(joint[agent])) for i, agent in enumerate(problem.agents)
+            _decode_action(problem, i, joint[agent]) for i, agent in enumerate(problem.agents)
         ]
         actions = np.array([joint_action])
-    own_actions = np.array([problem.parse_action(seat, str(facts["action"]))])
+    own_actions = np.array([_decode_action(problem, seat, facts["action"])])
     return Percept(
         own_actions if actions is None else actions[:, seat],
         decode_observation(problem, seat, facts["observation"]),
         actions,
-        None if reward is None else np.array([float(reward)]),
+        None if reward is None else _decode_numbers("reward", reward, ())[None],
     )
+
+
+def _decode_action(problem: Problem, seat: int, value: object) -> float:
+    """Return the action in a message; raise BadParameter or UnknownName if there is none."""
+    action_set = problem.actions[seat]
+    if isinstance(value, bool) or not isinstance(value, action_set.json_types):
+        description = action_set.describe_actions()
+        is_named = isinstance(action_set, Labels)
+        raise unexpected_value("action", value, "one of " * is_named + description)
+    return problem.parse_action(seat, str(value))

@@ -12,10 +12,12 @@ import dmplay
 from dmplay.bots.bot_policy import Bot, BotState
 from dmplay.bots.conversation import MAX_OPEN_REQUESTS
 from dmplay.bots.policy_server import BotServer
+from dmplay.bots.protocol import decode_observation
 from dmplay.bots.shutdown import close_bots
 from dmplay.cli.servers import make_seat_factory
-from dmplay.core import Policy, Problem
+from dmplay.core import Policy, Problem, RealVector, TextLine
 from dmplay.errors import BadParameter, Forfeit
+from dmplay.problems.crying_baby import CryingBaby
 from dmplay.registry import agents
 from dmplay.transcript.format import collect_turn_facts
 from tests.support.problem_cases import (
@@ -292,7 +294,7 @@ def test_a_request_that_the_server_cannot_answer_is_an_error() -> None:
         ("hello",): "Expecting value",
     }.items():
         server = BotServer("random", make_seat_factory("random", "hexworld"))
-        with pytest.raises(BadParameter, match=f"^got '.*': {message}"):
+        with pytest.raises(BadParameter, match=rf"^line \d+: got '.*': {message}"):
             [*map(server.answer, lines)]
 
 
@@ -314,7 +316,7 @@ def test_a_request_that_the_server_cannot_answer_is_an_error() -> None:
 def test_a_malformed_field_of_hello_is_named(fields: dict[str, object], message: str) -> None:
     hello = {"type": "hello", "protocol": 1, "parameters": {}, "seat": "agent", "turns": None}
     server = BotServer("random", make_seat_factory("random", "hexworld"))
-    with pytest.raises(BadParameter, match=f"^got '.*: {re.escape(message)}$"):
+    with pytest.raises(BadParameter, match=f"^line 1: got '.*: {re.escape(message)}$"):
         server.answer(json.dumps(hello | fields))
     assert json.loads(server.answer(json.dumps(hello)))["type"] == "hello"
 
@@ -327,6 +329,122 @@ def test_a_turn_without_the_actions_that_a_policy_reads_is_named() -> None:
     turn = {"type": "turn", "turn": 1, "action": "cooperate", "observation": ""}
     with pytest.raises(BadParameter, match=r"no 'actions'$"):
         server.answer(json.dumps(turn))
+
+
+HIDDEN_STATE_LINES = (
+    '{"type": "hello", "protocol": 1, "parameters": {}, "turns": 2, "seat": "agent"}',
+    '{"type": "turn", "game": 0, "turn": 0, "observation": null}',
+    '{"type": "act", "id": 1, "game": 0, "turn": 1, "legal": ["feed", "sing", "ignore"]}',
+    '{"type": "turn", "game": 0, "turn": 1, "action": "feed", "observation": "quiet"}',
+    '{"type": "act", "id": 2, "game": 0, "turn": 2, "legal": ["feed", "sing", "ignore"]}',
+)
+A_COUNT, A_LABEL = "a whole number, 0 or more", "one of crying, quiet"
+
+
+@pytest.mark.parametrize(
+    ("number", "old", "new", "message"),
+    [
+        (2, '"game": 0', '"game": null', f"game null, expected {A_COUNT}"),
+        (2, '"game": 0', '"game": -1', f"game -1, expected {A_COUNT}"),
+        (2, '"turn": 0', '"turn": "0"', f'turn "0", expected {A_COUNT}'),
+        (2, '"turn": 0, ', "", "no 'turn'"),
+        (2, "null", "[0]", f"observation [0], expected {A_LABEL}"),
+        (3, '["feed", "sing", "ignore"]', "[]", "legal [], expected a list of some of feed, sing"),
+        (3, '["feed", "sing", "ignore"]', "null", "legal null, expected a list of some of feed"),
+        (3, '"ignore"', '"ignored"', 'legal ["feed", "sing", "ignored"], expected a list of some'),
+        (3, '"id": 1, ', "", "no 'id'"),
+        (3, '"id": 1', '"luck": [0.5], "id": 1', "luck [0.5], expected a list of 0 numbers"),
+        (4, '"quiet"', "null", f"observation null, expected {A_LABEL}"),
+        (4, '"quiet"', '""', f'observation "", expected {A_LABEL}'),
+        (4, '"quiet"', '"quite"', "unknown observation 'quite'; did you mean quiet?"),
+        (4, '"feed"', "null", "action null, expected one of feed, sing, ignore"),
+        (4, '"feed"', "0", "action 0, expected one of feed, sing, ignore"),
+        (4, '"feed"', '"fed"', "unknown action 'fed'; did you mean feed?"),
+        (4, '"game": 0', '"game": 7', "game 7, expected its turn 0 first"),
+        (4, '"action"', '"actions": [], "action"', "actions [], expected one each of agent"),
+        (4, '"action"', '"reward": true, "action"', "reward true, expected a number"),
+        (5, '"game": 0', '"game": []', f"game [], expected {A_COUNT}"),
+        (5, '"game": 0', '"game": 1', "game 1, expected its turn 0 first"),
+        (5, '"type"', "'type'", "Expecting property name enclosed in double quotes, at column 2"),
+    ],
+)
+def test_an_invalid_value_in_a_request_is_named_with_its_line(
+    number: int, old: str, new: str, message: str
+) -> None:
+    lines = [*HIDDEN_STATE_LINES]
+    assert old in lines[number - 1]
+    lines[number - 1] = lines[number - 1].replace(old, new)
+    server = BotServer("optimal", make_seat_factory("optimal", "crying-baby"))
+    with pytest.raises(BadParameter, match=rf"^line {number}: got .*: {re.escape(message)}"):
+        [*map(server.answer, lines)]
+
+
+@pytest.mark.parametrize(
+    ("name", "agent", "observation", "message"),
+    [
+        ("mountain-car", "random", [0.5], "observation [0.5], expected numbers of shape [2]"),
+        ("mountain-car", "random", ["a", 1], 'observation ["a", 1], expected numbers of shape'),
+        ("mountain-car", "random", [[1], [2, 3]], "observation [[1], [2, 3]], expected numbers"),
+        ("mountain-car", "random", None, "observation null, expected numbers of shape [2]"),
+        ("catch", "random", "near", "unknown observation 'near'; expected one of caught, dropped"),
+        ("hexworld", "random", None, "observation null, expected a state as text, such as "),
+        ("hexworld", "random", 3, "observation 3, expected a state as text, such as "),
+        ("hexworld", "random", "no", 'observation "no", expected a state as text, such as '),
+    ],
+)
+def test_an_invalid_first_observation_is_named(
+    name: str, agent: str, observation: object, message: str
+) -> None:
+    server = BotServer(agent, make_seat_factory(agent, name))
+    hello = {"type": "hello", "protocol": 1, "parameters": {}, "seat": "agent", "turns": None}
+    server.answer(json.dumps(hello))
+    turn = {"type": "turn", "turn": 0, "observation": observation}
+    with pytest.raises(BadParameter, match=rf"^line 2: got .*: {re.escape(message)}"):
+        server.answer(json.dumps(turn))
+
+
+class MeasuredBaby(CryingBaby):
+    """Shows two numbers of a hidden state."""
+
+    observations = (RealVector(2),)  # type: ignore[assignment] # labels in the base class
+
+
+class TalkingBaby(CryingBaby):
+    """Shows a text about a hidden state."""
+
+    observations = (TextLine(),)  # type: ignore[assignment] # labels in the base class
+
+
+@pytest.mark.parametrize(
+    ("problem", "value", "invalid", "expected"),
+    [
+        (MeasuredBaby(), [0.5, -1], [0.5], "numbers of shape [2]"),
+        (TalkingBaby(), "a cry, far away", "", "text"),
+    ],
+)
+def test_hidden_states_show_numbers_or_text(
+    problem: dmplay.Problem, value: object, invalid: object, expected: str
+) -> None:
+    assert decode_observation(problem, 0, value).tolist() == [value]
+    for received in (invalid, None, 3):
+        message = f"observation {json.dumps(received)}, expected {expected}"
+        with pytest.raises(BadParameter, match=f"^{re.escape(message)}$"):
+            decode_observation(problem, 0, received)
+    null_observation = decode_observation(problem, 0, None, initial=True)
+    assert problem.observations[0].format_observation(null_observation[0]) == "nothing yet"
+
+
+def test_the_uniforms_of_a_request_are_as_many_as_the_policy_wants() -> None:
+    server = BotServer("random", make_seat_factory("random", "hexworld"))
+    hello = {"type": "hello", "protocol": 1, "parameters": {}, "seat": "agent", "turns": None}
+    server.answer(json.dumps(hello))
+    server.answer(json.dumps({"type": "turn", "turn": 0, "observation": "(1,2)"}))
+    act = {"type": "act", "id": 1, "turn": 1, "legal": ["e", "w"]}
+    for luck in ([], [0.5, 0.5], ["0.5"], [True], 0.5, [2], None):
+        expected = f"luck {json.dumps(luck)}, expected a list of 1 number from 0 to 1"
+        with pytest.raises(BadParameter, match=re.escape(expected)):
+            server.answer(json.dumps({**act, "luck": luck}))
+    assert json.loads(server.answer(json.dumps({**act, "luck": [0.2]})))["action"] == "e"
 
 
 def test_an_invalid_program_is_rejected_before_the_game_starts() -> None:
