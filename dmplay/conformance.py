@@ -8,7 +8,7 @@ from rich.text import Text
 
 from dmplay.agents.random_agent import Random
 from dmplay.chance import Array
-from dmplay.core import Policy, Problem
+from dmplay.core import Policy, Problem, check_problem
 from dmplay.errors import BadPolicy
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
 from dmplay.registry import agents, problem_module_exports, problems
@@ -48,8 +48,9 @@ def check(problem: Problem) -> list[Violation]:
 
     The groups are checked in order, and the first with violations ends the check, because each
     relies on those before it: the attributes and arrays of the first turn, the dynamics, the agents
-    and then the view that the module defines.
+    and then the view that the module defines. Raise BadParameter for anything but a problem.
     """
+    check_problem(problem, None)
     for check_group in (_check_attributes, _check_dynamics, _check_agents, _check_problem_view):
         violations = [*dict.fromkeys(check_group(problem))]
         if violations:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
 from functools import cached_property, lru_cache
 from itertools import product
-from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeVar
+from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeGuard, TypeVar
 
 import numpy as np
 
@@ -366,7 +366,10 @@ def make_readonly(array: Array) -> Array:
 def check_problem(problem: object, turn_limit: int | None) -> None:
     """Raise BadParameter unless this is a Problem and the turn limit is None, or 0 or more."""
     if not isinstance(problem, Problem):
-        raise BadParameter(f"got {problem!r}, expected a problem, as of dmplay.load")
+        source = "dmplay.load_problem(NAME)"
+        if isinstance(problem, type) and issubclass(problem, Problem):
+            source = f"{problem.__name__}()"
+        raise BadParameter(f"got {problem!r}, expected a problem, such as {source}")
     if turn_limit is not None and (not isinstance(turn_limit, INTEGER_TYPES) or turn_limit < 0):
         raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
 
@@ -398,8 +401,29 @@ def check_policy(policy: object, seat: int) -> None:
         expected = f"expected a policy made of it, as {name}(problem, {seat})"
         raise BadPolicy(f"seat {seat}: got the class {name}, {expected}")
     if not hasattr(policy, "choose"):
-        expected = f"expected a policy, as of dmplay.agent(problem, {seat}, ...)"
+        expected = f"expected a policy, such as dmplay.load_agent(problem, {seat}, NAME)"
         raise BadPolicy(f"seat {seat}: got {policy!r}, {expected}")
+
+
+def check_policies(problem: "Problem", policies: object) -> None:
+    """Raise BadPolicy unless this is a sequence with a policy for each seat of a problem."""
+    if not is_policy_sequence(policies) or len(policies) != len(problem.agents):
+        got, agents = describe_policies(policies), ", ".join(problem.agents)
+        raise BadPolicy(f"got {got}, expected one for each of {agents}")
+    for seat, policy in enumerate(policies):
+        check_policy(policy, seat)
+
+
+def is_policy_sequence(policies: object) -> TypeGuard[Sequence[object]]:
+    """Return whether this can be the policies of all seats: a sequence, but not a name."""
+    return isinstance(policies, Sequence) and not isinstance(policies, str)
+
+
+def describe_policies(policies: object) -> str:
+    """Return the number of policies as text, or the repr of anything but a sequence."""
+    if not is_policy_sequence(policies):
+        return repr(policies)
+    return f"{len(policies)} {'policy' if len(policies) == 1 else 'policies'}"
 
 
 def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -> T:
@@ -825,6 +849,7 @@ def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribut
     are too many outcomes to list. The states, and the legality of the actions in them, are not
     checked.
     """
+    check_problem(problem, None)
     for agent, action_set, seat_actions in zip(problem.agents, problem.actions, a.T, strict=True):
         for action in (
             (seat_actions.min(), seat_actions.max()) if action_set.labels and len(a) else ()

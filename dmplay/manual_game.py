@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from dmplay.bots.protocol import JsonObject, describe_choices, encode_observation, encode_percept
 from dmplay.bots.shutdown import close_bots
-from dmplay.core import Policy, Problem
+from dmplay.core import Policy, Problem, check_problem, is_policy_sequence
 from dmplay.errors import BadPolicy, IllegalAction
 from dmplay.formatting import format_count
 from dmplay.notebook_display import NotebookDisplay
@@ -101,10 +101,16 @@ def play(
     Without agents, all seats are manual.
     """
     loaded = problems.load_problem(problem) if isinstance(problem, str | os.PathLike) else problem
+    check_problem(loaded, turns)
+    if not is_policy_sequence(agents):
+        raise BadPolicy(
+            f"got {agents!r}, expected one agent for each of {', '.join(loaded.agents)}"
+        )
     players = list(agents) or [None] * len(loaded.agents)
     if len(players) != len(loaded.agents):
         raise BadPolicy(
-            f"got {format_count(len(players), 'agent')}, expected one for each of {loaded.agents}"
+            f"got {format_count(len(players), 'agent')}, "
+            f"expected one for each of {', '.join(loaded.agents)}"
         )
     policies = [
         known.load_agent(loaded, seat, player) if isinstance(player, str) else player

@@ -22,7 +22,7 @@ from dmplay.core import (
     Policy,
     Problem,
     call_policy,
-    check_policy,
+    check_policies,
     check_problem,
     check_rewards,
     readonly_copy,
@@ -30,7 +30,6 @@ from dmplay.core import (
 )
 from dmplay.errors import (
     BadParameter,
-    BadPolicy,
     DmplayError,
     Forfeit,
     LostGames,
@@ -165,16 +164,7 @@ def rollout_entrants(
     spec = spec._replace(seed=SeededUniforms(spec.seed, episode_range.start).seed)
     check_problem(problem, spec.turn_limit)
     for policies in entrants:
-        seat_policies: object = policies
-        if not isinstance(seat_policies, Sequence) or len(seat_policies) != len(problem.agents):
-            description = (
-                f"{len(seat_policies)} policies"
-                if isinstance(seat_policies, Sequence)
-                else f"{seat_policies!r}"
-            )
-            raise BadPolicy(f"got {description}, expected one for each of {problem.agents}")
-        for seat, policy in enumerate(seat_policies):
-            check_policy(policy, seat)
+        check_policies(problem, policies)
     for name in keep:
         if name not in Rollout._fields:
             raise UnknownName("array to keep", name, Rollout._fields)

@@ -23,7 +23,9 @@ from dmplay.core import (
     call_policy,
     check_policy,
     check_problem,
+    describe_policies,
     intern_array,
+    is_policy_sequence,
     make_readonly,
     readonly_copy,
     select_seat_observations,
@@ -529,13 +531,10 @@ def _check_uniform_source(source: object) -> None:
 
 def _check_policies(policies: object, problem: Problem) -> None:
     """Raise BadPolicy unless this is empty, or a policy or None for each seat."""
-    if not isinstance(policies, Sequence) or isinstance(policies, str):
-        description = f"{policies!r}"
-    elif len(policies) in (0, len(problem.agents)):
+    if is_policy_sequence(policies) and len(policies) in (0, len(problem.agents)):
         return
-    else:
-        description = f"{len(policies)} policies"
-    raise BadPolicy(f"got {description}, expected one, or None, for each of {problem.agents}")
+    got, agents = describe_policies(policies), ", ".join(problem.agents)
+    raise BadPolicy(f"got {got}, expected one, or None, for each of {agents}")
 
 
 class SeatedPolicy:

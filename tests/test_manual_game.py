@@ -57,6 +57,11 @@ HEXWORLD = dmplay.load_problem("hexworld")
 WALKER = dmplay.load_agent(HEXWORLD, 0, "random")
 PROBLEM_NAME: Any = "hexworld"  # a name where an object is expected
 NON_INTEGER: Any = 2.5
+WRONG_TYPE: Any = object
+HEXWORLD_OBJECT: Any = HEXWORLD  # a problem where a name is expected
+HEXWORLD_CLASS: Any = type(HEXWORLD)
+DILEMMA = dmplay.load_problem("prisoners-dilemma")
+AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
 
 
 @pytest.mark.parametrize(
@@ -68,11 +73,11 @@ NON_INTEGER: Any = 2.5
         ),
         (
             lambda: dmplay.Session(PROBLEM_NAME, dmplay.SeededUniforms(1)),
-            "got 'hexworld', expected a problem, as of",
+            "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)",
         ),
         (
             lambda: dmplay.run(PROBLEM_NAME, [WALKER]),
-            "got 'hexworld', expected a problem, as of dmplay.l",
+            "got 'hexworld', expected a problem, such as dmplay.load_problem(NAME)",
         ),
         (
             lambda: dmplay.load_agent(PROBLEM_NAME, 0, "random"),
@@ -127,6 +132,57 @@ NON_INTEGER: Any = 2.5
         (
             lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
             "unknown agent 'human'; expected one of optimal, ran",
+        ),
+        (
+            lambda: dmplay.load_problem(WRONG_TYPE),
+            "got <class 'object'>, expected the name of a problem, or the path of a file",
+        ),
+        (lambda: dmplay.load_problem(HEXWORLD_OBJECT), "got HexWorld("),
+        (
+            lambda: dmplay.load_agent(HEXWORLD, 0, WRONG_TYPE),
+            "got <class 'object'>, expected the name of an agent",
+        ),
+        (
+            lambda: dmplay.check(WRONG_TYPE),
+            "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
+        ),
+        (
+            lambda: dmplay.check(HEXWORLD_CLASS),
+            "expected a problem, such as HexWorld()",
+        ),
+        (
+            lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
+            "entrants: got ['grim', 'random'], expected name -> a policy for each seat",
+        ),
+        (
+            lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, PROBLEM_NAME)),
+            "grim: got 'hexworld', expected one for each of agent1, agent2",
+        ),
+        (
+            lambda: dmplay.run_tournament(DILEMMA, {key: [WALKER] for key in AGENT_NAMES}),
+            "grim: got 1 policy, expected one for each of agent1, agent2",
+        ),
+        (
+            lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, AGENT_NAMES)),
+            "grim: seat 0: got 'grim', expected a policy, such as "
+            "dmplay.load_agent(problem, 0, NAME)",
+        ),
+        (
+            lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
+            "entrants: got <class 'object'>, expected a list of policies for each",
+        ),
+        (lambda: dmplay.compare(DILEMMA, AGENT_NAMES), "got 'grim', expected one for each of"),
+        (
+            lambda: dmplay.play(WRONG_TYPE),
+            "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
+        ),
+        (
+            lambda: dmplay.play(DILEMMA, "grim"),
+            "got 'grim', expected one agent for each of agent1, agent2",
+        ),
+        (
+            lambda: dmplay.enumerate_outcomes(WRONG_TYPE, np.zeros(1), np.zeros((1, 1))),
+            "got <class 'object'>, expected a problem",
         ),
         (lambda: dmplay.load_agent(HEXWORLD, 0, "bot"), "random, search, bot:COMMAND"),
     ],

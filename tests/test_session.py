@@ -321,7 +321,10 @@ class NotAPolicy:
         ),
         ([NotAPolicy], "seat 0: got the class NotAPolicy, expected a policy made of it"),
         ([NotAPolicy()], "seat 0: got <"),
-        (["random"], "seat 0: got 'random', expected a policy, as of dmplay.agent"),
+        (
+            ["random"],
+            "seat 0: got 'random', expected a policy, such as dmplay.load_agent(problem, 0, NAME)",
+        ),
         (
             Random,
             "got <class 'dmplay.agents.random_agent.Random'>, expected one, or None, for each of",

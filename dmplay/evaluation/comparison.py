@@ -74,15 +74,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
-    if len(entrants) < 2:
-        got = format_count(len(entrants), "agent")
-        raise BadParameter(f"got {got}, expected two or more to compare")
-    if seat not in range(len(problem.agents)):
-        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
-    if decide is not None and len(entrants) > 2:
-        raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
-    if decide is not None and not 0 < decide < 1:
-        raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
+    _check_entrants(problem, entrants, seat, decide)
     control_variate = build_control_variate(problem)
     active = [*range(len(entrants))]  # entrants that are not withdrawn
     withdrawals = list[str]()
@@ -121,6 +113,21 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
                 withdrawals=tuple(withdrawals),
             )
         game_count = min(episodes, game_count + max(MIN_GAMES_TO_DECIDE, game_count // 4))
+
+
+def _check_entrants(problem: Problem, entrants: object, seat: int, decide: float | None) -> None:
+    """Raise BadParameter unless there are several entrants, and the seat and the share exist."""
+    if not isinstance(entrants, Sequence):
+        raise BadParameter(f"entrants: got {entrants!r}, expected a list of policies for each")
+    if len(entrants) < 2:
+        got = format_count(len(entrants), "agent")
+        raise BadParameter(f"got {got}, expected two or more to compare")
+    if seat not in range(len(problem.agents)):
+        raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
+    if decide is not None and len(entrants) > 2:
+        raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
+    if decide is not None and not 0 < decide < 1:
+        raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
 
 
 def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.chance import Reals
-from dmplay.core import Policy, Problem, check_problem
+from dmplay.core import Policy, Problem, check_policies, check_problem
 from dmplay.errors import (
     BadParameter,
     BadPolicy,
@@ -91,6 +91,7 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     """
     check_problem(problem, turns)
     check_episode_count(episodes)
+    _check_entrants(problem, entrants)
     seat_count, names = len(problem.agents), tuple(entrants)
     if seat_count == 1:
         raise BadParameter("a tournament wants two seats or more; here agents are compared")
@@ -151,6 +152,17 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     return _summarize_tournament(
         tuple(names[entrant] for entrant in active), seat_count, active_returns
     )._replace(shortfall_reason=shortfall, withdrawals=tuple(withdrawals))
+
+
+def _check_entrants(problem: Problem, entrants: object) -> None:
+    """Raise BadParameter or BadPolicy unless each entrant has a policy for every seat."""
+    if not isinstance(entrants, Mapping):
+        raise BadParameter(f"entrants: got {entrants!r}, expected name -> a policy for each seat")
+    for name, policies in entrants.items():
+        try:
+            check_policies(problem, policies)
+        except BadPolicy as error:
+            raise BadPolicy(f"{name}: {error}") from None
 
 
 def list_seatings(

@@ -71,6 +71,8 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
     check_problem(problem, None)
     if seat not in range(len(problem.agents)):
         raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
+    if not isinstance(name, str):
+        raise BadParameter(f"got {name!r}, expected the name of an agent")
     if names_bot(name):
         return make_bot(problem, seat, name)
     if not names_user_code(problem, seat, name):

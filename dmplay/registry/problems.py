@@ -54,6 +54,8 @@ def load_problem(name: str | os.PathLike[str], **parameters: object) -> Problem:
 
     Raises UnknownName with the nearest names, or BadParameter.
     """
+    if not isinstance(name, str | os.PathLike):
+        raise BadParameter(f"got {name!r}, expected the name of a problem, or the path of a file")
     full_name = name if isinstance(name, str) else os.path.join(os.curdir, name)
     return resolve_problem(full_name, parameters).problem
 

@@ -99,7 +99,7 @@ def test_a_seat_is_found_by_name() -> None:
 
 def test_a_rollout_needs_a_policy_for_each_seat() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    with pytest.raises(DmplayError, match="got 1 policies, expected one for each"):
+    with pytest.raises(DmplayError, match=r"got 1 policy, expected one for each of agent1, "):
         dmplay.rollout(problem, [dmplay.load_agent(problem, 0, "grim")], episodes=1)
     grim: Any = dmplay.load_agent(problem, 0, "grim")
     with pytest.raises(DmplayError, match=r"got Grim\(.*\), expected one for each"):
