@@ -109,10 +109,18 @@ def refuse_infinite_numbers(options: Sequence[Any]) -> None:
 
 def _convert_to_finite(convert: Callable[..., float], value: Any, option: Any, ctx: Any) -> float:
     """Return an option's value as a number; raise BadParameter if it is NaN or infinite."""
-    number = convert(value, option, ctx)
-    if not math.isfinite(number):
+    if _is_number(value) and not math.isfinite(float(value)):
         raise typer.BadParameter(f"{value} is not a finite number", ctx, option)
-    return number
+    return convert(value, option, ctx)
+
+
+def _is_number(value: Any) -> bool:
+    """Return whether a value is a number or its text, NaN and infinity included."""
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _expand_strict(word: str) -> str:
@@ -138,7 +146,8 @@ def _is_problem(word: str) -> bool:
 def _insert_default_rate(args: list[str]) -> list[str]:
     """Return the arguments with the default rate inserted after a `--rate` without a value."""
     index = args.index("--rate") + 1 if "--rate" in args else 0
-    if not index or (args[index:] and args[index].lstrip("-+")[:1].isdecimal()):
+    next_word = "".join(args[index : index + 1])
+    if not index or _is_number(next_word) or next_word.lstrip("-+")[:1].isdecimal():
         return args
     return [*args[:index], DEFAULT_RATE, *args[index:]]
 

@@ -6,6 +6,9 @@ from pathlib import Path
 import pytest
 
 from dmplay.cli.app import root_command
+from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.errors import BadParameter
+from dmplay.game.command_line_results import PlayCommand
 from tests.support.programs import run_dmplay
 
 FLOAT_OPTIONS = [
@@ -41,6 +44,22 @@ def test_a_number_of_the_command_line_is_finite(
     refused = run_dmplay(tmp_path, name, *words.get(name, ["catch"]), f"{option}={number}")
     assert refused.returncode == 2
     assert re.search(f"{number} {REFUSAL}", refused.stderr)
+
+
+@pytest.mark.parametrize("number", ["nan", "-nan", "inf", "-inf", "Infinity", "1e400"])
+def test_a_rate_after_a_space_is_finite(number: str) -> None:
+    arguments = ["play", "hexworld", "--agent", "random", "--turns", "1", "--rate", number]
+    expected = (
+        f"invalid value for '--rate': {number} is not a finite number; see dmplay play --help"
+    )
+    with pytest.raises(BadParameter, match=f"^{expected}"):
+        interpret_command(arguments)
+
+
+def test_a_rate_may_begin_with_a_point() -> None:
+    command = interpret_command(["play", "hexworld", "--agent", "random", "--rate", ".5"])
+    assert isinstance(command, PlayCommand)
+    assert command.realtime_rate == 0.5
 
 
 def test_a_number_of_an_environment_variable_is_finite(tmp_path: Path) -> None:
