@@ -1,9 +1,11 @@
 """Checks that a user-defined problem can be played: its attributes, its arrays and one turn."""
 
+import inspect
 import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import fields
+from functools import cached_property
 
 import numpy as np
 
@@ -54,6 +56,22 @@ def check_playable(name: str, problem: Problem) -> None:
                     name
                 )
             )
+
+
+def _check_member_kinds(problem: Problem) -> CheckResults:
+    """Yield checks that methods of Problem are still methods, and values are not methods."""
+    for name, member in vars(Problem).items():
+        is_value = isinstance(member, property | cached_property)
+        if name.startswith("_") or not (is_value or inspect.isfunction(member)):
+            continue
+        if is_value:
+            is_method = inspect.isfunction(getattr(type(problem), name))
+            message = f"{name}: got a method, expected a value; put @property above it"
+            yield CheckResult(not is_method, name, message, independent=True)
+            continue
+        value = getattr(problem, name)
+        message = f"{name}: got {_describe_array(value)}, expected a method"
+        yield CheckResult(callable(value), name, message, independent=True)
 
 
 def _check_agents(problem: Problem) -> CheckResults:
@@ -370,6 +388,7 @@ def _observation_result(holds: bool, observations: Array, expected: str) -> Chec
 CHECK_STAGES: tuple[
     tuple[Callable[[Problem], CheckResults], ...], ...
 ] = (  # each stage relies on those before it
+    (_check_member_kinds,),
     (_check_agents,),
     (_check_actions, _check_observations, _check_spaces, _check_parameters),
     (table_checks.check_tables,),
