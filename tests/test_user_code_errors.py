@@ -460,7 +460,36 @@ PLANTED_FAULTS = [
         "def __init__",
         "parameters are fields with a default",
     ),
-    ("walk", '{"patient": Patient}', '{"patient": Walk}', "", "AGENTS: patient: got <class"),
+    (
+        "walk",
+        '{"patient": Patient}',
+        '{"patient": Walk}',
+        "class Walk",
+        "AGENTS: patient: got the class Walk, expected one that inherits from dmplay.agents.base.S",
+    ),
+    (
+        "walk",
+        "class Patient(ReactivePolicy):",
+        "class Patient:",
+        "class Patient",
+        "AGENTS: patient: got the class Patient, expected one that inherits from",
+    ),
+    ("walk", '{"patient": Patient}', '{"patient": int}', "", "AGENTS: patient: got the class int,"),
+    ("walk", '{"patient": Patient}', '{"patient": 7}', "", "AGENTS: patient: got 7, expected a cl"),
+    (
+        "walk",
+        "@dataclass(frozen=True)\nclass Patient",
+        "class Patient",
+        "class Patient",
+        "AGENTS: patient: Patient has the parameter edge, expected @dataclass(frozen=True) ab",
+    ),
+    (
+        "walk",
+        "@dataclass(frozen=True)\nclass Patient(ReactivePolicy):",
+        "class Patient(ReactivePolicy):\n    step: float = 0.5\n",
+        "class Patient",
+        "AGENTS: patient: Patient has the parameters step, edge, expected @dataclass(frozen=True)",
+    ),
     (
         "walk",
         'hint_provider="patient"',
@@ -554,6 +583,18 @@ def test_the_line_of_a_fault_is_found_in_any_declared_encoding(
         line_number = (mark + source).split("class Tiger")[0].count("\n") + 1
         with pytest.raises(DmplayError, match=f"^./own.py:{line_number} Tiger lacks state_names"):
             check_report.report_violations("./own.py", {}, json=False)
+
+
+def test_an_agent_without_parameters_of_its_own_needs_no_decorator(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    source = WALK_SOURCE.replace("@dataclass(frozen=True)\nclass Patient", "class Patient")
+    source = source.replace("    edge: int =", "    kind: ClassVar[int] = 3\n    edge =")
+    source = source.replace("parameter(2, ", "max(2, ").replace('"where it turns"', "1")
+    assert check_source(f"from typing import ClassVar\n{source}") == (
+        "ok ./own.py: every law is kept"
+    )
 
 
 def test_correct_problems_have_no_violations(

@@ -10,7 +10,7 @@ KEYS = {"l": "left"}                          the action of each key
 import inspect
 import sys
 from collections.abc import Mapping
-from dataclasses import MISSING, fields, is_dataclass, replace
+from dataclasses import MISSING, Field, fields, replace
 from types import ModuleType
 from typing import Any
 
@@ -182,19 +182,37 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
     is_valid_name = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
     if not is_valid_name or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
         raise BadParameter(f"{location}: got {name!r}, expected a name without blanks and :,=")
-    if not (
-        isinstance(agent_class, type)
-        and issubclass(agent_class, SeatPolicy)
-        and is_dataclass(agent_class)
-    ):
-        expected = "expected a class that inherits from dmplay.agents.base.SeatPolicy"
+    base = "dmplay.agents.base.SeatPolicy"
+    if not isinstance(agent_class, type):
+        expected = f"expected a class that inherits from {base}"
         raise BadParameter(f"{location}: {name}: got {agent_class!r}, {expected}")
+    class_location = user_code_locations.locate_definition(agent_class)
+    prefix = f"{class_location} AGENTS: {name}" if class_location else f"{location}: {name}"
+    class_name = agent_class.__name__
+    if not issubclass(agent_class, SeatPolicy):
+        expected = f"expected one that inherits from {base}"
+        raise BadParameter(f"{prefix}: got the class {class_name}, {expected}")
+    ignored = _ignored_parameters(agent_class)
+    if ignored:
+        noun = "parameter" if len(ignored) == 1 else "parameters"
+        message = f"{class_name} has the {noun} {', '.join(ignored)}"
+        raise BadParameter(f"{prefix}: {message}, expected @dataclass(frozen=True) above it")
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))
         raise BadParameter(
             f"{user_code_locations.locate_definition(agent_class)} "
             f"{agent_class.__name__} lacks {missing}"
         )
+
+
+def _ignored_parameters(agent_class: type) -> list[str]:
+    """Return the parameters that a class declares without being a dataclass itself."""
+    if "__dataclass_fields__" in vars(agent_class):
+        return []
+    annotations = inspect.get_annotations(agent_class)
+    names = [name for name, annotation in annotations.items() if "ClassVar" not in str(annotation)]
+    parameters = [name for name, value in vars(agent_class).items() if isinstance(value, Field)]
+    return [*dict.fromkeys([*names, *parameters])]
 
 
 def module_view(problem: Problem) -> Any:
