@@ -3,9 +3,10 @@
 An environment is one seat of a problem; agents play the others. A learner gets the rewards, even
 those that play withholds because they would reveal a hidden state. An illegal action changes
 nothing in the game, and no turn passes, but the step counts: an episode is truncated after as many
-steps as its turn limit. With `illegal="penalty"` such a step is paid `illegal_reward`, and with
-`illegal="end"` it also terminates the episode. `info["action_mask"]` and `action_masks()` mark the
-legal actions. The observation is
+steps as its turn limit, which is `turns`, else the problem's horizon, else 10,000. With
+`illegal="penalty"` an illegal step is paid `illegal_reward`, and with `illegal="end"` it also
+terminates the episode. `info["action_mask"]` and `action_masks()` mark the legal actions. The
+observation is
 
 - the state, where agents see it; in a game of one state the actions of the last round, each plus
   one, and zeros before the first;
@@ -32,6 +33,7 @@ from dmplay.simulation.seat_spaces import (
     load_other_policies,
     render_board,
     resolve_problem,
+    resolve_turn_limit,
 )
 from dmplay.simulation.uniform_sources import FastUniforms, ReplayableUniforms
 from dmplay.simulation.vector_games import VectorGames
@@ -68,7 +70,7 @@ class Env(gymnasium.Env[Any, Any]):
             self.seat.observation_space,
         )
         self.render_mode = render_mode
-        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count, self._over = 0, False
         self._policies = load_other_policies(self.problem, seat_index, others)
@@ -180,7 +182,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.single_observation_space = self._seat.observation_space
         self.action_space = batch_space(self._seat.action_space, num_envs)
         self.observation_space = batch_space(self._seat.observation_space, num_envs)
-        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._policies = load_other_policies(self.problem, seat_index, others)
         self._fast = uniforms == "fast"

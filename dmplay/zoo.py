@@ -1,7 +1,8 @@
 """The problems as parallel environments of PettingZoo, in which a learner plays every seat.
 
 Observations, rewards and masks are those of `dmplay.gym`. If the action of any seat is illegal, no
-turn passes, but the step counts towards the turn limit. `illegal_reward` is paid only to the seats
+turn passes, but the step counts towards the turn limit: `turns`, else the problem's horizon, else
+10,000. `illegal_reward` is paid only to the seats
 whose action is illegal.
 """
 
@@ -20,6 +21,7 @@ from dmplay.simulation.seat_spaces import (
     Space,
     render_board,
     resolve_problem,
+    resolve_turn_limit,
 )
 from dmplay.uniforms import SeededUniforms, new_seed
 
@@ -46,7 +48,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         self.agents: list[str] = []
         self.render_mode = render_mode
         self._seats = [SeatSpaces(self.problem, seat) for seat in range(len(self.possible_agents))]
-        self._turn_limit = self.problem.horizon if turns is None else turns
+        self._turn_limit = resolve_turn_limit(self.problem, turns)
         self._illegal_rule = IllegalActionRule.from_option(illegal, illegal_reward)
         self._step_count = 0
         self._seed, self._episode = -1, 0

@@ -9,14 +9,24 @@ import numpy as np
 from gymnasium import spaces
 
 from dmplay.chance import Array, Bools
-from dmplay.core import Interval, Labels, Policy, Problem, RealVector, TextLine
+from dmplay.core import (
+    MAX_REWARD,
+    Interval,
+    Labels,
+    Policy,
+    Problem,
+    RealVector,
+    TextLine,
+    check_problem,
+)
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
 from dmplay.registry import agents, problems
-from dmplay.session import Session
+from dmplay.session import DEFAULT_TURN_LIMIT, Session
 
 Space = spaces.Space[Any]
 Info = dict[str, Any]
 ILLEGAL_ACTION_RULES = ("noop", "penalty", "end")
+TEXT_OBSERVATION_MESSAGE = "what is observed is text, of which there is no space"
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
 
 
@@ -27,11 +37,18 @@ class IllegalActionRule(NamedTuple):
     ends_episode: bool
 
     @classmethod
-    def from_option(cls, illegal: str, illegal_reward: float) -> "IllegalActionRule":
+    def from_option(cls, illegal: object, illegal_reward: object) -> "IllegalActionRule":
         """Return the rule of this name: noop (reward 0), penalty, or end of the episode."""
+        if not isinstance(illegal, str):
+            rules = ", ".join(ILLEGAL_ACTION_RULES)
+            raise BadParameter(f"illegal: got {illegal!r}, expected one of {rules}")
         if illegal not in ILLEGAL_ACTION_RULES:
             raise UnknownName("rule for illegal actions", illegal, ILLEGAL_ACTION_RULES)
-        if not np.isfinite(illegal_reward):
+        if (
+            isinstance(illegal_reward, bool)
+            or not isinstance(illegal_reward, int | float | np.integer | np.floating)
+            or not -MAX_REWARD <= illegal_reward <= MAX_REWARD  # not for NaN either
+        ):
             raise BadParameter(f"illegal_reward: got {illegal_reward!r}, expected a finite number")
         return cls(0.0 if illegal == "noop" else float(illegal_reward), illegal == "end")
 
@@ -73,6 +90,8 @@ class SeatSpaces:
             return spaces.Box(-np.inf, np.inf, state.shape, np.float64)
         if isinstance(problem.state_count, int):
             return _make_discrete_space(problem.enumerate_states().max(axis=0) + 1)
+        if state.dtype.kind not in "iu":
+            raise BadParameter(TEXT_OBSERVATION_MESSAGE)
         low, high = np.iinfo(state.dtype).min // 2, np.iinfo(state.dtype).max // 2
         return spaces.Box(low, high, state.shape, state.dtype.type)
 
@@ -85,7 +104,7 @@ class SeatSpaces:
             return spaces.Discrete(len(observations) + 1)
         if isinstance(observations, RealVector):
             return spaces.Box(-np.inf, np.inf, observations.shape, np.float64)
-        raise BadParameter("what is observed is text, of which there is no space")
+        raise BadParameter(TEXT_OBSERVATION_MESSAGE)
 
     def decode_actions(self, values: Array) -> Array:
         """Return the actions `[B]` for values of the action space; numbers are clipped.
@@ -149,6 +168,15 @@ def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
     if isinstance(problem, str):
         return problems.load_problem(problem, **parameters)
     return problems.with_parameters(problem, parameters)
+
+
+def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
+    """Return the turn limit of an environment: `turns`, else the problem's horizon, else 10,000.
+
+    The last is the limit of all games without people. Raise BadParameter for an invalid limit.
+    """
+    check_problem(problem, turns)
+    return turns if turns is not None else problem.horizon or DEFAULT_TURN_LIMIT
 
 
 def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:

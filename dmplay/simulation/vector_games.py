@@ -20,7 +20,7 @@ class VectorGames:
         policies: Sequence[Policy | None],
         uniform_source: UniformSource,
         game_count: int,
-        limit: int | None,
+        limit: int,
         illegal_rule: IllegalActionRule,
     ) -> None:
         self.problem, self.seat_spaces, self.uniform_source = (
@@ -80,12 +80,11 @@ class VectorGames:
         was_done = self.done_mask
         if self.done_mask.any():
             self._restart_games(np.flatnonzero(self.done_mask), rewards)
-        terminated, truncated = problem.terminal(self._state), self._no_rows
+        terminated = problem.terminal(self._state)
         if self._illegal_rule.ends_episode and len(illegal_rows):
             terminated = terminated.copy()
             terminated[illegal_rows] |= ~was_done[illegal_rows]
-        if self._limit is not None:
-            truncated = (self._steps >= self._limit) & ~terminated
+        truncated = (self._steps >= self._limit) & ~terminated
         self.done_mask = terminated | truncated
         self.legal_actions_mask = problem.legal_actions_mask(self._state)
         return rewards, terminated, truncated

@@ -1,5 +1,6 @@
 """Tests of the Gymnasium environments: Gymnasium's own checks, and equality with rollouts."""
 
+import re
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +18,7 @@ from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.gym import Env, VectorEnv
 from dmplay.registry import agents
 from dmplay.rollouts import Rollout, rollout
+from dmplay.simulation.seat_spaces import resolve_turn_limit
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 from tests.support.problem_cases import (
     CASE_NAMES,
@@ -208,6 +210,59 @@ def test_an_unknown_rule_for_illegal_actions_is_refused(environment: type) -> No
         environment("2048", illegal="penalti")
     with pytest.raises(BadParameter, match="illegal_reward: got nan, expected a finite number"):
         environment("2048", illegal="penalty", illegal_reward=float("nan"))
+    with pytest.raises(BadParameter, match="illegal: got None, expected one of noop, penalty, end"):
+        environment("2048", illegal=None)
+    for value in ("x", None, True, [1.0], 10**400, 1j, np.complex128(1)):
+        expected = re.escape(f"illegal_reward: got {value!r}, expected a finite number")
+        with pytest.raises(BadParameter, match=expected):
+            environment("2048", illegal_reward=value)
+
+
+def test_illegal_actions_without_a_turn_limit_end_after_10000_steps() -> None:
+    env, envs = Env("2048"), VectorEnv("2048", 1)
+    env.reset(seed=5)
+    envs.reset(seed=5)
+    ends = list[tuple[bool, bool]]()
+    while not any(map(any, ends[-1:])):
+        *_, terminated, truncated, _ = env.step(1)  # slides no tile
+        ends.append((terminated, truncated))
+        *_, row_terminated, row_truncated, _ = envs.step(np.array([1]))
+        assert ends[-1] == (row_terminated.item(), row_truncated.item())
+    assert (len(ends), ends[-1]) == (10_000, (False, True))
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "limit"),
+    [
+        ("2048", None, 10_000),
+        ("mountain-car", None, 10_000),
+        ("hexworld", None, 10_000),
+        ("hexworld", 20_000, 20_000),
+        ("catch", None, 10),
+        ("catch", 3, 3),
+    ],
+)
+def test_the_turn_limit_is_that_of_the_caller_or_the_problem(
+    name: str, turns: int | None, limit: int
+) -> None:
+    assert resolve_turn_limit(load_problem(name), turns) == limit
+
+
+@pytest.mark.parametrize("turns", [-1, 2.5, "3"])
+@pytest.mark.parametrize("environment", [Env, VectorEnv])
+def test_an_invalid_turn_limit_of_an_environment_is_refused(
+    environment: type, turns: object
+) -> None:
+    expected = f"^turns: got {turns!r}, expected a whole number, 0 or more$"
+    with pytest.raises(BadParameter, match=expected):
+        environment("2048", turns=turns)
+
+
+@pytest.mark.parametrize("environment", [Env, VectorEnv])
+def test_a_game_of_text_has_no_environment(environment: type) -> None:
+    pytest.importorskip("pyspiel")
+    with pytest.raises(BadParameter, match=r"^what is observed is text, of which there is no spa"):
+        environment("openspiel:tic_tac_toe", others="random")
 
 
 @pytest.mark.parametrize(

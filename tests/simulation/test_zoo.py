@@ -90,6 +90,22 @@ def test_a_step_without_an_action_for_every_agent_is_refused() -> None:
     assert not env.session.turns
 
 
+def test_illegal_actions_without_a_turn_limit_end_after_10000_steps() -> None:
+    env = ParallelEnv("2048")
+    env.reset(seed=5)
+    steps, truncated = 0, {"agent": False}
+    while env.agents:
+        truncated = env.step({"agent": 1})[3]  # slides no tile
+        steps += 1
+    assert (steps, truncated) == (10_000, {"agent": True})
+
+
+def test_a_game_of_text_has_no_environment() -> None:
+    pytest.importorskip("pyspiel")
+    with pytest.raises(BadParameter, match=r"^what is observed is text, of which there is no spa"):
+        ParallelEnv("openspiel:tic_tac_toe")
+
+
 def test_render_before_reset_is_refused() -> None:
     with pytest.raises(BadParameter, match="call reset first"):
         ParallelEnv("catch", render_mode="ansi").render()
