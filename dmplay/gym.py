@@ -173,7 +173,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         **parameters: Any,
     ) -> None:
         if uniforms not in ("recorded", "fast"):
-            raise BadParameter(f"dice: got {uniforms!r}, expected recorded or fast")
+            raise BadParameter(f"uniforms: got {uniforms!r}, expected recorded or fast")
         self.problem = resolve_problem(problem, parameters)
         seat_index = self.problem.seat_index(seat) if seat else 0
         self.num_envs = num_envs

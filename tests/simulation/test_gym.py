@@ -321,7 +321,7 @@ def test_gymnasium_make_creates_an_environment_that_renders_its_board() -> None:
 
 
 def test_invalid_options_and_a_missing_reset_raise_bad_parameter() -> None:
-    with pytest.raises(BadParameter, match="dice: got 'slow', expected recorded or fast"):
+    with pytest.raises(BadParameter, match="uniforms: got 'slow', expected recorded or fast"):
         VectorEnv("hexworld", uniforms="slow")
     for env in (Env("hexworld"), VectorEnv("hexworld")):
         with pytest.raises(BadParameter, match="call reset first"):
