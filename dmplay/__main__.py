@@ -1,5 +1,6 @@
 """The program's entry point: prints the version at once, else runs the command line."""
 
+import errno
 import gc
 import io
 import os
@@ -74,18 +75,21 @@ def _dispatch() -> int:
 
 
 def _report_os_error(error: OSError) -> int:
-    """Print an error of the system in one line and return the exit code.
+    """Print an error of the system in one line, clipped if it is long; return the exit code.
 
-    The code is TERMINAL_LOST_CODE if standard error cannot be written.
+    The code is USAGE_CODE if a file name is too long, which only its writer can change, and
+    TERMINAL_LOST_CODE if standard error cannot be written.
     """
+    from dmplay.errors import clip_message
     from dmplay.terminal_capabilities import escape_unprintable
 
     file_prefix = f"{error.filename}: " if error.filename else ""
+    message = clip_message(f"{file_prefix}{error.strerror or error}")
     try:
-        print(escape_unprintable(f"error: {file_prefix}{error.strerror or error}"), file=sys.stderr)
+        print(f"error: {escape_unprintable(message)}", file=sys.stderr)
     except OSError:
         return TERMINAL_LOST_CODE
-    return RUNTIME_CODE
+    return USAGE_CODE if error.errno == errno.ENAMETOOLONG else RUNTIME_CODE
 
 
 def _report_system_exit(error: SystemExit) -> int:

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 from dmplay import safe_files
 from dmplay.core import Problem
-from dmplay.errors import DmplayError
+from dmplay.errors import DmplayError, clip_message
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
 from dmplay.game.saves import saves_folder
 from dmplay.hints.ghost_agent import GHOST_NOTE_PREFIX
@@ -162,7 +162,7 @@ def _records_path() -> Path:
 @cache  # prints each warning only once
 def _warn_once(message: str) -> None:
     """Print a warning to standard error, once for each message."""
-    print(f"warning: {message}", file=sys.stderr)
+    print(clip_message(f"warning: {message}"), file=sys.stderr)
 
 
 def _person_seat(problem: Problem, seats: Sequence[str]) -> str | None:

@@ -16,6 +16,7 @@ from tests.support.programs import run_dmplay
 from tests.support.terminals import Terminal
 
 LONG_WORD = "x" * 1_000_000
+LONG_PATH = "y" * 100_000  # as long as a system lets an argument be
 MAX_OUTPUT_CHARS = 6000  # of a program that quotes a long word
 PASTE_START, PASTE_END = "\x1b[200~", "\x1b[201~"
 
@@ -79,6 +80,33 @@ def test_a_long_word_of_a_file_is_clipped_in_the_message(
     refused = run_dmplay(tmp_path, *words)
     assert refused.returncode in (2, 3)
     assert len(refused.stdout + refused.stderr) < MAX_OUTPUT_CHARS
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("verify", LONG_PATH),
+        ("grade", f"./{LONG_PATH}/"),
+        ("tournament", "prisoners-dilemma", "grim", "random", "-o", LONG_PATH),
+        ("run", "hexworld", "--episodes", "2", "--every", "1", "--record", LONG_PATH),
+        ("check", f"./{LONG_PATH}.py"),
+        ("resume", LONG_PATH),
+    ],
+    ids=lambda words: words[0],
+)
+def test_a_long_path_is_refused_in_one_clipped_line(words: tuple[str, ...], tmp_path: Path) -> None:
+    refused = run_dmplay(tmp_path, *words)
+    assert (refused.returncode, refused.stdout, refused.stderr.count("\n")) == (2, "", 1)
+    assert refused.stderr.startswith("error: ")
+    assert refused.stderr.endswith("File name too long\n")
+    assert len(refused.stderr) < MAX_OUTPUT_CHARS
+
+
+def test_a_warning_about_a_long_state_folder_is_clipped(tmp_path: Path) -> None:
+    words = ("hexworld", "--seed", "1", "-q")
+    played = run_dmplay(tmp_path, *words, stdin="e\n", XDG_STATE_HOME=f"/{LONG_PATH}")
+    assert played.stderr.startswith("warning: this game is not kept: ")
+    assert len(played.stderr) < MAX_OUTPUT_CHARS
 
 
 def test_a_line_of_commands_has_a_maximum_length() -> None:

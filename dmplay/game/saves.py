@@ -17,7 +17,7 @@ from itertools import count
 from pathlib import Path
 
 from dmplay import safe_files
-from dmplay.errors import BadParameter, DmplayError
+from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
 from dmplay.transcript.reader import (
     Transcript,
@@ -175,7 +175,7 @@ def prepare_folder(games_folder: Path) -> bool:
 
 def _warn_not_saved(reason: str) -> None:
     """Print a warning that the game is not saved."""
-    print(f"warning: this game is not kept: {reason}", file=sys.stderr)
+    print(clip_message(f"warning: this game is not kept: {reason}"), file=sys.stderr)
 
 
 def shell_history_path() -> Path | None:
