@@ -191,7 +191,7 @@ def copy_transcript(recorder: Recorder, path: Path) -> None:
 
     The copy is private if the game is unfinished and partially observable.
     """
-    content = recorder.path.read_text(encoding="utf-8")
+    content = recorder.content
     if recorder.session.over and recorder.is_open:
         content += "\n".join([*format_end_block(recorder.session, compute_checksum(content)), ""])
     is_unfinished = recorder.is_open and not recorder.session.over

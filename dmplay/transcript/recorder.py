@@ -29,8 +29,9 @@ class Recorder:
     """The open transcript of a session; after `write_end`, nothing more is written.
 
     If the disk fails, `write_error` is the reason, and the missing text is written with the next
-    turn: the file never contains half a turn, and the game continues. If states are hidden, only
-    the owner may read the file before the end.
+    turn: the file never contains half a turn, and the game continues. The same is true of a file
+    that another program takes away; if it was removed or emptied, all of its text is written again.
+    If states are hidden, only the owner may read the file before the end.
     """
 
     is_private = False  # True if only the owner may read the file after the end
@@ -42,9 +43,10 @@ class Recorder:
         self._formatter = TurnFormatter(session)
         self.write_error: OSError | None = None
         self._is_error_reported = False  # whether the last notice was about an error
+        self._was_restored = False  # whether the file was written again since the last notice
+        self._written = bytearray()  # the bytes of the file, which another program may remove
         self._pending = b""
         self._digest = hashlib.sha256()
-        self._size = 0
         self._file = -1
 
     @classmethod
@@ -67,8 +69,7 @@ class Recorder:
             if not is_device:
                 safe_files.check_writable(path, force=force)
             flags = os.O_APPEND if is_device else 0 if path.exists() else os.O_EXCL
-            mode = safe_files.PRIVATE_FILE_MODE if session.problem.partially_observable else 0o644
-            recorder._file = os.open(path, os.O_WRONLY | os.O_CREAT | flags, mode)
+            recorder._open_new_file(flags)
             recorder._lock_file()
             recorder._set_file_mode(safe_files.PRIVATE_FILE_MODE)
             if not is_device:
@@ -95,9 +96,15 @@ class Recorder:
             os.lseek(recorder._file, 0, os.SEEK_END)
         except OSError as error:
             raise BadParameter(f"cannot write {path}: {error.strerror}") from None
-        recorder._size = len(raw)
+        recorder._written += raw
         recorder._digest.update(strip_notes(content).encode())
         return recorder
+
+    def _open_new_file(self, flags: int) -> None:
+        """Open the path for writing, and create a file whose mode suits its problem."""
+        is_private = self.session.problem.partially_observable
+        mode = safe_files.PRIVATE_FILE_MODE if is_private else 0o644
+        self._file = os.open(self.path, os.O_WRONLY | os.O_CREAT | flags, mode)
 
     def _lock_file(self) -> None:
         """Lock the file if the system can; raise BadParameter if another program plays the game."""
@@ -152,12 +159,17 @@ class Recorder:
         The space that is left is for the end, and for turns that are taken back.
         """
         max_bytes = safe_files.MAX_FILE_BYTES
-        return self._size + len(self._pending) > max_bytes - max_bytes // RESERVED_SHARE
+        return len(self._written) + len(self._pending) > max_bytes - max_bytes // RESERVED_SHARE
 
     @property
     def is_saved(self) -> bool:
         """True if the file contains all that was played, and can be read again."""
         return self.write_error is None and not safe_files.is_output_device(self.path)
+
+    @property
+    def content(self) -> str:
+        """The text that the file contains."""
+        return self._written.decode()
 
     def take_write_notice(self) -> str:
         """Return one line if writing began to fail, or works again, since the last call; else ''.
@@ -165,6 +177,11 @@ class Recorder:
         An error that is gone before this call is not mentioned, because nothing is missing.
         """
         is_failing = self.write_error is not None
+        was_restored, self._was_restored = self._was_restored, False
+        if was_restored and not is_failing and not self._is_error_reported:
+            return (
+                f"{self.path} was removed or emptied; it is written again, and nothing is missing"
+            )
         if is_failing is self._is_error_reported:
             return ""
         self._is_error_reported = is_failing
@@ -197,16 +214,53 @@ class Recorder:
 
     def _append_bytes(self, data: bytes) -> None:
         """Append data and any that earlier failed, in one write: all of it or nothing."""
-        self._pending = raw = self._pending + data
+        self._pending += data
         try:
-            if os.write(self._file, raw) < len(raw):
+            self._check_file()
+        except OSError as error:  # The file of another program must not be truncated.
+            self.write_error = error
+            return
+        try:
+            if os.write(self._file, self._pending) < len(self._pending):
                 raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
         except OSError as error:
             self.write_error = error
             with contextlib.suppress(OSError):  # A device cannot be truncated.
-                os.ftruncate(self._file, self._size)
-                os.lseek(self._file, self._size, os.SEEK_SET)
+                os.ftruncate(self._file, len(self._written))
+                os.lseek(self._file, len(self._written), os.SEEK_SET)
         else:
             self.write_error = None
-            self._size += len(raw)
+            self._written += self._pending
             self._pending = b""
+
+    def _check_file(self) -> None:
+        """Prepare a file that was removed or emptied to be written again from its beginning.
+
+        Raise OSError if that is impossible, if the path is another file or a folder now, or if
+        another program changed the text.
+        """
+        if safe_files.is_output_device(self.path):
+            return
+        status = os.fstat(self._file)
+        try:
+            is_same_file = os.path.samestat(self.path.stat(), status)
+        except FileNotFoundError:
+            old_file = self._file
+            self._open_new_file(os.O_EXCL)
+            os.close(old_file)
+            safe_files.is_locked_elsewhere(self._file)  # locks it: nobody else has a new file
+            self._restart_file()
+            return
+        if not is_same_file:
+            raise OSError(errno.EEXIST, "another file or folder took its place")
+        if status.st_size not in (0, len(self._written)):
+            raise OSError(errno.EBUSY, "another program changed it")
+        if not status.st_size and self._written:
+            os.lseek(self._file, 0, os.SEEK_SET)
+            self._restart_file()
+
+    def _restart_file(self) -> None:
+        """Let the next write begin with the text that the file contained."""
+        self._pending = bytes(self._written) + self._pending
+        self._written.clear()
+        self._was_restored = True

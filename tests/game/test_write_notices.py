@@ -1,25 +1,33 @@
-"""Tests of a disk that fills up during a game: one line at once, and one when it has room again."""
+"""Tests of a transcript that cannot be written during a game.
+
+The disk is full, or another program takes the file away: one line says so at once, and another one
+when the file is written again.
+"""
 
 import io
 import json
 import os
 import resource
-from collections.abc import Iterator
+import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
+from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
-from dmplay.game.game_setup import start_new_game
-from dmplay.game.launch_requests import GameRequest
+from dmplay.game.game_setup import start_game, start_new_game
+from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.transcript_files import verify_file
+from dmplay.game_launcher import play_game
+from dmplay.safe_files import is_game_running
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.shell.commands import run_line
 from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.shell.shell import Shell, run_script
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal_capabilities import Terminal, TerminalOptions
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 PIPE = Terminal(False, "a pipe", False, False, False)
@@ -183,3 +191,180 @@ def test_each_person_of_a_game_with_private_views_finds_the_failure_in_the_log(
         screen.paint(painter)
         assert count_notices("\n".join(screen.log), path) == (1, 0)
         run_line(controller, "feed")
+
+
+# A transcript that another program takes away during the game
+
+
+def remove_file(path: Path) -> None:
+    path.unlink()
+
+
+def remove_folder(path: Path) -> None:
+    path.unlink()
+    path.parent.rmdir()
+
+
+def empty_file(path: Path) -> None:
+    path.write_text("")
+
+
+def shorten_file(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:20])
+
+
+def append_to_file(path: Path) -> None:
+    with path.open("a") as file:
+        file.write("another line\n")
+
+
+def replace_by_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
+def replace_by_file(path: Path) -> None:
+    path.unlink()
+    path.write_text("the file of another program\n")
+
+
+def replace_by_fifo(path: Path) -> None:
+    path.unlink()
+    os.mkfifo(path)
+
+
+def remove_what_is_there(path: Path) -> None:
+    """Remove the file or empty folder at a path."""
+    path.parent.mkdir(exist_ok=True)
+    if path.is_dir():
+        path.rmdir()
+    else:
+        path.unlink(missing_ok=True)
+
+
+def start_in_folder(tmp_path: Path, **options: Any) -> GameController:
+    (tmp_path / "games").mkdir()
+    return start_on_disk(tmp_path / "games" / "g.dmt", **options)
+
+
+@pytest.mark.parametrize("problem", ["hexworld", "crying-baby"])
+@pytest.mark.parametrize("take_away", [remove_file, empty_file])
+def test_a_file_that_was_removed_or_emptied_is_written_again(
+    take_away: Callable[[Path], None], problem: str, tmp_path: Path
+) -> None:
+    actions = {"hexworld": ("e", "w", "e"), "crying-baby": ("feed", "sing", "feed")}[problem]
+    controller = start_in_folder(tmp_path, problem=problem)
+    path = controller.game.transcript_path
+    assert path
+    mode = path.stat().st_mode
+    run_line(controller, actions[0])
+    take_away(path)
+    run_line(controller, actions[1])
+    expected = f"{path} was removed or emptied; it is written again, and nothing is missing"
+    assert [controller.take_write_notice() for _ in range(2)] == [expected, ""]
+    assert path.stat().st_mode == mode
+    assert is_game_running(path)
+    run_line(controller, actions[2])
+    controller.end_game()
+    assert (verify_file(path).findings, verify_file(path).turns) == ([], 3)
+
+
+def test_a_file_that_was_removed_before_the_last_line_is_complete(tmp_path: Path) -> None:
+    controller = start_in_folder(tmp_path)
+    path = controller.game.transcript_path
+    assert path
+    run_line(controller, "e")
+    path.unlink()
+    controller.end_game()
+    assert verify_file(path).is_ok
+    assert not verify_file(path).is_unfinished
+
+
+@pytest.mark.parametrize(
+    ("take_away", "reason"),
+    [
+        (remove_folder, "No such file or directory"),
+        (replace_by_folder, "another file or folder took its place"),
+        (replace_by_file, "another file or folder took its place"),
+        (replace_by_fifo, "another file or folder took its place"),
+        (append_to_file, "another program changed it"),
+        (shorten_file, "another program changed it"),
+    ],
+)
+def test_a_file_that_was_taken_away_is_reported_at_the_next_turn_and_left_alone(
+    take_away: Callable[[Path], None], reason: str, tmp_path: Path
+) -> None:
+    controller = start_in_folder(tmp_path)
+    path = controller.game.transcript_path
+    assert path
+    run_line(controller, "e")
+    take_away(path)
+    before = path.read_bytes() if path.is_file() else b""
+    run_line(controller, "w")
+    assert controller.take_write_notice() == (
+        f"cannot write {path}: {reason}; the game continues, and dmplay tries again each turn"
+    )
+    run_line(controller, "e")
+    assert not controller.take_write_notice()
+    assert before == (path.read_bytes() if path.is_file() else b"")
+    remove_what_is_there(path)
+    run_line(controller, "w")
+    assert controller.take_write_notice() == f"{path} is written again, and nothing is missing"
+    controller.end_game()
+    assert (verify_file(path).findings, verify_file(path).turns) == ([], 4)
+
+
+@pytest.mark.parametrize("is_json", [False, True])
+@pytest.mark.parametrize(
+    "take_away", [remove_folder, replace_by_folder, replace_by_file, shorten_file]
+)
+def test_a_game_whose_file_was_taken_away_ends_with_one_error_and_exit_code_1(
+    take_away: Callable[[Path], None],
+    is_json: bool,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    (tmp_path / "games").mkdir()
+    path = tmp_path / "games" / "g.dmt"
+
+    def read_lines() -> Iterator[str]:
+        yield "e\n"
+        take_away(path)
+        yield from ("w\n", "e\n", "quit\n")
+
+    stdin = io.StringIO()
+    lines = read_lines()
+    monkeypatch.setattr(stdin, "readline", lambda: next(lines))
+    monkeypatch.setattr(sys, "stdin", stdin)
+    options = TerminalOptions(json=True) if is_json else TerminalOptions(plain=True)
+    request = GameRequest("hexworld", seed=7, record_path=path)
+    assert play_game(GameController(), PlayCommand(request, options)) == 1
+    printed = capsys.readouterr()
+    assert count_notices(printed.out, path) == (1, 0)
+    assert f"error: cannot write {path}: " in printed.err
+    assert "error: " not in printed.err.replace("error: cannot write", "", 1)
+    for name in ("transcript: ", "replay: ", "resume: "):
+        assert name not in printed.err
+
+
+def test_a_game_whose_file_was_removed_is_saved_elsewhere(tmp_path: Path) -> None:
+    controller = start_in_folder(tmp_path)
+    path, copy = controller.game.transcript_path, tmp_path / "copy.dmt"
+    assert path
+    run_line(controller, "e")
+    path.unlink()
+    assert run_line(controller, f"save {copy}").startswith(f"saved {copy}")
+    assert verify_file(copy).turns == 1
+
+
+def test_a_game_that_is_resumed_is_written_again_too(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    controller = start_on_disk(path)
+    run_line(controller, "e")
+    controller.end_game("interrupted")
+    resumed = GameController(start_game(ResumeRequest(path)))
+    path.unlink()
+    run_line(resumed, "w")
+    resumed.end_game()
+    assert (verify_file(path).findings, verify_file(path).turns) == ([], 2)
