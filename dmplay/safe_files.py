@@ -49,7 +49,7 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     """Return the bytes of a file; raise OSError if it may be endless or is too large."""
     max_bytes = max_bytes or MAX_FILE_BYTES
     if str(path) not in INPUT_DEVICES and path.parent != OPEN_FILES_FOLDER:
-        _refuse_endless_file(path)
+        refuse_endless_file(path)
     with path.open("rb") as file:
         data = file.read(max_bytes + 1)
     if len(data) > max_bytes:
@@ -59,7 +59,7 @@ def read_bytes(path: Path, max_bytes: int | None = None) -> bytes:
     return data
 
 
-def _refuse_endless_file(path: Path) -> None:
+def refuse_endless_file(path: Path) -> None:
     """Raise OSError if a path is a FIFO, a socket or a device, which may be endless."""
     if path.exists() and not (path.is_file() or path.is_dir()):
         raise OSError(errno.EINVAL, "a FIFO, a socket or a device, not a file", str(path))
@@ -97,7 +97,7 @@ def check_writable(path: Path, *, force: bool) -> None:
     Raise FileExistsError for a folder or a file that is not empty, unless `force` is set, and
     BadParameter for a symbolic link or the file of a running game.
     """
-    _refuse_endless_file(path)
+    refuse_endless_file(path)
     if not force and path.exists() and (path.is_dir() or path.stat().st_size):
         raise FileExistsError
     if path.is_symlink():
@@ -149,7 +149,7 @@ def write_file(
 
 def read_complete_lines(path: Path) -> Iterator[str]:
     """Yield the complete lines of a growing file of any length, without an incomplete last line."""
-    _refuse_endless_file(path)
+    refuse_endless_file(path)
     with path.open(encoding="utf-8", errors="replace", newline="\n") as file:
         yield from (row for row in file if row.endswith("\n"))
 

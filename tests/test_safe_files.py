@@ -163,6 +163,34 @@ def test_verify_reports_each_unreadable_file_and_continues(folder: Path) -> None
     assert (second_run.returncode, second_run.stdout) == (3, result.stdout)
 
 
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("tournament", "prisoners-dilemma", "grim", "random", "-o", "pipe"),
+         "pipe: a FIFO, a socket or a device, not a file"),
+        (("tournament", "prisoners-dilemma", "grim", "random", "-o", "folder.py"),
+         "folder.py: Is a directory"),
+        (("run", "hexworld", "--episodes", "2", "--every", "1", "--record", "pipe"),
+         "--record: pipe is not a folder; name another folder"),
+        (("run", "hexworld", "--episodes", "2", "--every", "1", "--record", "g.dmt"),
+         "--record: g.dmt is not a folder; name another folder"),
+        (("solve", "./pipe.py"), "./pipe.py: a FIFO, a socket or a device, not a file"),
+        (("hexworld", "--agent", "./pipe.py:Agent"),
+         "./pipe.py: a FIFO, a socket or a device, not a file"),
+        (("check", "./folder.py"), "./folder.py: a folder, not a file"),
+        (("check", "./nothing.py"), "no such file: ./nothing.py"),
+    ],
+)  # fmt: skip
+def test_a_path_that_is_not_a_file_is_named_for_what_it_is(
+    words: tuple[str, ...], message: str, folder: Path
+) -> None:
+    for name in ("pipe", "pipe.py"):
+        os.mkfifo(folder / name)
+    (folder / "folder.py").mkdir()
+    result = run_dmplay(folder, *words)
+    assert (result.returncode, result.stdout, result.stderr) == (2, "", f"error: {message}\n")
+
+
 def test_a_file_name_with_a_newline_cannot_forge_a_line(folder: Path) -> None:
     (folder / "a\nok b.dmt").write_text("no game\n")
     (folder / "c\nok d.dmt").write_bytes((folder / "g.dmt").read_bytes())

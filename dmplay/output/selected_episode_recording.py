@@ -26,8 +26,8 @@ class TranscriptSelection(NamedTuple):
     best_count: int = 0
 
     def check_options(self) -> None:
-        """Raise BadParameter if folder and episodes are not both given, or the folder is not
-        empty.
+        """Raise BadParameter if folder and episodes are not both given, or if the folder is
+        another kind of file or not empty.
         """
         selects_episodes = self.every_nth or self.worst_count or self.best_count
         if selects_episodes and self.folder is None:
@@ -36,7 +36,9 @@ class TranscriptSelection(NamedTuple):
             return
         if not selects_episodes:
             raise BadParameter("--record: expected --every N, --worst N or --best N too")
-        if self.folder.exists() and (not self.folder.is_dir() or any(self.folder.iterdir())):
+        if self.folder.exists() and not self.folder.is_dir():
+            raise BadParameter(f"--record: {self.folder} is not a folder; name another folder")
+        if self.folder.exists() and any(self.folder.iterdir()):
             raise BadParameter(f"--record: {self.folder} is not empty; name another folder")
 
 

@@ -1,7 +1,7 @@
 """The results of a tournament, saved in a file so that an interrupted tournament can resume."""
 
 import json
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import chain
 from pathlib import Path
 
@@ -59,13 +59,13 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
 
         Each has the returns `[E, n]` of E `episodes` and n seats, within `return_bounds`.
         The file is created with the first new seating. Raise BadParameter if the file is not of
-        this tournament, and OSError if it cannot be read.
+        this tournament, or if it cannot be read.
         """
         super().__init__()
         self._path, self._byte_count = path, 0
         self._seatings, self._episodes, self._return_bounds = seatings, episodes, return_bounds
         self._header = f"{json.dumps(description)}\n"
-        for number, row in enumerate(read_complete_lines(path) if path.exists() else (), 1):
+        for number, row in enumerate(self._iter_rows(), 1):
             if number == 1 and row != self._header:
                 advice = "of another tournament; name another file, or remove it"
                 raise BadParameter(f"{path}: {advice}")
@@ -74,6 +74,14 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
             self._byte_count += len(row.encode())
         if not self._byte_count and path.exists() and path.stat().st_size:
             raise BadParameter(f"{path}: of no tournament; name another file, or remove it")
+
+    def _iter_rows(self) -> Iterator[str]:
+        """Yield the complete lines of the file, if it exists; raise BadParameter on failure."""
+        try:
+            if self._path.exists():
+                yield from read_complete_lines(self._path)
+        except OSError as error:
+            raise BadParameter(f"{self._path}: {error.strerror}") from None
 
     def _read_row(self, number: int, row: str) -> None:
         """Read one seating from a line of the file; raise BadParameter if it is malformed."""

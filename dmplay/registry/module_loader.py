@@ -11,6 +11,7 @@ from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
+from dmplay import safe_files
 from dmplay.errors import BadParameter
 from dmplay.user_code_locations import describe_error_location, format_location
 
@@ -36,11 +37,12 @@ sys.meta_path.append(_FileModuleFinder())
 def load_module_from_file(path: str) -> ModuleType:
     """Return the module of a Python file, imported again if the file has changed.
 
-    It can import from the folder of the file. Raises BadParameter if there is no such file.
+    It can import from the folder of the file. Raises BadParameter if there is no such file, or if
+    the path is a folder or may be endless.
     """
     file = Path(path).resolve()
     if not file.is_file():
-        raise BadParameter(f"no such file: {path}")
+        raise BadParameter(_describe_missing_file(path))
     name = f"{FILE_MODULE_PREFIX}file_{str(file).encode().hex()}"
     version = file.stat().st_mtime_ns, file.stat().st_size
     if getattr(sys.modules.get(name), "__changed__", version) != version:
@@ -48,6 +50,17 @@ def load_module_from_file(path: str) -> ModuleType:
     module = _import_module(name, file)
     vars(module)["__changed__"] = version
     return module
+
+
+def _describe_missing_file(path: str) -> str:
+    """Return the reason why a path is not a file that can be imported."""
+    if not Path(path).exists():
+        return f"no such file: {path}"
+    try:
+        safe_files.refuse_endless_file(Path(path))
+    except OSError as error:
+        return f"{path}: {error.strerror}"
+    return f"{path}: a folder, not a file"
 
 
 def load_module_by_name(module_name: str, name: str) -> ModuleType:
