@@ -29,8 +29,9 @@ BLOCK_KEYS = {
     keys[0]: keys for keys in (HEADER_KEYS, TURN_KEYS, *((e,) for e in EVENT_KEYS), ("end",))
 }
 END_BLOCK_PATTERN = re.compile(r"(#.*\n)*end: .*\n(#.*\n)*\Z")
-# the end line, whose checksum is its last value, without its newline
-COMPLETE_LAST_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}\Z', re.MULTILINE)
+# the end line, whose checksum is its last value
+COMPLETE_END_LINE_PATTERN = re.compile(r'^end: .*"sha256": "[0-9a-f]+"\}$', re.MULTILINE)
+BLANKS = " \t\n"
 BLOCK_SEPARATOR = "\n\n"
 HINT_PATTERN = re.compile(r"^help: .*$", re.MULTILINE)
 NOTES_PATTERN = re.compile(r"(#.*\n)+\Z")
@@ -217,6 +218,9 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
     for index, block in enumerate(game_blocks):
         is_start = block.kind == "turn" and block["turn"] == 0
         if block.kind in ("dmplay", "end") or is_start != (index == 0):
+            if block.kind == "end":
+                explanation = "got lines after an empty one below the end, expected only notes"
+                raise BadTranscript(path, block.line, None, explanation)
             expected = "a turn, an undo or a reroll" if index else "the opening, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     header = parse_header(header_block, path)
@@ -245,14 +249,22 @@ def _decode_utf8(raw: bytes, path: str) -> str:
 def _restore_line_ends(text: str) -> str:
     """Return a text with the line ends that dmplay writes, and without a byte order mark.
 
-    Mail programs and editors add a carriage return to each line, or leave out the newline of a
-    complete last line.
+    Mail programs and editors add a carriage return to each line, leave out the newline of a
+    complete last line, or add blank lines at the end of the file.
     """
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")
-    is_complete = COMPLETE_LAST_LINE_PATTERN.search(text) and END_BLOCK_PATTERN.match(
-        f"{text[text.rfind(BLOCK_SEPARATOR) + len(BLOCK_SEPARATOR) :]}\n"
-    )
-    return f"{text}\n" if is_complete else text
+    lines = text.rstrip(BLANKS)
+    blanks = text[len(lines) :]
+    last_line_blanks, newline, _ = blanks.partition("\n")
+    last_block = f"{lines[lines.rfind(BLOCK_SEPARATOR) + len(BLOCK_SEPARATOR) :]}\n"
+    if END_BLOCK_PATTERN.match(last_block):
+        if newline:
+            return f"{lines}{last_line_blanks}\n"
+        return f"{lines}\n" if COMPLETE_END_LINE_PATTERN.search(last_block) else text
+    # A file without an end line ends with one empty line, after which a game is resumed.
+    if lines and blanks.startswith(BLOCK_SEPARATOR, len(last_line_blanks)):
+        return lines + last_line_blanks + BLOCK_SEPARATOR
+    return text
 
 
 def _split_sections(content: str, path: str) -> tuple[str, str, str]:

@@ -15,6 +15,12 @@ CHANGES = {
     "mixed": lambda raw: raw.replace(b"\n", b"\r\n", 5),
     "no last newline": lambda raw: raw.rstrip(b"\n"),
     "byte order mark": lambda raw: b"\xef\xbb\xbf" + raw,
+    "one blank line": lambda raw: raw + b"\n",
+    "several blank lines": lambda raw: raw + b"\n\n\n",
+    "blank lines with spaces": lambda raw: raw + b"\n \n\t  \n",
+    "spaces without a newline": lambda raw: raw + b"  ",
+    "no last newline, but spaces": lambda raw: raw.rstrip(b"\n") + b"  ",
+    "CRLF and a blank line": lambda raw: (raw + b"\n").replace(b"\n", b"\r\n"),
     "all": lambda raw: b"\xef\xbb\xbf" + raw.replace(b"\n", b"\r\n").rstrip(b"\r\n"),
 }
 
@@ -54,6 +60,42 @@ def test_a_game_with_other_line_ends_is_resumed(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
     assert b"\r" not in path.read_bytes()
     assert verify_file(path).summary == "2 turns; not re-asked: human"
+
+
+@pytest.mark.parametrize("added", [b"\n", b"\n\n", b"  \n", b"\r\n\r\n"])
+def test_an_unfinished_game_with_blank_lines_at_its_end_is_resumed(
+    added: bytes, tmp_path: Path
+) -> None:
+    words = ("hexworld", "--seed", "7", "--frames", "-o", "g.dmt")
+    run_dmplay(tmp_path, *words, stdin="e\nquit\n")
+    path = tmp_path / "g.dmt"
+    raw = path.read_bytes()
+    path.write_bytes(raw[: raw.index(b"end:")] + added)
+    run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
+    report = verify_file(path)
+    assert (report.findings, report.summary) == ([], "2 turns; not re-asked: human")
+
+
+def test_a_note_below_the_end_keeps_its_spaces(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    record_game(path, "hexworld", "random", turns=2)
+    noted = path.read_bytes() + b"# a good game  \n"
+    path.write_bytes(noted)
+    assert verify_file(path).summary == "2 turns"
+    path.write_bytes(noted + b"\n")
+    assert verify_file(path).summary == f"2 turns; {REMARK}"
+    rewrite_file(path)
+    assert path.read_bytes() == noted
+    path.write_bytes(noted.rstrip())
+    assert verify_file(path).summary == f"2 turns; {REMARK}"
+
+
+def test_a_line_after_an_empty_one_below_the_end_is_refused_by_its_reason(tmp_path: Path) -> None:
+    path = tmp_path / "g.dmt"
+    content = record_game(path, "hexworld", "random", turns=2)
+    path.write_text(f"{content}\n# a note\n")
+    (finding,) = verify_file(path).findings
+    assert "got lines after an empty one below the end, expected only notes" in str(finding)
 
 
 @pytest.mark.parametrize("ending", ['end: {"reason": "turn', "# a note"])
