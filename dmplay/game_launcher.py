@@ -22,6 +22,7 @@ from dmplay.signals import exit_on_signals
 from dmplay.terminal_capabilities import current_terminal, escape_unprintable
 from dmplay.transcript.recorder import Recorder
 
+INVALID_LINE_EXIT_CODE = 2  # as for an invalid command line
 SHELL_BANNER = f"""\
 dmplay {__version__}: decision problems, in words
 list names them, play hexworld begins one,
@@ -37,7 +38,7 @@ def play_game(table: GameController, command: PlayCommand) -> int:
             f"--rate: real time is for the full screen; there is none (from {plain_reason})"
         )
     table.set_game(start_game(command.request))
-    code = 0
+    code, has_invalid_line = 0, False
     with _end_game_on_exit(table, quiet=quiet):
         if terminal.full_screen and not quiet:
             code = run_full_screen(
@@ -49,20 +50,22 @@ def play_game(table: GameController, command: PlayCommand) -> int:
             reporter = (
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
             )
-            play_by_lines(table, terminal, sys.stdin, Reporter() if quiet else reporter)
+            has_invalid_line = play_by_lines(
+                table, terminal, sys.stdin, Reporter() if quiet else reporter
+            )
             if quiet and table.game.narrator.end_explanation:
                 print(table.game.narrator.end_explanation, file=sys.stderr)
-    return code or report_write_errors(table.finished_games)
+    return code or _report_faults(table, has_invalid_line=has_invalid_line)
 
 
 def run_shell(table: GameController, command: ShellCommand) -> int:
     """Run the shell on commands that are typed, piped or given as options; return the exit code."""
     terminal = current_terminal(command.terminal_options)
     shell = Shell(table, terminal, command.speed)
-    code = 0
+    code, has_invalid_line = 0, False
     with _end_game_on_exit(table):
         if command.commands:
-            run_script(shell, command.commands, "command", echo=False)
+            has_invalid_line = run_script(shell, command.commands, "command", echo=False)
         elif terminal.full_screen and command.opens_gallery:
             code = _run_gallery(shell)
         elif terminal.full_screen:
@@ -74,9 +77,9 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
             print(SHELL_BANNER)
             run_prompt_loop(shell)
         else:
-            run_script(shell, sys.stdin)
+            has_invalid_line = run_script(shell, sys.stdin)
         table.end_game("interrupted" if code else "quit")
-    return code or report_write_errors(table.finished_games)
+    return code or _report_faults(table, has_invalid_line=has_invalid_line)
 
 
 def _run_gallery(shell: Shell) -> int:
@@ -162,6 +165,11 @@ def report_removed_saves(count: int) -> None:
     if count:
         games_text = format_count(count, "older game")
         print(f"removed: {games_text}, to make room; --keep MB keeps more", file=sys.stderr)
+
+
+def _report_faults(table: GameController, *, has_invalid_line: bool) -> int:
+    """Print each error of writing a transcript; return 1 for any, else 2 for an invalid line."""
+    return report_write_errors(table.finished_games) or INVALID_LINE_EXIT_CODE * has_invalid_line
 
 
 def report_write_errors(recorders: Iterable[Recorder]) -> int:

@@ -216,13 +216,18 @@ def _report_write_notice(reporter: Reporter, controller: GameController) -> None
 
 def play_by_lines(
     controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
-) -> None:
+) -> bool:
     """Play in lines until the game is over, the input ends or the player leaves.
 
     An invalid line is reported, and the next one read, at an interactive terminal, in JSON and in a
     game that is to be handed in. In other piped input it ends the game: raise BadParameter with the
     number of the line.
+
+    Return whether a line of a script was invalid. In JSON none is, because a program reads the
+    errors as events and can correct itself.
     """
+    is_script = not (terminal.is_interactive or reporter.continues_after_error)
+    has_invalid_line = False
     controller.is_interactive = terminal.is_interactive
     controller.on_intermediate_turn = lambda: _report_intermediate_turn(reporter, controller)
     _report_start(reporter, controller.game)
@@ -239,11 +244,8 @@ def play_by_lines(
             except PlayerQuit:
                 break
             except DmplayError as error:
-                if not (
-                    terminal.is_interactive
-                    or reporter.continues_after_error
-                    or controller.game.pauses_when_left
-                ):
+                has_invalid_line = is_script
+                if is_script and not controller.game.pauses_when_left:
                     controller.end_game("illegal")
                     raise BadParameter(f"line {number}: {error}") from None
                 reporter.report_error(number, error)
@@ -255,6 +257,7 @@ def play_by_lines(
         _play_agents_only(controller, reporter)
     controller.end_game()
     reporter.report_end(controller.game)
+    return has_invalid_line
 
 
 def _report_intermediate_turn(reporter: Reporter, controller: GameController) -> None:

@@ -144,12 +144,13 @@ class Shell:
 
 def run_script(
     shell: Shell, lines: Iterable[str], line_label: str = "line", *, echo: bool = True
-) -> None:
-    """Run a script, with each line echoed after its prompt.
+) -> bool:
+    """Run a script, with each line echoed after its prompt; return whether a line was invalid.
 
     The first invalid line ends the game: raise BadParameter with the number of the line. In a game
     that is to be handed in it is reported, and the next one read.
     """
+    has_invalid_line = False
     shell.controller.is_interactive = False
     for number, line in enumerate(lines, 1):
         try:
@@ -159,13 +160,15 @@ def run_script(
                 print(shell.prompt + escape_unprintable(line.strip()), flush=True)
             shell.run_line(line)
         except PlayerQuit:
-            return
+            break
         except DmplayError as error:
             message = f"{line_label} {number}: {error}"
             if shell.game is None or not shell.game.pauses_when_left:
                 shell.controller.end_game("illegal")
                 raise BadParameter(message) from None
             print(f"error: {escape_unprintable(message)}", file=sys.stderr, flush=True)
+            has_invalid_line = True
+    return has_invalid_line
 
 
 def run_prompt_loop(shell: Shell) -> None:

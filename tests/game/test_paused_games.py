@@ -134,14 +134,45 @@ def test_refused_lines_of_a_script_do_not_end_an_assigned_game(assignment: Path)
     assert events[-1] == {"event": "paused", "turns": 1}
 
 
+@pytest.mark.parametrize(
+    ("options", "typed", "code"),
+    [
+        ((), "foo\ni\n", 2),
+        ((), "i\nhint\n", 2),
+        ((), "foo\ni\ni\ni\n", 2),  # the game ends
+        ((), "i\nundo\nquit\n", 2),
+        (("--quiet",), "foo\ni\n", 2),
+        (("--json",), "foo\ni\n", 0),  # a program reads the errors and corrects itself
+        ((), "i\n", 0),
+        ((), "# foo\n\nlegal\ni\n", 0),
+    ],
+)
+def test_a_refused_line_of_a_script_is_exit_code_2(
+    options: tuple[str, ...], typed: str, code: int, assignment: Path
+) -> None:
+    assert run_dmplay(assignment, *PLAY, *options, stdin=typed).returncode == code
+    (assignment / "max-8.dmt").unlink()
+    resumed = run_dmplay(assignment, *PLAY, stdin="i\n")
+    assert resumed.returncode == 0
+    resumed = run_dmplay(assignment, "resume", "max-8.dmt", *options, stdin=typed)
+    assert resumed.returncode == code
+
+
+def test_a_wrong_word_on_a_terminal_is_exit_code_0(assignment: Path) -> None:
+    with Terminal(*PLAY, "--plain", folder=assignment) as terminal:
+        terminal.until("action>").press("foo\r", "unknown action").press("quit\r")
+        assert terminal.ended() == 0
+
+
 def test_refused_lines_do_not_end_an_assigned_game_in_the_shell(assignment: Path) -> None:
     play = " ".join(PLAY)
     result = run_dmplay(assignment, "shell", stdin=f"{play}\nfeet\nfeed\nplay hexworld\n{play}\n")
-    assert result.returncode == 0
+    assert result.returncode == 2
     assert "error: line 2: unknown action 'feet'" in result.stderr
     assert "resumed crying-baby. turn 1." in result.stdout
     assert result.stderr.endswith("resume: dmplay resume max-8.dmt\n")
     one_line = run_dmplay(assignment, "-e", play, "-e", "feet", "-e", "feed", "-e", "state")
+    assert one_line.returncode == 2
     assert "error: command 2: unknown action 'feet'" in one_line.stderr
     assert "state: hidden until the game is over" in one_line.stdout
 
