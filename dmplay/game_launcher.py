@@ -7,12 +7,12 @@ from shlex import quote
 
 from dmplay import __version__
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.formatting import format_count
 from dmplay.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
 from dmplay.gallery.problem_list import list_problem_entries
 from dmplay.game.command_line_results import PlayCommand, ShellCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
+from dmplay.game.saves import SaveRemoval
 from dmplay.registry import problems
 from dmplay.screen.full_screen import run_full_screen
 from dmplay.screen.play_screen import PlayScreen
@@ -129,7 +129,7 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
     finally:
         if not quiet:
             print_epilogue(table)
-        report_removed_saves(table.removed_save_count)
+        report_removed_saves(table.save_removal)
 
 
 def print_epilogue(table: GameController) -> None:
@@ -160,11 +160,10 @@ def print_epilogue(table: GameController) -> None:
         print(escape_unprintable(line), file=sys.stderr)
 
 
-def report_removed_saves(count: int) -> None:
-    """Print how many saved games were deleted, and the option that keeps more; nothing for 0."""
-    if count:
-        games_text = format_count(count, "older game")
-        print(f"removed: {games_text}, to make room; --keep MB keeps more", file=sys.stderr)
+def report_removed_saves(removal: SaveRemoval) -> None:
+    """Print how many saved games were deleted, and whether those that are left still take more."""
+    if str(removal):
+        print(removal, file=sys.stderr)
 
 
 def _report_faults(table: GameController, *, has_invalid_line: bool) -> int:

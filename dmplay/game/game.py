@@ -15,6 +15,7 @@ from dmplay.errors import BadParameter, Forfeit
 from dmplay.formatting import describe_end_reason, escape_newlines
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
+from dmplay.game.saves import SaveRemoval
 from dmplay.hints.ghost_agent import Ghost
 from dmplay.hints.hint_provider import HintProvider
 from dmplay.key_maps.action_input import Keyboard
@@ -63,7 +64,7 @@ class Game:
         self.end_notes = ""  # appended to the transcript at the end
         self.review_lines: Sequence[str] = ()  # review of the choices and uniforms, after the game
         self.ghost: Ghost | None = None
-        self.removed_save_count = 0  # number of old saves deleted to make room for this game
+        self.save_removal = SaveRemoval()  # old saves deleted to make room for this game
         self.repeats_uniforms = False  # whether a game with the same uniforms was played before
         self.on_intermediate_turn: Callable[[], object] = lambda: (
             None

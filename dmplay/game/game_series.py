@@ -35,7 +35,7 @@ class GameController:
         self.is_interactive = False  # whether people type; else a script is run
         self.finished_games: dict[Recorder, str] = {}  # problem names by transcript of ended games
         self._previous_recorders: list[Recorder] = []  # the previous game's transcript, if saved
-        self.removed_save_count = 0  # number of old saves deleted for these games
+        self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
         self.open_screen: Callable[[], str] | None = None  # set if a full screen is available
         self.aliases = aliases
         self.on_intermediate_turn: Callable[[], object] = lambda: (
@@ -84,7 +84,7 @@ class GameController:
         self.end_game()
         self._previous_recorders = [*self.finished_games][ended_count:]
         self._game = game
-        self.removed_save_count += game.removed_save_count
+        self.save_removal = self.save_removal.followed_by(game.save_removal)
         game_key = make_game_key(game.problem_name, game.session.uniform_source)
         if self._repeats_uniforms(game, game_key):
             game.note_repeated_uniforms()

@@ -108,7 +108,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     if make_game_key(loaded_problem.name, uniforms) in disclosed_games:
         game_header = mark_header_peeked(make_header(loaded_problem, seats, request, None), problem)
         request = replace(request, peeked=game_header.peeked)
-    path, removed_count = _choose_transcript_path(request, seats, loaded_problem.name)
+    path, save_removal = _choose_transcript_path(request, seats, loaded_problem.name)
     recorder = None
     if path:
         game_header = make_header(loaded_problem, seats, request, path)
@@ -119,7 +119,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
             recorder.write_note(ghost.transcript_note)
     keyboard = Keyboard(problem, list_human_seats(seats), request.key_preferences)
     game = Game(loaded_problem.name, session, seats, keyboard, recorder, request)
-    game.removed_save_count = removed_count
+    game.save_removal = save_removal
     game.set_ghost(ghost)
     return game
 
@@ -136,14 +136,14 @@ def _check_agents_only_options(request: GameRequest) -> None:
 
 def _choose_transcript_path(
     request: GameRequest, player_names: Sequence[str], problem_name: str
-) -> tuple[Path | None, int]:
-    """Return the path of a new game's transcript, or None, and the number of deleted saves."""
+) -> tuple[Path | None, saves.SaveRemoval]:
+    """Return the path of a new game's transcript, or None, and the saves deleted for it."""
     if request.record_path:
-        return resolve_dash(request.record_path, STDOUT_PATH), 0
+        return resolve_dash(request.record_path, STDOUT_PATH), saves.SaveRemoval()
     if not request.keep_save and HUMAN not in player_names:
-        return None, 0
-    removed_count = saves.remove_old_saves(request.kept_megabytes)
-    return saves.create_save(problem_name), removed_count
+        return None, saves.SaveRemoval()
+    save_removal = saves.remove_old_saves(request.kept_megabytes)
+    return saves.create_save(problem_name), save_removal
 
 
 def _make_ghost(session: Session, player_names: Sequence[str], agent_name: str) -> Ghost | None:

@@ -15,9 +15,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache
 from itertools import count
 from pathlib import Path
+from typing import NamedTuple
 
 from dmplay import safe_files
 from dmplay.errors import BadParameter, DmplayError, clip_message
+from dmplay.formatting import format_count
 from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
 from dmplay.transcript.reader import (
     Transcript,
@@ -31,7 +33,33 @@ BYTES_PER_MEGABYTE = 1_000_000
 KEPT_SHARE = 0.9  # share of the maximum size that is left after saves were deleted
 PROTECTED_SECONDS = 24 * 60 * 60  # age in seconds up to which a save is never deleted
 NUMBER_PATTERN = re.compile(r"(?!\d{8}-\d{6}-)(\d+)-")  # older versions wrote date and time
+PROTECTION_RULE = (
+    "a game of the last 24 hours, a running game and the newest game stay, and so do all newer ones"
+)
 STDIN_PATH, STDOUT_PATH = Path("/dev/stdin"), Path("/dev/stdout")
+
+
+class SaveRemoval(NamedTuple):
+    """The saves that were deleted to make room, and the maximum size if that was not enough."""
+
+    removed_count: int = 0
+    exceeded_megabytes: float = 0  # 0 if the saves that are left fit into the maximum size
+
+    def followed_by(self, later: "SaveRemoval") -> "SaveRemoval":
+        """Return this removal and a later one as one."""
+        return SaveRemoval(
+            self.removed_count + later.removed_count,
+            later.exceeded_megabytes or self.exceeded_megabytes,
+        )
+
+    def __str__(self) -> str:
+        """Return the removal in one line; '' if nothing was deleted and the saves fit."""
+        removed = f"removed: {format_count(self.removed_count, 'older game')}"
+        parts = [f"{removed}, to make room; --keep MB keeps more"] if self.removed_count else []
+        if self.exceeded_megabytes:
+            size = f"more than {self.exceeded_megabytes:g} MB"
+            parts.append(f"saved games take {size}, because {PROTECTION_RULE}")
+        return "; ".join(parts)
 
 
 def resolve_dash(path: Path, stream: Path) -> Path:
@@ -100,35 +128,43 @@ def list_saves() -> list[Path]:
     return sorted(paths, key=lambda path: (_save_number(path), path.name), reverse=True)
 
 
-def remove_old_saves(max_megabytes: float) -> int:
-    """Delete the oldest saves if all of them together are larger than this; return their number.
+def remove_old_saves(max_megabytes: float) -> SaveRemoval:
+    """Delete the oldest saves, by number, if all of them together are larger than this.
 
-    A game that is running or that was played within the last 24 hours is not deleted. Games of
-    people and games of language models are each deleted only down to half of the size.
+    A game that is running, that was played within the last 24 hours or that has the greatest number
+    is not deleted, and nor is any newer one, so that no number is used twice. Games of people and
+    games of language models are each deleted only down to half of the size.
     """
     if not prepare_folder(saves_folder(os.environ)):
-        return 0
+        return SaveRemoval()
     statuses = {path: status for path in list_saves() if (status := _file_status(path))}
     total_bytes = sum(status.st_size for status in statuses.values())
-    if total_bytes <= max_megabytes * BYTES_PER_MEGABYTE:
-        return 0
-    kept_bytes = KEPT_SHARE * max_megabytes * BYTES_PER_MEGABYTE
+    max_bytes = max_megabytes * BYTES_PER_MEGABYTE
+    if total_bytes <= max_bytes:
+        return SaveRemoval()
+    kept_bytes = KEPT_SHARE * max_bytes
     is_of_model = {path: _has_model_seat(path) for path in statuses}
     bytes_by_kind = Counter[bool]()
     for path, status in statuses.items():
         bytes_by_kind[is_of_model[path]] += status.st_size
     removed_count = 0
+    protected_kinds = set[bool]()  # kinds whose oldest game that is left is protected
+    newest_path = next(iter(statuses))
     for path, status in reversed(statuses.items()):
         kind, is_recent = is_of_model[path], time.time() - status.st_mtime < PROTECTED_SECONDS
         if bytes_by_kind.total() <= kept_bytes:
             break
-        if bytes_by_kind[kind] <= kept_bytes / 2 or is_recent or safe_files.is_game_running(path):
+        if kind in protected_kinds or bytes_by_kind[kind] <= kept_bytes / 2:
+            continue
+        if is_recent or path == newest_path or safe_files.is_game_running(path):
+            protected_kinds.add(kind)
             continue
         with contextlib.suppress(OSError):  # Another process may have deleted it.
             path.unlink()
             bytes_by_kind[kind] -= status.st_size
             removed_count += 1
-    return removed_count
+    is_exceeded = bytes_by_kind.total() > max_bytes
+    return SaveRemoval(removed_count, max_megabytes if is_exceeded else 0)
 
 
 def _file_status(path: Path) -> os.stat_result | None:

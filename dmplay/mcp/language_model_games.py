@@ -51,7 +51,7 @@ class ModelGames:
     def __init__(self, config: McpServerConfig) -> None:
         self.config = config
         self.failed_recorders: list[Recorder] = []  # of games with turns that could not be written
-        self.removed_save_count = 0  # number of old saves deleted for these games
+        self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
         self._problem_names: dict[str, str] = {}
         for name in config.problems or _builtin_problem_names():
             problems.resolve_problem(name, {})  # raises UnknownName before a client connects
@@ -119,7 +119,7 @@ class ModelGames:
         seat_of_game = self._seats[f"g{self._started_count}"] = ModelSeat(
             start_new_game(request), model_seat
         )
-        self.removed_save_count += seat_of_game.game.removed_save_count
+        self.save_removal = self.save_removal.followed_by(seat_of_game.game.save_removal)
         seat_of_game.game.play_until_choice()
         return self._report_status(f"g{self._started_count}")
 

@@ -151,5 +151,5 @@ def serve(games: ModelGames) -> int:
         pass  # the client is gone
     finally:
         games.end_all_games()
-        report_removed_saves(games.removed_save_count)
+        report_removed_saves(games.save_removal)
     return report_write_errors(games.failed_recorders)

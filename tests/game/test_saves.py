@@ -45,8 +45,8 @@ def kept_numbers(folder: Path) -> list[int]:
 def test_saves_are_kept_up_to_a_size_and_the_oldest_are_deleted_first(saves_folder: Path) -> None:
     for number in range(1, 31):
         write_save(saves_folder, number)
-    assert saves.remove_old_saves(3) == 0
-    assert saves.remove_old_saves(1) == 21
+    assert saves.remove_old_saves(3) == (0, 0)
+    assert saves.remove_old_saves(1) == (21, 0)
     assert kept_numbers(saves_folder) == [*range(22, 31)]
 
 
@@ -64,22 +64,65 @@ def test_saves_are_ordered_by_number_and_not_by_the_clock(saves_folder: Path) ->
 def test_a_game_of_the_last_day_is_not_deleted(saves_folder: Path) -> None:
     for number in range(1, 31):
         write_save(saves_folder, number, days=0.9)
-    assert saves.remove_old_saves(1) == 0
-    write_save(saves_folder, 7, days=1.1)
-    write_save(saves_folder, 8, days=-300)  # The clock was set back since.
-    assert saves.remove_old_saves(1) == 1
-    assert 7 not in kept_numbers(saves_folder)
+    assert saves.remove_old_saves(1) == (0, 1)
+    write_save(saves_folder, 1, days=1.1)
+    write_save(saves_folder, 2, days=-300)  # The clock was set back since.
+    assert saves.remove_old_saves(1) == (1, 1)
+    assert kept_numbers(saves_folder) == [*range(2, 31)]
+
+
+def test_no_game_is_deleted_before_an_older_one_that_stays(saves_folder: Path) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number, days=400 if number != 5 else 0.1)
+    assert saves.remove_old_saves(1) == (4, 1)
+    assert kept_numbers(saves_folder) == [*range(5, 31)]
+
+
+def test_the_number_of_the_newest_game_is_not_used_again(saves_folder: Path) -> None:
+    for number in range(1, 5):
+        write_save(saves_folder, number, days=400)
+    assert saves.remove_old_saves(0.05) == (3, 0.05)
+    assert kept_numbers(saves_folder) == [4]
+    path = saves.create_save("hexworld")
+    assert path
+    assert path.name == "000005-hexworld.dmt"
+
+
+def test_an_old_file_time_does_not_make_room_before_recent_games(
+    tmp_path: Path, saves_folder: Path
+) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number, days=0.1 if number < 30 else 9000)
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "5", "--keep", "1", stdin="e\nquit\n")
+    assert result.stderr.endswith(
+        "saved games take more than 1 MB, because a game of the last 24 hours, a running game and "
+        "the newest game stay, and so do all newer ones\n"
+    )
+    assert kept_numbers(saves_folder) == [*range(1, 32)]
+
+
+def test_what_was_removed_and_what_stays_is_one_line(tmp_path: Path, saves_folder: Path) -> None:
+    for number in range(1, 31):
+        write_save(saves_folder, number, days=9 if number < 10 else 0.1)
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "5", "--keep", "1", stdin="e\nnew\ne\n")
+    assert result.stderr.splitlines()[-1] == (
+        "removed: 9 older games, to make room; --keep MB keeps more; saved games take more than "
+        "1 MB, because a game of the last 24 hours, a running game and the newest game stay, and "
+        "so do all newer ones"
+    )
 
 
 def test_a_game_in_progress_is_not_deleted(saves_folder: Path) -> None:
+    for number in range(1, 5):
+        write_save(saves_folder, number)
     game = start_new_game(GameRequest("hexworld"))
     assert game.recorder is not None
     game.choose(0)
     os.utime(game.recorder.path, (1, 1))
-    for number in range(2, 32):
+    for number in range(6, 32):
         write_save(saves_folder, number)
-    assert saves.remove_old_saves(1) == 22
-    assert kept_numbers(saves_folder) == [1, *range(24, 32)]
+    assert saves.remove_old_saves(1) == (4, 1)
+    assert kept_numbers(saves_folder) == [*range(5, 32)]
     game.finish()
 
 
