@@ -16,6 +16,8 @@ MAX_NAME_COLUMNS = 40  # columns of a person's or a problem's name in a table
 BLANK_PATTERN = re.compile(r"[ \u2800\u3164\u115f\u1160\uffa0]+")
 # A spreadsheet runs a cell that begins so as a formula, also with full-width characters.
 FORMULA_STARTS = tuple("=+-@\t\r\n＝＋－＠")
+# The same after a character at which a reader may split a cell, whose quotes it does not respect.
+SEPARATED_FORMULA_PATTERN = re.compile(r"(?<=[;\t\r\n])( *)([=+@＝＋－＠-][^;\t\r\n]*)")
 NUMBER_PATTERN = re.compile(r"[+-]?[0-9]+(\.[0-9]*)?([eE][+-]?[0-9]+)?")
 
 
@@ -73,20 +75,28 @@ def format_csv(rows: Sequence[Row]) -> str:
 def format_csv_row(values: Sequence[object]) -> str:
     """Return values as one row of CSV, with its newline; text cannot become a formula or a row."""
     buffer = io.StringIO()
-    # The csv module quotes only the characters of its own line end, so that has both.
-    writer = csv.writer(buffer, lineterminator="\r\n")
+    # The csv module quotes only the characters of its own line end, so that has all of them.
+    line_end = ";\t\r\n"
+    writer = csv.writer(buffer, lineterminator=line_end)
     writer.writerow(map(_to_csv_cell, values))
-    return buffer.getvalue().removesuffix("\r\n") + "\n"
+    return buffer.getvalue().removesuffix(line_end) + "\n"
 
 
 def _to_csv_cell(value: object) -> object:
     """Return a value as a CSV cell: text that a spreadsheet would run as a formula gets a `'`.
 
-    Numbers stay as they are, also those that are given as text, such as the state "-0.5".
+    So does each part of it after a semicolon, a tab or a newline. Numbers stay as they are, also
+    those that are given as text, such as the state "-0.5".
     """
-    if not isinstance(value, str) or not value.startswith(FORMULA_STARTS):
+    if not isinstance(value, str) or NUMBER_PATTERN.fullmatch(value):
         return value
-    return value if NUMBER_PATTERN.fullmatch(value) else f"'{value}"
+    guarded = SEPARATED_FORMULA_PATTERN.sub(_guard_part, value)
+    return f"'{guarded}" if value.startswith(FORMULA_STARTS) else guarded
+
+
+def _guard_part(match: re.Match[str]) -> str:
+    """Return a part of a cell with a `'` before its formula; a number stays as it is."""
+    return match[0] if NUMBER_PATTERN.fullmatch(match[2]) else f"{match[1]}'{match[2]}"
 
 
 def _replace_non_finite(value: object) -> object:

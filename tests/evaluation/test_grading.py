@@ -296,10 +296,10 @@ def test_text_that_a_spreadsheet_would_run_is_prefixed_in_csv(tmp_path: Path) ->
         "'+1+1",
         "'-1+1",
         "'@SUM(1)",
-        "'\t=1",
-        "'\r=1",
-        "Al\r=1",
+        "'\t'=1",
+        "'\r'=1",
+        "Al\r'=1",
         "-5",
         "Jo",
     ]
-    assert '"Al\r=1"' in text
+    assert '"Al\r\'=1"' in text

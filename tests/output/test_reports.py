@@ -16,7 +16,7 @@ from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript
-from dmplay.output.tables import format_csv, format_table
+from dmplay.output.tables import format_csv, format_csv_row, format_table
 from dmplay.solutions.solution import Row
 from dmplay.terminal_capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
@@ -174,6 +174,24 @@ def test_a_column_is_as_wide_as_its_displayed_text() -> None:
         "file        n", "a\\x1b[31mb  1", "\u540d\u524d        1", "e\u0301           1",
         "plain       1",
     ]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("text", "cell"),
+    [
+        ("x;=1+1", '"x;\'=1+1"'),
+        ("x; =1+1;@y", "\"x; '=1+1;'@y\""),
+        ("x\t+SUM(A1)", '"x\t\'+SUM(A1)"'),
+        ("x\n=1+1", '"x\n\'=1+1"'),
+        ("=a;-b", "\"'=a;'-b\""),
+        ("x;＝1", '"x;\'＝1"'),
+        ("x;-0.5;+2", '"x;-0.5;+2"'),
+        ("x;y", '"x;y"'),
+        ("x, =1", '"x, =1"'),
+    ],
+)
+def test_a_cell_that_is_split_at_semicolons_has_no_formula(text: str, cell: str) -> None:
+    assert format_csv_row([1, text, "z"]) == f"1,{cell},z\n"
 
 
 def test_numbers_in_csv_are_never_prefixed_and_formulas_always_are() -> None:
