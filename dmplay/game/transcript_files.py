@@ -28,7 +28,7 @@ from dmplay.transcript.verify import verify
 
 TRANSCRIPT_SUFFIX = ".dmt"
 TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
-NOT_ASSIGNED_HINT = "; not of the assignment, so it is not imported"
+NOT_ASSIGNED_REASON = "is not of the assignment, so it is not imported"
 
 
 def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
@@ -85,8 +85,11 @@ def load_transcript_problem(
             line = entries.get(key, entries["problem"]).line
             untrusted = isinstance(error, UnknownName) and key == "problem" and not may_import
             is_assigned = assigned_names is None or header.problem in assigned_names
-            hint = (TRUST_HINT if is_assigned else NOT_ASSIGNED_HINT) if untrusted else ""
-            raise transcript.error_at(line, f"{error}{hint}") from None
+            if untrusted and not is_assigned and problems.requires_trust(name):
+                explanation = f"problem {header.problem!r} {NOT_ASSIGNED_REASON}"
+            else:
+                explanation = f"{error}{TRUST_HINT if untrusted and is_assigned else ''}"
+            raise transcript.error_at(line, explanation) from None
     return loaded_problem
 
 

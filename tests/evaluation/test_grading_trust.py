@@ -105,9 +105,17 @@ def test_another_problem_is_refused_before_it_is_imported(problem: str) -> None:
     grade = grade_handed_in(changes=('problem: "./shop.py"', f'problem: "{problem}"'))
     assert (grade.verified, grade.discounted_return) == (False, None)
     assert grade.assignment_differences == ("problem",)
-    assert "not of the assignment, so it is not imported" in grade.fault
+    assert grade.fault.endswith(
+        f": problem '{problem}' is not of the assignment, so it is not imported"
+    )
     assert (grade.player, grade.problem) == ("Max", problem)
     assert not Path("imported").exists()
+
+
+def test_an_unknown_variant_of_a_built_in_problem_is_named() -> None:
+    grade = grade_handed_in(changes=('problem: "./shop.py"', 'problem: "hexworld:nothing"'))
+    assert "unknown variant 'nothing'" in grade.fault
+    assert "not imported" not in grade.fault
 
 
 @pytest.mark.parametrize(
