@@ -50,9 +50,12 @@ def play(
     """
     from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import AnyGameRequest, GameRequest
+    from dmplay.output.tables import format_name
 
     if str(record) == "-" and not quiet:
         raise BadParameter("-o -: only with --quiet; else the game itself is told there")
+    if options.option_source(ctx, "player") == "COMMANDLINE" and not format_name(player):
+        raise BadParameter(f"--player: got {player!r}, expected a name with a visible character")
     has_rate_option = options.is_set_by_user(ctx, "rate")
     if has_rate_option and not terminal_options.motion:
         raise BadParameter("--rate: real time moves by itself; leave out --no-motion")

@@ -23,6 +23,9 @@ strict: "hints"
 """
 
 
+BLANK_NAMES = ("", " ", "   ", "\u2800", "\u3164 \u115f")
+
+
 @pytest.fixture(autouse=True)
 def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
@@ -193,3 +196,10 @@ def test_an_assignment_never_runs_code_that_it_names(before: str, after: str) ->
     Path("walks").write_text(ASSIGNMENT_TEXT.replace(before, after))
     with pytest.raises((BadParameter, UnknownName)):
         parse_request(*ADA_ARGUMENTS)
+
+
+@pytest.mark.parametrize("name", BLANK_NAMES)
+@pytest.mark.parametrize("game", [("--assignment", "walks"), ("hexworld",)])
+def test_a_player_needs_a_visible_name(name: str, game: tuple[str, ...]) -> None:
+    with pytest.raises(BadParameter, match=r"--player: got .*, expected a name with a visible"):
+        interpret_command(["play", *game, "--player", name])
