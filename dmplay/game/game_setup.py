@@ -225,6 +225,11 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
             raise BadParameter(f"{path}: a seat was played by {kind}, which the file does not hold")
     players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
     _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
+    if request.turn_limit is not None and HUMAN in players:
+        raise BadParameter(
+            f"--turns: got {request.turn_limit}, but a person plays this game, which keeps its "
+            "turn limit; leave it out"
+        )
     check_unattended_turns(transcript, players, request.turn_limit)
     session = replay(transcript, loaded_problem.problem, policies)
     if session.over and transcript.end_block:

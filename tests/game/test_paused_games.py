@@ -158,6 +158,19 @@ def test_a_refused_line_of_a_script_is_exit_code_2(
     assert resumed.returncode == code
 
 
+@pytest.mark.parametrize("turns", ["9", "3", "1", "0"])
+def test_turns_cannot_be_changed_where_a_person_plays(turns: str, assignment: Path) -> None:
+    run_dmplay(assignment, *PLAY, stdin="i\n")
+    before = (assignment / "max-8.dmt").read_bytes()
+    result = run_dmplay(assignment, "resume", "max-8.dmt", "--turns", turns, stdin="i\n")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr == (
+        f"error: --turns: got {turns}, but a person plays this game, which keeps its turn limit; "
+        "leave it out\n"
+    )
+    assert (assignment / "max-8.dmt").read_bytes() == before
+
+
 def test_a_wrong_word_on_a_terminal_is_exit_code_0(assignment: Path) -> None:
     with Terminal(*PLAY, "--plain", folder=assignment) as terminal:
         terminal.until("action>").press("foo\r", "unknown action").press("quit\r")
