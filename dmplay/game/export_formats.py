@@ -22,8 +22,7 @@ EXPORT_FORMATS = {
     "html": ExportFormat(
         "a page with every turn, to step through", "html", shows_one_turn=True, screen_rows=24
     ),
-    "cast": ExportFormat("a recording, asciicast v2", "cast", screen_rows=24),
-    "cast3": ExportFormat("a recording, asciicast v3", "cast", screen_rows=24),
+    "cast": ExportFormat("a recording, asciicast v3", "cast", screen_rows=24),
     "text": ExportFormat("every screen as text", "txt", is_text=True),
     "csv": ExportFormat("a row a turn", "csv", screen_rows=0, is_text=True),
     "json": ExportFormat("the game as one object", "json", screen_rows=0, is_text=True),

@@ -162,14 +162,6 @@ def render_html(game: Playback, options: ExportOptions) -> Iterator[str]:
 
 
 def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
-    """Yield a screen recording in asciicast version 2, one second per turn."""
-    size = {"width": options.viewport.width, "height": options.viewport.height}
-    yield _json_line({"version": 2, **size, "title": f"dmplay {game.problem_name}"})
-    for second, screen in enumerate(_iter_json_screens(game, options.viewport)):
-        yield f'[{second}.0, "o", "{CLEAR_SCREEN_JSON}{screen}"]\n'
-
-
-def render_cast3(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield a screen recording in asciicast version 3, one second per turn.
 
     In this version, the time of a screen is relative to the previous one.
@@ -259,7 +251,6 @@ RENDERERS: dict[str, Callable[[Playback, ExportOptions], Iterator[str]]] = {
     "film": render_film,
     "html": render_html,
     "cast": render_cast,
-    "cast3": render_cast3,
     "text": render_text,
     "csv": render_csv,
     "json": render_json,

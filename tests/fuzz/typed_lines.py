@@ -13,7 +13,7 @@ FILE_NAMES = (
     "/dev/full", "/dev/stdin", "x" * 300, "a\nb.dmt", "\x1b[2J.dmt", "é.dmt", "\ud800.dmt",
 )  # fmt: skip
 OPTION_TEXTS = (
-    "--svg", "--film", "--html", "--cast", "--cast3", "--text", "--csv", "--json", "--at 1",
+    "--svg", "--film", "--html", "--cast", "--text", "--csv", "--json", "--at 1",
     "--at 99", "-o other", "--help", "--width 1", "--ascii", "--nothing", "--turns 2", "--seed 5",
     "--frames", "--strict", "--reveal", "--vs random", "--seat agent=random", "--set discount=0.5",
     "--agent random", "--force",

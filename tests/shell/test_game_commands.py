@@ -95,7 +95,7 @@ def test_games_without_turns_and_scripts_need_no_confirmation(controller: GameCo
     assert run_line(controller, "set slip 0.1").startswith("new game")
 
 
-@pytest.mark.parametrize("form", ["svg", "film", "html", "cast", "cast3"])
+@pytest.mark.parametrize("form", ["svg", "film", "html", "cast"])
 def test_a_picture_is_written_to_a_file_not_over_the_board(
     form: str, controller: GameController, tmp_path: Path
 ) -> None:
