@@ -19,9 +19,7 @@ from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers import leaf_values, uct
 from dmplay.solvers.leaf_values import LeafValues
 from dmplay.solvers.mdp_values import mark_best_actions
-from dmplay.solvers.search_config import GOLDEN_RATIO, LeafEvaluator, SearchConfig, SearchRequest
-from dmplay.solvers.search_tree_batch import TreeBatch
-from dmplay.solvers.search_tree_reuse import extract_subtrees, pack_trees
+from dmplay.solvers.search_config import LeafEvaluator, SearchConfig, SearchRequest
 from dmplay.solvers.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
 from dmplay.solvers.uct import UctResult
 from dmplay.uniforms import expand_uniforms
@@ -31,7 +29,6 @@ MAX_ROLLOUT_STATES = (
 )
 MAX_GAME_TURNS = 10**6  # maximum number of turns of a game
 USUAL_AGENT = "usual"
-N_RESULT_ARRAYS = len(UctResult._fields)
 UNLIMITED_TURNS = 10**9  # turns left in a game without an end
 
 
@@ -69,7 +66,6 @@ class TreeSearch(BeliefPolicy):
     horizon: int = parameter(
         0, "turns of a game; 0: those of the problem, if any", 0, MAX_GAME_TURNS
     )
-    reuse: bool = parameter(False, "whether a turn goes on with the tree of the turn before")
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
@@ -79,8 +75,7 @@ class TreeSearch(BeliefPolicy):
         """Raise an error for invalid parameters and for problems that cannot be searched.
 
         BadParameter: a number is out of bounds, or `others` or `rollout` names a search. BadPolicy:
-        states are hidden and the problem has no belief to search from, or `reuse` is set and its
-        hidden states have different legal actions.
+        states are hidden and the problem has no belief to search from.
         """
         super().__post_init__()
         if self.problem.partially_observable:
@@ -93,8 +88,6 @@ class TreeSearch(BeliefPolicy):
                 )
             except (BadParameter, BudgetExceeded) as error:
                 raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
-            if self.reuse and self.problem.legal_actions_mask(first_state) is not None:
-                raise BadPolicy("search: reuse needs states that are seen, or all actions legal")
         for field_name, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(
@@ -132,7 +125,6 @@ class TreeSearch(BeliefPolicy):
             *limits,
             self._opponent_model.seat_policies,
             self._leaf_value,
-            self.reuse,
         )
 
     @cached_property
@@ -241,44 +233,8 @@ class TreeSearch(BeliefPolicy):
     def initial_memory(self, observation: Array) -> Memory:
         """Return the state or belief, zero turns done, and the memories of the policies.
 
-        If states are hidden, the memories are that of the own seat's policy and the particles. If
-        trees are reused, a tree and its result for the next choice follow.
+        If states are hidden, the memories are that of the own seat's policy and the particles.
         """
-        memory = self._initial_memory(observation)
-        return self._grow_trees(memory) if self.reuse else memory
-
-    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the memory after one more turn."""
-        if not self.reuse:
-            return self._update_memory(memory, percept)
-        config, observations = self._config, percept.observation
-        tree_start = len(memory) - config.packed_array_count - N_RESULT_ARRAYS
-        memory, trees = memory[:tree_start], memory[tree_start:-N_RESULT_ARRAYS]
-        if not config.observation_count:
-            observations = uct.hash_observations(self.problem, observations)
-        elif not self.problem.partially_observable:
-            observations = self.problem.state_indices(observations)
-        trees = extract_subtrees(config, trees, percept.action, observations)
-        return self._grow_trees(self._update_memory(memory, percept), trees)
-
-    def _grow_trees(self, memory: Memory, trees: Memory = ()) -> Memory:
-        """Return the memory followed by trees grown from reused ones, and by their results.
-
-        The uniforms are the same in all games, so that equal histories lead to equal trees.
-        """
-        uniforms = (1 + memory[1]) * GOLDEN_RATIO % 1.0
-        self._config.check_memory(len(uniforms))
-        results = []
-        for rows in self._config.split_rows(len(uniforms)):
-            row_memory, row_trees = (
-                tuple(array[rows] for array in arrays) for arrays in (memory, trees)
-            )
-            result, new_trees, _ = self._run_search(row_memory, None, uniforms[rows], row_trees)
-            results.append((*pack_trees(new_trees), *result))
-        return (*memory, *map(np.concatenate, zip(*results, strict=True)))
-
-    def _initial_memory(self, observation: Array) -> Memory:
-        """Return the memory before the first turn, without trees."""
         turns_done = np.zeros(len(observation), np.int64)
         if not self.problem.partially_observable:
             return (
@@ -293,8 +249,8 @@ class TreeSearch(BeliefPolicy):
         particles = self._particle_filter.begin(beliefs) if self._particle_filter else ()
         return (beliefs, turns_done, *own_memory, *particles)
 
-    def _update_memory(self, memory: Memory, percept: Percept) -> Memory:
-        """Return the memory after one more turn, without trees."""
+    def update_memory(self, memory: Memory, percept: Percept) -> Memory:
+        """Return the memory after one more turn."""
         state_or_belief, turns_done, *policy_memory = memory
         if not self.problem.partially_observable:
             seats = zip(
@@ -349,13 +305,7 @@ class TreeSearch(BeliefPolicy):
 
         An action of the own seat's policy is kept unless another one is significantly better.
         """
-        if self.reuse:
-            result = UctResult(*memory[-N_RESULT_ARRAYS:])
-            uniforms = expand_uniforms(
-                u, self._own_rollout_policy.uniform_count if self._own_rollout_policy else 0
-            )
-        else:
-            result, _, uniforms = self._run_search(memory, legal, u)
+        result, uniforms = self._run_search(memory, legal, u)
         is_best = mark_best_actions(result.mean_returns)
         if self._own_rollout_policy:
             usual_actions = self._own_rollout_policy.choose(
@@ -366,24 +316,17 @@ class TreeSearch(BeliefPolicy):
             is_best = result.keep_usual_unless_better(is_best, usual_actions)
         return np.asarray(result.actions[np.arange(len(u)), sample_masked_index(is_best, u)])
 
-    def _run_search(
-        self, memory: Memory, legal: Bools | None, u: Reals, trees: Memory = ()
-    ) -> tuple[UctResult, TreeBatch, Reals]:
-        """Return the result of a search, its trees, and the uniforms `[B, K]` expanded from `u`."""
-        config, problem, turns = self._config, self.problem, self.game_turns
+    def _run_search(self, memory: Memory, legal: Bools | None, u: Reals) -> tuple[UctResult, Reals]:
+        """Return the result of a search, and the uniforms `[B, K]` expanded from `u`."""
+        config, turns = self._config, self.game_turns
         config.make_budget(len(u))  # raises BudgetExceeded before any uniforms are generated
         uniforms = expand_uniforms(u, self.simulations + config.uniforms_per_row)
         roots, memories = self._prepare_roots(memory, uniforms[:, : self.simulations])
         turns_left = (
             np.full(len(u), UNLIMITED_TURNS) if turns is None else turns - memory[1] % turns
         )
-        if self.reuse:
-            joint_legal = problem.legal_actions_mask(roots[:, 0])
-            legal = None if joint_legal is None else joint_legal[:, self.seat]
-            terminal = problem.terminal(roots.reshape(-1, *roots.shape[2:])).reshape(len(u), -1)
-            turns_left = np.where(terminal.all(axis=1), 0, turns_left)
-        request = SearchRequest(roots, turns_left, memories, legal, trees)
-        return *uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
+        request = SearchRequest(roots, turns_left, memories, legal)
+        return uct.run_uct(config, request, uniforms[:, self.simulations :]), uniforms
 
     def _own_policy_memory(self, memory: Memory) -> Memory:
         """Return the memory of the own seat's policy."""

@@ -47,7 +47,6 @@ class SearchConfig:
     ucb_constant: float
     seat_policies: SeatPolicies = ()
     leaf_evaluator: LeafEvaluator | None = field(default=None, compare=False)
-    reuse_trees: bool = False  # keep trees from turn to turn
 
     @cached_property
     def opponent_model(self) -> OpponentModel:
@@ -95,13 +94,8 @@ class SearchConfig:
 
     @property
     def nodes_per_tree(self) -> int:
-        """The maximum number of nodes per row: a simulation adds at most one to those kept."""
-        return self.simulations * (1 + self.reuse_trees) + 1
-
-    @property
-    def packed_array_count(self) -> int:
-        """The number of arrays in packed trees."""
-        return 4 + 3 * self.widens_actions + 2 * self.stores_states
+        """The maximum number of nodes per row: a simulation adds at most one to the root."""
+        return self.simulations + 1
 
     @property
     def rows_per_block(self) -> int:
@@ -150,16 +144,6 @@ class SearchConfig:
         )
         return budget
 
-    def check_memory(self, row_count: int) -> None:
-        """Raise BudgetExceeded if the trees of `row_count` rows are too large to keep."""
-        budget = Budget("search", "try fewer games at a time, or fewer simulations")
-        budget.check_memory(
-            8.0
-            * row_count
-            * self.nodes_per_tree
-            * (self.packed_array_count + 2 * self.action_slots)
-        )
-
     def estimate_turn_work(self, row_count: int, wave: range) -> float:
         """Return the estimated work of one turn of one wave, in elementary operations."""
         return 10 * ARRAY_CALL_WORK + 1000.0 * row_count * len(wave)
@@ -188,4 +172,3 @@ class SearchRequest(NamedTuple):
     turns_left: Ints  # [B]
     memories: tuple[Memory, ...]  # [B, simulations, ...], of each seat
     legal_actions_mask: Bools | None = None  # [B, A]
-    packed_trees: Memory = ()  # of the previous turn, if any

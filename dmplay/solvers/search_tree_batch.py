@@ -46,17 +46,6 @@ class TreeBatch:
                 )
                 self.node_rewards = np.zeros(node_count)
 
-    @property
-    def node_arrays(self) -> list[Array]:
-        """The arrays with one entry per node: visits, return sums, offered actions and states."""
-        parts: list[Array] = [self.visits, self.return_sums]
-        parts += (
-            [self.offered_counts, self.offered_actions, self.suggestion_counts]
-            if self.config.widens_actions
-            else []
-        )
-        return parts + ([self.node_states, self.node_rewards] if self.config.stores_states else [])
-
     def find_unopened_lanes(self, node: Ints) -> Ints:
         """Return the first lane `[K]` at each node that does not offer an action yet."""
         unopened = np.flatnonzero(self.offered_counts[node] == 0)

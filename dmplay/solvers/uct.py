@@ -18,7 +18,6 @@ from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import Memory, Outcome, Problem
 from dmplay.solvers.search_config import SearchConfig, SearchRequest
 from dmplay.solvers.search_tree_batch import TreeBatch
-from dmplay.solvers.search_tree_reuse import restore_trees
 from dmplay.solvers.simulated_opponents import OpponentModel
 from dmplay.work_budget import Budget
 
@@ -49,8 +48,8 @@ class UctResult(NamedTuple):
         return np.where(keeps_usual[:, None], is_usual, action_mask)
 
 
-def run_uct(config: SearchConfig, request: SearchRequest, u: Reals) -> tuple[UctResult, TreeBatch]:
-    """Run a search by uniforms `[B, uniforms]`; return the root statistics and the trees."""
+def run_uct(config: SearchConfig, request: SearchRequest, u: Reals) -> UctResult:
+    """Run a search by uniforms `[B, uniforms]` and return the root statistics."""
     row_count = len(u)
     uct_search = _UctSearch(config, request, config.make_budget(row_count))
     wave_uniforms = u.reshape(row_count, config.simulations, config.depth, -1)
@@ -58,7 +57,7 @@ def run_uct(config: SearchConfig, request: SearchRequest, u: Reals) -> tuple[Uct
         uct_search.run_simulations(
             len(wave), wave_uniforms, config.estimate_turn_work(row_count, wave)
         )
-    return uct_search.summarize_roots(), uct_search.trees
+    return uct_search.summarize_roots()
 
 
 class SimulationBatch(NamedTuple):
@@ -100,8 +99,6 @@ class _UctSearch:
     def __init__(self, config: SearchConfig, request: SearchRequest, budget: Budget) -> None:
         self.config, self.request, self.budget = config, request, budget
         self.trees = TreeBatch(config, request)
-        if request.packed_trees:
-            restore_trees(self.trees, request.packed_trees)
         self.squared_return_sums = np.zeros(
             (len(request.turns_left), config.action_slots)
         )  # of first actions

@@ -122,7 +122,7 @@ def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
         ("optimal:horizon=7", 3, "optimal:horizon=7"),
         ("search", 3, "search:horizon=3"),
         ("search:simulations=60", 3, "search:simulations=60,horizon=3"),
-        ("search:reuse=true", 3, "search:horizon=3,reuse=true"),
+        ("search:depth=5", 3, "search:depth=5,horizon=3"),
         ("greedy", 3, "greedy"),
         ("human", 3, "human"),
         ("./bots.py:Plain", 3, "./bots.py:Plain"),

@@ -71,7 +71,6 @@ PART_MODULES = {
     "occupancy_state",
     "dec_pomdp_model",
     "search_tree_batch",
-    "search_tree_reuse",
     "search_config",
 }  # parts of other solvers, which spend the work
 TRIANGLE_HUNT = "predator-prey:triangle"
