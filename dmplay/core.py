@@ -5,7 +5,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields
-from functools import cached_property, lru_cache
+from functools import cached_property
 from itertools import product
 from typing import Any, ClassVar, NamedTuple, Protocol, Self, TypeGuard, TypeVar
 
@@ -33,7 +33,6 @@ INIT_REFUSED_MESSAGE = (
 )
 NO_OBSERVATION_TEXT = "nothing yet"
 WAIT_LABEL = "wait"  # label of the only legal action of an inactive agent
-MAX_INTERNED_ARRAYS = 4096  # maximum arrays that are shared instead of copied again
 DEFAULT_PARAMETER_BOUND = 1e6  # largest absolute value of a parameter without bounds
 READONLY_ERROR_WORDS = (
     "read-only",
@@ -327,24 +326,6 @@ def array_bytes(array: Array) -> bytes:
     if array.ndim:  # `data` would leave buffer information in the array for as long as it lives.
         return array.tobytes()
     return array.data.tobytes()
-
-
-def intern_array(array: Array) -> Array:
-    """Return a copy of an array that can never be written, shared among equal arrays.
-
-    Arrays of objects are copied and not shared.
-    """
-    return (
-        readonly_copy(array)
-        if array.dtype.hasobject
-        else _interned_from_bytes(array_bytes(array), array.dtype, array.shape)
-    )
-
-
-@lru_cache(MAX_INTERNED_ARRAYS)
-def _interned_from_bytes(data: bytes, dtype: "np.dtype[Any]", shape: tuple[int, ...]) -> Array:
-    """Return a cached array over these bytes, which are immutable."""
-    return np.ndarray(shape, dtype, data)
 
 
 def select_seat_observations(observations: Array, seat: int) -> Array:

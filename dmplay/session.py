@@ -23,8 +23,8 @@ from dmplay.core import (
     call_policy,
     check_policy,
     check_problem,
+    check_rewards,
     describe_policies,
-    intern_array,
     is_policy_sequence,
     make_readonly,
     readonly_copy,
@@ -33,8 +33,7 @@ from dmplay.core import (
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
 from dmplay.formatting import describe_end_reason, format_count
 from dmplay.notebook_display import NotebookDisplay
-from dmplay.seat_history import BeliefHistory, ChunkedList, HistorySnapshot, SeatHistory
-from dmplay.single_game_dynamics import StateInfo, make_dynamics
+from dmplay.seat_history import BeliefHistory, HistorySnapshot, SeatHistory
 from dmplay.tabular import Tabular
 from dmplay.uniforms import NATURE_STREAM
 
@@ -132,7 +131,8 @@ class _CurrentFacts(NamedTuple):
     """The facts about the current state, cached because front ends read them often."""
 
     last_turn: Turn | Array  # or the initial state
-    state_info: StateInfo
+    legal_actions_mask: Bools | None  # [n, A]; None for all
+    inactive_agents: Bools  # [n], agents that only wait
     natural_end_reason: str | None  # the natural end of the game, if reached
 
 
@@ -171,7 +171,6 @@ class Session(NotebookDisplay):
         self.reroll_counts: dict[int, int] = {}  # turn -> number of rerolls
         self.hint_counts: Counter[str] = Counter()  # agent -> number of hints given to its player
         self._forced_end_reason: str | None = None
-        self._dynamics = make_dynamics(problem, self.initial_state)
         self._cached_facts: _CurrentFacts | None = None
         # after each turn: next discount weight, returns [n], total rewards [n]
         self._running_sums: list[tuple[float, ...]] = []
@@ -212,13 +211,20 @@ class Session(NotebookDisplay):
         """Return the facts about the current state, computed once a turn."""
         last_turn = self.turns[-1] if self.turns else self.initial_state
         if self._cached_facts is None or self._cached_facts.last_turn is not last_turn:
-            info = self._dynamics.state_info(self.state)
-            self._cached_facts = _CurrentFacts(last_turn, info, self._natural_end_reason(info))
+            s = self.state[None]
+            legal = self.problem.legal_actions_mask(s)
+            inactive = None if legal is None else self.problem.inactive_agents(s)[0]
+            self._cached_facts = _CurrentFacts(
+                last_turn,
+                None if legal is None else legal[0],
+                np.zeros(len(self.problem.agents), bool) if inactive is None else inactive,
+                self._natural_end_reason(),
+            )
         return self._cached_facts
 
-    def _natural_end_reason(self, state_info: StateInfo) -> str | None:
+    def _natural_end_reason(self) -> str | None:
         """Return the reason for the natural end of the game, or None if it is not reached."""
-        if state_info.terminal:
+        if self.problem.terminal(self.state[None])[0]:
             return "terminal"
         if self.turn_limit is not None and len(self.turns) >= self.turn_limit:
             return "horizon" if self.turn_limit == self.problem.horizon else "turn limit"
@@ -236,7 +242,7 @@ class Session(NotebookDisplay):
 
     def legal_actions_mask(self, seat: int) -> Bools | None:
         """Return the mask `[A]` of the legal actions of a seat; None if all are legal."""
-        legal = self._current_facts().state_info.legal_actions_mask
+        legal = self._current_facts().legal_actions_mask
         return None if legal is None else readonly_copy(legal[seat])
 
     def action_labels(self, seat: int) -> Labels:
@@ -251,7 +257,7 @@ class Session(NotebookDisplay):
 
     def is_inactive(self, seat: int) -> bool:
         """Return whether a seat is inactive, because it is another's turn."""
-        return bool(self._current_facts().state_info.inactive_agents[seat])
+        return bool(self._current_facts().inactive_agents[seat])
 
     def active_seats(self, seats: Sequence[int]) -> list[int]:
         """Return those of the given seats that are active this turn."""
@@ -325,10 +331,17 @@ class Session(NotebookDisplay):
             uniforms = self.uniform_source.generate_uniforms(
                 NATURE_STREAM, turn_number, reroll, self.problem.uniform_counts.step
             )[0]
-        played_actions, state, observations, rewards = self._dynamics.resolve_turn(
-            self.state, joint, uniforms
+        outcome = self.problem.step(self.state[None], joint[None], uniforms[None])
+        check_rewards(self.problem, outcome.rewards)
+        state = readonly_copy(outcome.state[0])
+        hidden = self.problem.partially_observable
+        turn = Turn(
+            make_readonly(joint),
+            readonly_copy(uniforms),
+            state,
+            readonly_copy(outcome.observations[0]) if hidden else state,
+            make_readonly(outcome.rewards[0] + 0.0),
         )
-        turn = Turn(played_actions, readonly_copy(uniforms), state, observations, rewards)
         self.turns.append(turn)
         return turn
 
@@ -422,7 +435,7 @@ class Session(NotebookDisplay):
         """Return the information that a turn (from 1) gave a seat, as a batch of one row."""
         actions, _, state, observations, rewards = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
-        return self._dynamics.build_percept(seat, actions[None], outcome)
+        return self.problem.build_percept(seat, actions[None], outcome)
 
     @cached_property
     def has_visible_beliefs(self) -> bool:
@@ -444,11 +457,13 @@ class Session(NotebookDisplay):
     def _update_history(self, seat: int, *, rewards_visible: bool = False) -> SeatHistory:
         """Return the history of a seat up to the last turn; rewards only if they may be seen."""
         if seat not in self._histories:
-            self._histories[seat] = SeatHistory(*(ChunkedList() for _ in SeatHistory._fields))
-            self._histories[seat].observations.append(intern_array(self.observation_after(seat, 0)))
+            self._histories[seat] = SeatHistory(*([] for _ in SeatHistory._fields))
+            self._histories[seat].observations.append(
+                readonly_copy(self.observation_after(seat, 0))
+            )
         history = self._histories[seat]
         hidden = self.problem.partially_observable
-        turn_count = history.actions.length
+        turn_count = len(history.actions)
         new_turns = self.turns[turn_count:]
         previous_state = self.turns[turn_count - 1].state if turn_count else self.initial_state
         for turn, state in zip(
@@ -459,13 +474,13 @@ class Session(NotebookDisplay):
                 if labels:  # Real actions have none.
                     history.action_labels.append(labels[int(turn.actions[seat])])
         history.observations.extend(
-            [intern_array(self._seat_observation(seat, turn)) for turn in new_turns]
+            [readonly_copy(self._seat_observation(seat, turn)) for turn in new_turns]
         )
         history.actions.extend([float(turn.actions[seat]) for turn in new_turns])
         if not hidden:
-            history.joint_actions.extend([intern_array(turn.actions) for turn in new_turns])
+            history.joint_actions.extend([readonly_copy(turn.actions) for turn in new_turns])
         if rewards_visible:
-            unrecorded_turns = self.turns[history.rewards.length :]
+            unrecorded_turns = self.turns[len(history.rewards) :]
             history.rewards.extend([float(turn.rewards[seat]) for turn in unrecorded_turns])
         return history
 
