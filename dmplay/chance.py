@@ -1,10 +1,8 @@
 """Distributions of random events, sampled from recorded uniforms for a batch of rows."""
 
-from bisect import bisect_right
-from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
-from itertools import pairwise
+from functools import cached_property
+from itertools import accumulate, pairwise
 from typing import Any, ClassVar
 
 import numpy as np
@@ -40,16 +38,6 @@ class Categorical:
     def from_probabilities(cls, probabilities: Reals) -> "Categorical":
         """Return the distribution with these probabilities `[B or 1, K]`, whose rows sum to 1."""
         return cls(np.cumsum(probabilities, axis=1)[:, :-1])
-
-    @cached_property
-    def _single_row_edges(self) -> list[float]:
-        """The cumulative probabilities of a single row, as a list."""
-        edges: list[float] = self.cumulative[0].tolist()
-        return edges
-
-    def event_from_uniform(self, u: float) -> int:
-        """Return the event of a single row for the uniform `u`."""
-        return bisect_right(self._single_row_edges, u)
 
     def sample_events(self, u: Reals) -> Ints:
         """Return events `[B]` from uniforms `[B, 1]`."""
@@ -104,21 +92,6 @@ class DiscreteUniform:
     max_n: int
     uniform_count: ClassVar[int] = 1
 
-    @classmethod
-    def from_counts(cls, n: Array | float, max_n: int) -> "DiscreteUniform":
-        """Return the distribution for `n` `[B]`, or a cached one for a single number."""
-        return cls(n, max_n) if isinstance(n, np.ndarray) else _cached_discrete_uniform(n, max_n)
-
-    def event_from_uniform(self, u: float) -> int:
-        """Return the event of a single row for the uniform `u`."""
-        return int(u * self._single_n)
-
-    @cached_property
-    def _single_n(self) -> int:
-        """The `n` of a single row, as an int."""
-        n: int = self.n.item()
-        return n
-
     def sample_events(self, u: Reals) -> Ints:
         """Return events `[B]` from uniforms `[B, 1]`."""
         return (u[:, 0] * self.n).astype(np.int64)
@@ -127,12 +100,6 @@ class DiscreteUniform:
         """Return the probabilities `[B, max_n]`."""
         possible = np.arange(self.max_n) < self.n[:, None]
         return np.asarray(possible / self.n[:, None])
-
-
-@lru_cache
-def _cached_discrete_uniform(n: float, max_n: int) -> DiscreteUniform:
-    """Return the distribution over 0 .. n-1 for a single row, from a cache."""
-    return DiscreteUniform(np.array([int(n)]), max_n)
 
 
 @dataclass(frozen=True)
@@ -174,28 +141,11 @@ Chance = Categorical | DiscreteUniform | Uniform | Normal
 
 def sample_all(chances: tuple[Chance, ...], u: Reals) -> tuple[Array, ...]:
     """Return one event of each chance, from uniforms `[B, count]` consumed left to right."""
-    return to_event_arrays(sample_unbatched(chances, u))
-
-
-def to_event_arrays(events: Sequence[Array | int]) -> tuple[Array, ...]:
-    """Return the events as arrays; a plain number becomes an array of one row."""
-    return tuple([np.array([event]) if isinstance(event, int) else event for event in events])
-
-
-def sample_unbatched(chances: tuple[Chance, ...], u: Reals) -> list[Array | int]:
-    """Return one event of each chance, as a plain number where a single row allows it.
-
-    Uniforms are consumed as in `sample_all`. Plain numbers are faster than arrays of one row.
-    """
-    events: list[Array | int] = []
-    column, single_row = 0, len(u) == 1
-    for chance in chances:
-        if single_row and isinstance(chance, FINITE_CHANCE_TYPES):
-            events.append(chance.event_from_uniform(u.item(column)))
-        else:
-            events.append(chance.sample_events(u[:, column : column + chance.uniform_count]))
-        column += chance.uniform_count
-    return events
+    ends = accumulate(chance.uniform_count for chance in chances)
+    return tuple(
+        chance.sample_events(u[:, end - chance.uniform_count : end])
+        for chance, end in zip(chances, ends, strict=True)
+    )
 
 
 def sample_masked_index(mask: Bools, u: Reals) -> Ints:

@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.batch_columns import Column, take_rows, to_column
 from dmplay.chance import Array, Chance, Reals
 from dmplay.core import Labels, Outcome, Problem
 
@@ -47,10 +46,10 @@ class MatrixGame(Problem):
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the rewards that the table has for the joint actions; the state stays."""
-        joint: Column = to_column(a[:, 0])
+        joint: Array = a[:, 0]
         for seat, action_count in enumerate(self.action_counts[1:], 1):
-            joint = joint * action_count + to_column(a[:, seat])
-        return Outcome(s, take_rows(self._joint_payoffs, joint), s)
+            joint = joint * action_count + a[:, seat]
+        return Outcome(s, self._joint_payoffs.take(joint, axis=0), s)
 
     def format_state(self, s: Array) -> str:
         """Return "-", because there is only one state."""

@@ -11,7 +11,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.batch_columns import stack_columns
 from dmplay.chance import Array, Bools, Ints, Reals
 from dmplay.core import (
     ACTION_DECIMALS,
@@ -547,6 +546,6 @@ def _choose_joint_actions(
         )
         for seat, seat_actions in enumerate(choices)
     ]
-    actions = stack_columns(valid_actions, int if all(problem.action_counts) else float)
+    actions = np.stack(valid_actions, axis=1).astype(int if all(problem.action_counts) else float)
     # Rounded as in a session, so that the text of an action is exactly the action.
     return np.round(actions, ACTION_DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.batch_columns import Column, minimum, take_values
-from dmplay.chance import Ints, Reals
+from dmplay.chance import Array, Ints, Reals
 
 
 class SparseMatrix(NamedTuple):
@@ -42,11 +41,9 @@ class SparseMatrix(NamedTuple):
         array[self.row_indices, self.columns] = self.values
         return array
 
-    def entry_index(self, rows: Column, nth: Column) -> Column:
+    def entry_index(self, rows: Array, nth: Array) -> Array:
         """Return the index of the nth entry of each row, or of its last entry if it has fewer."""
-        return minimum(
-            take_values(self.row_starts, rows) + nth, take_values(self.row_starts, rows + 1) - 1
-        )
+        return np.minimum(self.row_starts.take(rows) + nth, self.row_starts.take(rows + 1) - 1)
 
     def padded_rows(self, rows: Ints, width: int) -> tuple[Ints, Reals]:
         """Return the columns and values `[..., width]` of these rows, padded with value 0."""

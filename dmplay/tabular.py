@@ -11,7 +11,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from dmplay.batch_columns import Column, split_columns, take_rows, take_values, to_batch, to_column
 from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.core import Outcome, Problem, enumerate_outcomes, make_readonly, next_state_indices
 from dmplay.errors import BadParameter
@@ -209,7 +208,7 @@ class Tabular(Problem):
             p = (p[:, :, None] * observation_weights).reshape(len(rows), -1)
         return np.cumsum(p, axis=1)[:, :-1]
 
-    def _observation_rows(self, rows: Column, next_states: Column) -> Column:
+    def _observation_rows(self, rows: Array, next_states: Array) -> Array:
         """Return the rows of the observation matrix for these transition rows and next states."""
         return rows % self._joint_action_count * self.state_count + next_states
 
@@ -223,10 +222,10 @@ class Tabular(Problem):
         """The observation of each agent in each joint observation `[O, n]`."""
         return np.array(list(product(*map(range, self.observation_counts))))
 
-    def _transition_row(self, s: Array, a: Array) -> Column:
+    def _transition_row(self, s: Array, a: Array) -> Array:
         """Return the row of the transition matrix for states and joint actions."""
-        row = to_column(s)
-        for action_count, action in zip(self.action_counts, split_columns(a), strict=True):
+        row = s
+        for action_count, action in zip(self.action_counts, np.ascontiguousarray(a.T), strict=True):
             row = row * action_count + action
         return row
 
@@ -244,9 +243,7 @@ class Tabular(Problem):
         cumulative = self._cached_cumulative
         return (
             Categorical(
-                self._event_cumulative(to_batch(row))
-                if cumulative is None
-                else take_rows(cumulative, row)
+                self._event_cumulative(row) if cumulative is None else cumulative.take(row, axis=0)
             ),
         )
 
@@ -257,20 +254,19 @@ class Tabular(Problem):
         """
         transition, rewards, observation_model = self.sparse_tables
         row = self._transition_row(s, a)
-        state_rank, observation_rank = divmod(to_column(events[0]), self._max_support[1])
+        state_rank, observation_rank = divmod(events[0], self._max_support[1])
         entry = transition.entry_index(row, state_rank)
-        next_state = take_values(transition.columns, entry)
-        next_states = to_batch(next_state)
+        next_state = transition.columns.take(entry)
+        next_states = next_state
         has_expected_rewards = len(rewards) == len(transition.row_starts) - 1
         if observation_model is None:
             return Outcome(
-                next_states, take_rows(rewards, row if has_expected_rewards else entry), next_states
+                next_states,
+                rewards.take(row if has_expected_rewards else entry, axis=0),
+                next_states,
             )
-        observation = take_values(
-            observation_model.columns,
-            observation_model.entry_index(
-                self._observation_rows(row, next_state), observation_rank
-            ),
+        observation = observation_model.columns.take(
+            observation_model.entry_index(self._observation_rows(row, next_state), observation_rank)
         )
         # rewards of one transition entry
         rewards_per_entry = len(rewards) // len(transition.columns)
@@ -281,8 +277,8 @@ class Tabular(Problem):
         )
         return Outcome(
             next_states,
-            take_rows(rewards, reward_row),
-            take_rows(self._joint_observations, observation),
+            rewards.take(reward_row, axis=0),
+            self._joint_observations.take(observation, axis=0),
         )
 
     def joint_belief_update(
@@ -300,7 +296,7 @@ class Tabular(Problem):
         total = np.zeros(len(belief))
         for joint_action in possible_actions:
             a = np.broadcast_to(np.array(joint_action), (len(support), len(joint_action)))
-            rows = to_batch(self._transition_row(support, a))
+            rows = self._transition_row(support, a)
             entries, positions = self.sparse_tables.transition.entries_of_rows(rows)
             p = (
                 self.sparse_tables.transition.values[entries]

@@ -16,7 +16,7 @@ TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "user_code_locations", "safe_files", "work_budget", "background_tasks", "chance",
-    "batch_columns", "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
+    "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
     "sparse_matrix", "tabular", "validation", "belief", "notebook_display",
     "seat_history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
     "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",

@@ -1,14 +1,13 @@
 """The base of the predator-prey problems: hunts on a hex map."""
 
 from abc import abstractmethod
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from dmplay.batch_columns import Column, take_values
-from dmplay.chance import Array, Categorical, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
+from dmplay.chance import Array, Categorical, Chance, DiscreteUniform, Ints
 from dmplay.core import Labels, Outcome, Problem, check_listing_size, parameter
 from dmplay.errors import BadParameter
 from dmplay.hexgrid import (
@@ -80,9 +79,9 @@ class HexHunt(Problem):
         """Steps `[H, 6, H]` from the end of each move without a slip to each hex."""
         return path_lengths(self.hexes)[move_destinations(self.hexes)[:, :, 0]]
 
-    def move_walker(self, hex_: Column, direction: Column, slip: Column) -> Column:
+    def move_walker(self, hex_: Array, direction: Array, slip: Array) -> Array:
         """Return the hexes on which moves end."""
-        return take_values(self._move_destinations, hex_ * 18 + direction * 3 + slip)
+        return np.asarray(self._move_destinations.take(hex_ * 18 + direction * 3 + slip))
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return a uniform distribution over the hexes for each walker."""
@@ -95,12 +94,8 @@ class HexHunt(Problem):
         return np.stack(events, axis=1)
 
     @abstractmethod
-    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
         """Return the outcome after every walker has moved."""
-
-    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """Return the outcome of one turn; for a single row it computes with plain numbers."""
-        return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
 
     def enumerate_states(self) -> Array:
         """Return every state; the first walker's hex varies slowest."""
@@ -124,12 +119,12 @@ class HexHunt(Problem):
         return np.array([self.hexes.index(parse_hex(word)) for word in text.split()])
 
 
-def count_on_same_hex(hexes: Sequence[Column], seat: int, others: Iterable[int]) -> Column:
-    """Return the number of the other walkers that are on the hex of this seat."""
-    count: Column = 0
-    for other in others:
-        count = count + (hexes[other] == hexes[seat])
-    return count
+def count_on_same_hex(hexes: Ints, seat: int, others: Sequence[int]) -> Ints:
+    """Return the number `[B]` of the other walkers that are on the hex of this seat.
+
+    `hexes` is `[n, B]`.
+    """
+    return np.asarray((hexes[list(others)] == hexes[seat]).sum(axis=0))
 
 
 def make_numbered_names(word: str, count: int) -> tuple[str, ...]:

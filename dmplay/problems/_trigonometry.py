@@ -7,7 +7,7 @@ on another.
 
 import numpy as np
 
-from dmplay.batch_columns import Column
+from dmplay.chance import Array
 
 # Half of pi in two parts, the first of 33 bits: small multiples of it are exact.
 HALF_PI, HALF_PI_LOW = 1.57079632673412561417, 6.07710050650619224932e-11
@@ -22,10 +22,10 @@ COSINE_COEFFICIENTS = (
 )  # fmt: skip
 
 
-def compute_sine_and_cosine(x: Column) -> tuple[Column, Column]:
+def compute_sine_and_cosine(x: Array) -> tuple[Array, Array]:
     """Return the sine and cosine of angles `[B]` in radians, exact to the last bit or two."""
     quarter_turns = np.rint(x * (2.0 / np.pi))
-    if not (quarter_turns if isinstance(x, float) else quarter_turns.any()):
+    if not quarter_turns.any():
         return _sine_and_cosine_kernel(x)
     sine, cosine = _sine_and_cosine_kernel(
         (x - quarter_turns * HALF_PI) - quarter_turns * HALF_PI_LOW
@@ -38,7 +38,7 @@ def compute_sine_and_cosine(x: Column) -> tuple[Column, Column]:
     )
 
 
-def compute_cosine_of_triple(x: Column) -> Column:
+def compute_cosine_of_triple(x: Array) -> Array:
     """Return cos 3x of angles `[B]` within a quarter turn of 0, by the sine of half of each."""
     half = 0.5 * x
     sine = _sine_kernel(half, half * half)
@@ -46,13 +46,13 @@ def compute_cosine_of_triple(x: Column) -> Column:
     return cosine * (4.0 * (cosine * cosine) - 3.0)
 
 
-def _sine_and_cosine_kernel(x: Column) -> tuple[Column, Column]:
+def _sine_and_cosine_kernel(x: Array) -> tuple[Array, Array]:
     """Return the sine and cosine of angles within an eighth of a turn of 0."""
     z = x * x
     return _sine_kernel(x, z), _cosine_kernel(z)
 
 
-def _sine_kernel(x: Column, z: Column) -> Column:
+def _sine_kernel(x: Array, z: Array) -> Array:
     """Return the sine's polynomial x + S6 x^3 + ... + S1 x^13, with z = x^2."""
     sine = SINE_COEFFICIENTS[0] * z
     for coefficient in SINE_COEFFICIENTS[1:]:
@@ -63,7 +63,7 @@ def _sine_kernel(x: Column, z: Column) -> Column:
     return sine
 
 
-def _cosine_kernel(z: Column) -> Column:
+def _cosine_kernel(z: Array) -> Array:
     """Return the cosine's polynomial 1 - z/2 + C6 z^2 + ... + C1 z^7, with z = x^2."""
     cosine = COSINE_COEFFICIENTS[0] * z
     for coefficient in (*COSINE_COEFFICIENTS[1:], -0.5):

@@ -11,15 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.batch_columns import (
-    Column,
-    magnitude,
-    restore_finished_rows,
-    split_columns,
-    stack_columns,
-    to_batch,
-    to_column,
-)
 from dmplay.chance import Array, Bools, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
 from dmplay.problems._real_state import RealStateProblem
@@ -53,18 +44,18 @@ class CartPole(RealStateProblem):
 
     def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
         """Return the outcome of one Euler step (F.1 to F.4), old values on the right-hand sides."""
-        x, v, theta, omega = split_columns(s)
-        push = self.force * (2.0 * to_column(a[:, 0]) - 1.0)
+        x, v, theta, omega = np.ascontiguousarray(s.T)
+        push = self.force * (2.0 * a[:, 0] - 1.0)
         acceleration, angular = self._compute_accelerations(push, theta, omega)
         dt = self.dt
         next_values = (x + dt * v, v + dt * acceleration, theta + dt * omega, omega + dt * angular)
         past_limit = self._is_past_limit(x, theta)
-        next_states = restore_finished_rows(past_limit, stack_columns(next_values), s)
-        return Outcome(next_states, stack_columns([1.0 - past_limit]), next_states)
+        next_states = np.where((past_limit)[:, None], s, np.stack(next_values, axis=1))
+        return Outcome(next_states, np.stack([1.0 - past_limit], axis=1), next_states)
 
     def _compute_accelerations(
-        self, push: Column, theta: Column, omega: Column
-    ) -> tuple[Column, Column]:
+        self, push: Array, theta: Array, omega: Array
+    ) -> tuple[Array, Array]:
         """Return the accelerations of the cart (F.3) and of the pole (F.1)."""
         total_mass, half_length = self.mass_cart + self.mass_pole, self.length / 2
         moment = self.mass_pole * half_length
@@ -75,14 +66,14 @@ class CartPole(RealStateProblem):
         angular = (self.gravity * sin - cos * tau) / inertia
         return tau - moment * angular * cos / total_mass, angular
 
-    def _is_past_limit(self, x: Column, theta: Column) -> Column:
+    def _is_past_limit(self, x: Array, theta: Array) -> Array:
         """Return whether the cart or the pole is past its limit."""
         max_angle = self.theta_limit * 2 * math.pi / 360
-        return (magnitude(x) > self.x_limit) | (magnitude(theta) > max_angle)
+        return (np.abs(x) > self.x_limit) | (np.abs(theta) > max_angle)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the cart or the pole is past its limit."""
-        return to_batch(self._is_past_limit(to_column(s[:, 0]), to_column(s[:, 2])))
+        return self._is_past_limit(s[:, 0], s[:, 2])
 
 
 VARIANTS = {"gym": CartPole(pole_mass_in_tau=True)}

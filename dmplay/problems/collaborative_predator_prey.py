@@ -15,16 +15,7 @@ from itertools import repeat
 
 import numpy as np
 
-from dmplay.batch_columns import (
-    Column,
-    IntColumn,
-    select_where,
-    split_columns,
-    stack_columns,
-    take_values,
-    to_column,
-)
-from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals, sample_unbatched
+from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals
 from dmplay.core import Labels, Outcome, parameter
 from dmplay.hexgrid import format_hex, move_destinations
 from dmplay.problems._hex_hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
@@ -121,76 +112,62 @@ class CollaborativePredatorPrey(HexHunt):
 
     def is_prey_captured(self, s: Array) -> Bools:
         """Return whether any predator is on the prey's hex `[B]`."""
-        return np.asarray(self._free_direction_bits(tuple(s.T)) < PREY_FREE_BIT)
+        return np.asarray(self._free_direction_bits(s.T) < PREY_FREE_BIT)
 
-    def _free_direction_bits(self, hexes: Sequence[Column]) -> IntColumn:
+    def _free_direction_bits(self, hexes: Ints) -> Ints:
         """Return the bits of the directions open to the prey, and PREY_FREE_BIT unless it is
         caught.
         """
         *predators, prey = hexes
-        free_bits: IntColumn = ALL_BITS
+        free_bits: Ints = np.full_like(prey, ALL_BITS)
         row_start = prey * len(self.hexes)
         for hex_ in predators:
-            free_bits = free_bits & take_values(self._open_direction_bits, row_start + hex_)
+            free_bits = free_bits & self._open_direction_bits.take(row_start + hex_)
         return free_bits
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Return the distributions of each predator's slip and of the prey's next hex."""
-        return self._make_chances(self._free_direction_bits(split_columns(s)))
-
-    def _make_chances(self, free_bits: IntColumn) -> tuple[Chance, ...]:
-        """Return the same distributions as `chance`, given the bits that are open to the prey."""
-        hex_count = select_where(
-            free_bits < PREY_FREE_BIT, len(self.hexes), take_values(_DIRECTION_COUNT, free_bits)
+        free_bits = self._free_direction_bits(np.ascontiguousarray(s.T))
+        hex_count = np.where(
+            free_bits < PREY_FREE_BIT, len(self.hexes), _DIRECTION_COUNT.take(free_bits)
         )
-        return (*self._slip_chances, DiscreteUniform.from_counts(hex_count, self._max_prey_hexes))
+        return (*self._slip_chances, DiscreteUniform(hex_count, self._max_prey_hexes))
 
-    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
         """Return the outcome: predators move as in hex world unless they feed, then all observe."""
-        hexes = split_columns(s)
-        return self._resolve_moves(hexes, self._free_direction_bits(hexes), a, events)
-
-    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """Return the outcome of one turn; the directions open to the prey are computed once."""
-        hexes = split_columns(s)
+        hexes = np.ascontiguousarray(s.T)
         free_bits = self._free_direction_bits(hexes)
-        return self._resolve_moves(
-            hexes, free_bits, a, sample_unbatched(self._make_chances(free_bits), u)
-        )
-
-    def _resolve_moves(
-        self, hexes: Sequence[Column], free_bits: IntColumn, a: Array, events: Sequence[Array | int]
-    ) -> Outcome:
-        """Return the same outcome as `resolve_events`, given the bits that are open to the prey."""
         *predators, prey = hexes
-        *slips, event = map(to_column, events)
+        *slips, event = events
         is_caught = free_bits < PREY_FREE_BIT
-        next_hexes = [*map(self._move_predator, repeat(prey), predators, split_columns(a), slips)]
-        direction = take_values(_KTH_DIRECTION, free_bits * 6 + select_where(is_caught, 0, event))
+        next_hexes = [
+            *map(self._move_predator, repeat(prey), predators, np.ascontiguousarray(a.T), slips)
+        ]
+        direction = _KTH_DIRECTION.take(free_bits * 6 + np.where(is_caught, 0, event))
         next_hexes.append(
-            select_where(is_caught, event, take_values(self._neighbour_table, prey * 7 + direction))
+            np.where(is_caught, event, self._neighbour_table.take(prey * 7 + direction))
         )
-        reward = select_where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
-        next_states = stack_columns(next_hexes, np.int64)
+        reward = np.where(is_caught, CAPTURE_REWARD, MOVE_REWARD)
+        next_states = np.stack(next_hexes, axis=1)
         return Outcome(
-            next_states, stack_columns([reward] * self.predators), self._observe_columns(next_hexes)
+            next_states,
+            np.stack([reward] * self.predators, axis=1),
+            self._observe_columns(next_states.T),
         )
 
-    def _move_predator(self, prey: Column, hex_: Column, direction: Column, slip: Column) -> Column:
+    def _move_predator(self, prey: Array, hex_: Array, direction: Array, slip: Array) -> Array:
         """Return the hexes on which a predator ends: as in hex world unless it feeds."""
-        return select_where(hex_ == prey, prey, self.move_walker(hex_, direction, slip))
+        return np.where(hex_ == prey, prey, self.move_walker(hex_, direction, slip))
 
     def observe(self, s: Array) -> Ints:
         """Return the observation of each predator in these states, `[B, n]`."""
-        return self._observe_columns(split_columns(s))
+        return self._observe_columns(np.ascontiguousarray(s.T))
 
-    def _observe_columns(self, hexes: Sequence[Column]) -> Ints:
+    def _observe_columns(self, hexes: Ints) -> Ints:
         """Return the observations `[B, n]`, given the hex of each walker as a column."""
         *predators, prey = hexes
-        observations = [
-            take_values(self._sense_table, hex_ * len(self.hexes) + prey) for hex_ in predators
-        ]
-        return stack_columns(observations, np.int64)
+        observations = [self._sense_table.take(hex_ * len(self.hexes) + prey) for hex_ in predators]
+        return np.stack(observations, axis=1)
 
     @cached_property
     def _observation_table(self) -> Ints:

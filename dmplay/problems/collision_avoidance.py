@@ -10,17 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.batch_columns import (
-    Column,
-    clip_to_bounds,
-    magnitude,
-    restore_finished_rows,
-    select_where,
-    split_columns,
-    stack_columns,
-    take_values,
-    to_column,
-)
 from dmplay.chance import Array, Bools, Categorical, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
 from dmplay.problems._real_state import RealStateProblem
@@ -64,29 +53,29 @@ class CollisionAvoidance(RealStateProblem):
         """Return the outcome of one second (F.5 to F.9); the costs are those of the state
         acted in.
         """
-        h, dh, a_prev, t_col = split_columns(s)
+        h, dh, a_prev, t_col = np.ascontiguousarray(s.T)
         advised, gust = (
-            take_values(ADVISED_RATES, to_column(a[:, 0])),
-            take_values(GUST_ACCELERATIONS, to_column(events[0])),
+            ADVISED_RATES.take(a[:, 0]),
+            GUST_ACCELERATIONS.take(events[0]),
         )
         next_rate = dh + (self._compute_acceleration(dh, advised) + gust)
-        collides = (magnitude(h) < COLLISION_DISTANCE) & (t_col == 0)
+        collides = (np.abs(h) < COLLISION_DISTANCE) & (t_col == 0)
         cost = COLLISION_COST * collides + ADVISORY_CHANGE_COST * (advised != a_prev)
-        next_states = restore_finished_rows(
-            t_col < 0, stack_columns((h + dh, next_rate, advised, t_col - 1.0)), s
+        next_states = np.where(
+            (t_col < 0)[:, None], s, np.stack((h + dh, next_rate, advised, t_col - 1.0), axis=1)
         )
-        return Outcome(next_states, stack_columns([0.0 - cost * (t_col >= 0)]), next_states)
+        return Outcome(next_states, np.stack([0.0 - cost * (t_col >= 0)], axis=1), next_states)
 
-    def _compute_acceleration(self, dh: Column, advised: Column) -> Column:
+    def _compute_acceleration(self, dh: Array, advised: Array) -> Array:
         """Return the acceleration by which the aircraft follows the advised rate (F.9)."""
         difference = advised - dh
         small_response = difference if self.repaired else advised
-        response = select_where(
-            magnitude(difference) < MAX_ACCELERATION,
+        response = np.where(
+            np.abs(difference) < MAX_ACCELERATION,
             small_response,
-            clip_to_bounds(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
+            np.clip(difference, -MAX_ACCELERATION, MAX_ACCELERATION),
         )
-        return select_where(advised == 0, 0.0, response)
+        return np.where(advised == 0, 0.0, response)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the time is over, so that the aircraft have passed."""

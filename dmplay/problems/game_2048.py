@@ -14,7 +14,6 @@ from functools import cached_property
 import numpy as np
 
 from dmplay import board_2048
-from dmplay.batch_columns import stack_columns, take_rows, to_batch
 from dmplay.board_2048 import Cells
 from dmplay.chance import (
     Array,
@@ -24,7 +23,6 @@ from dmplay.chance import (
     DiscreteUniform,
     Ints,
     Reals,
-    sample_unbatched,
 )
 from dmplay.core import Labels, Outcome, Problem, parameter
 
@@ -35,7 +33,7 @@ LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides i
 def slide_and_score(board: Cells, a: Ints) -> tuple[Cells, Reals]:
     """Return the boards after slides `a` `[B]`, before a new tile appears, and the scores `[B]`."""
     result = board_2048.slide_boards(board, a)
-    return result.cells_with_tiles(result.after & 0), to_batch(result.scores).astype(float)
+    return result.cells_with_tiles(result.after & 0), result.scores.astype(float)
 
 
 @dataclass(frozen=True)
@@ -71,32 +69,24 @@ class Game2048(Problem):
         """Return the distributions of the new tile's cell, among those left empty, and of its
         value.
         """
-        return DiscreteUniform.from_counts(
-            board_2048.count_empty_after_slide(s, a.ravel()), 16
-        ), self._tile_chance
+        empty_counts = board_2048.count_empty_after_slide(s, a.ravel())
+        return DiscreteUniform(empty_counts, 16), self._tile_chance
 
-    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
         """Return the outcome of a slide, with the new tile if anything moved."""
         result = board_2048.slide_boards(s, a.ravel())
-        cell, tile = (
-            board_2048.to_board_integers(events[0]),
-            board_2048.to_board_integers(events[1]),
-        )
+        cell, tile = (event.astype(np.uint64) for event in events)
         new_tile = (
             board_2048.select_nth_bit(board_2048.compute_empty_cell_bits(result.after), cell)
             * (tile + 1)
             * (result.after != result.before)
         )
         next_boards = result.cells_with_tiles(new_tile)
-        return Outcome(next_boards, stack_columns([result.scores]), next_boards)
-
-    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
-        """Return the outcome of one turn; for a single row it computes with plain numbers."""
-        return self.resolve_events(s, a, sample_unbatched(self.chance(s, a), u))
+        return Outcome(next_boards, result.scores.astype(float)[:, None], next_boards)
 
     def legal_actions_mask(self, s: Array) -> Bools:
         """Return a mask of the slides that move something."""
-        return take_rows(LEGAL_SLIDE_MASKS, board_2048.compute_legal_slide_bits(s))
+        return LEGAL_SLIDE_MASKS.take(board_2048.compute_legal_slide_bits(s), axis=0)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether no slide moves anything."""

@@ -10,16 +10,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.batch_columns import (
-    Column,
-    clip_to_bounds,
-    restore_finished_rows,
-    select_where,
-    split_columns,
-    stack_columns,
-    to_batch,
-    to_column,
-)
 from dmplay.chance import Array, Bools, Chance, Uniform
 from dmplay.core import ContinuousStates, Labels, Outcome, parameter
 from dmplay.problems._real_state import RealStateProblem
@@ -66,29 +56,25 @@ class MountainCar(RealStateProblem):
         The engine and the slope change the speed, the speed changes the position, and both are
         clamped.
         """
-        x, v = split_columns(s)
-        unclamped_speed = v + (
-            THRUST * (to_column(a[:, 0]) - 1) - GRAVITY * compute_cosine_of_triple(x)
-        )
-        next_speed = clip_to_bounds(unclamped_speed, -TOP_SPEED, TOP_SPEED)
-        next_position = clip_to_bounds(
+        x, v = np.ascontiguousarray(s.T)
+        unclamped_speed = v + (THRUST * (a[:, 0] - 1) - GRAVITY * compute_cosine_of_triple(x))
+        next_speed = np.clip(unclamped_speed, -TOP_SPEED, TOP_SPEED)
+        next_position = np.clip(
             x + (next_speed if self.speed_first else unclamped_speed), LEFT_WALL, RIGHT_WALL
         )
         if self.wall_stops:
-            next_speed = select_where(
-                (next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed
-            )
+            next_speed = np.where((next_position == LEFT_WALL) & (next_speed < 0), 0.0, next_speed)
         at_goal = self._is_at_goal(x, v)
-        next_states = restore_finished_rows(at_goal, stack_columns((next_position, next_speed)), s)
-        return Outcome(next_states, stack_columns([at_goal - 1.0]), next_states)
+        next_states = np.where((at_goal)[:, None], s, np.stack((next_position, next_speed), axis=1))
+        return Outcome(next_states, np.stack([at_goal - 1.0], axis=1), next_states)
 
-    def _is_at_goal(self, x: Column, v: Column) -> Column:
+    def _is_at_goal(self, x: Array, v: Array) -> Array:
         """Return whether the car is at its goal with the required speed."""
         return (x >= self.goal) & (v >= self.goal_speed)
 
     def terminal(self, s: Array) -> Bools:
         """Return whether the car has reached its goal."""
-        return to_batch(self._is_at_goal(to_column(s[:, 0]), to_column(s[:, 1])))
+        return self._is_at_goal(s[:, 0], s[:, 1])
 
 
 VARIANTS = {

@@ -13,15 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.batch_columns import (
-    Column,
-    minimum,
-    select_where,
-    split_columns,
-    stack_columns,
-    to_column,
-)
-from dmplay.chance import Array, Categorical, Chance, Reals
+from dmplay.chance import Array, Categorical, Chance, Ints, Reals
 from dmplay.core import Outcome, parameter
 from dmplay.hexgrid import slip_chance
 from dmplay.problems._hex_hunt import (
@@ -79,17 +71,10 @@ class PredatorPrey(HexHunt):
         cumulative[0, : len(self.hexes) - 1] = np.arange(1, len(self.hexes)) / len(self.hexes)
         return cumulative
 
-    @cached_property
-    def _prey_event_chances(self) -> tuple[Categorical, ...]:
-        """The distributions of the event of a single row's prey: if devoured, and if free."""
-        return tuple(Categorical(cumulative[None]) for cumulative in self._prey_event_cumulative)
-
-    def _select_prey_chance(self, hexes: Sequence[Column], prey: int) -> Categorical:
+    def _select_prey_chance(self, hexes: Ints, prey: int) -> Categorical:
         """Return the distribution of a prey's event: its next hex if devoured, its slip if free."""
         is_free = count_on_same_hex(hexes, prey, self.predator_seats) == 0
-        if isinstance(is_free, np.ndarray):
-            return Categorical(self._prey_event_cumulative.take(is_free, axis=0))
-        return self._prey_event_chances[is_free]
+        return Categorical(self._prey_event_cumulative.take(is_free, axis=0))
 
     @property
     def _has_fixed_start(self) -> bool:
@@ -109,33 +94,33 @@ class PredatorPrey(HexHunt):
 
     def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
         """Return the distributions of each agent's slip, or of a devoured prey's next hex."""
-        hexes = split_columns(s)
+        hexes = np.ascontiguousarray(s.T)
         prey_chances = [self._select_prey_chance(hexes, prey) for prey in self.prey_seats]
         return (*(self.slip_chance,) * self.predators, *prey_chances)
 
-    def resolve_events(self, s: Array, a: Array, events: Sequence[Array | int]) -> Outcome:
+    def resolve_events(self, s: Array, a: Array, events: Sequence[Array]) -> Outcome:
         """Return the outcome: all move as in hex world, except feeding predators and devoured
         prey.
         """
-        hexes = split_columns(s)
+        hexes = np.ascontiguousarray(s.T)
         next_hexes, rewards = [], []
-        agents = zip(hexes, split_columns(a), map(to_column, events), strict=True)
+        agents = zip(hexes, np.ascontiguousarray(a.T), events, strict=True)
         for seat, (hex_, direction, event) in enumerate(agents):
             predator_count = count_on_same_hex(hexes, seat, self.predator_seats)
             if seat in self.predator_seats:
                 prey_count = count_on_same_hex(hexes, seat, self.prey_seats)
                 feeds, move_end = prey_count > 0, self.move_walker(hex_, direction, event)
-                rewards.append(select_where(feeds, prey_count / predator_count, MOVE_REWARD))
-                next_hexes.append(select_where(feeds, hex_, move_end))
+                rewards.append(np.where(feeds, prey_count / predator_count, MOVE_REWARD))
+                next_hexes.append(np.where(feeds, hex_, move_end))
             else:
                 is_caught, move_end = (
                     predator_count > 0,
-                    self.move_walker(hex_, direction, minimum(event, 2)),
+                    self.move_walker(hex_, direction, np.minimum(event, 2)),
                 )
-                rewards.append(select_where(is_caught, DEVOURED_REWARD, 0.0))
-                next_hexes.append(select_where(is_caught, event, move_end))
-        next_states = stack_columns(next_hexes, np.int64)
-        return Outcome(next_states, stack_columns(rewards), next_states)
+                rewards.append(np.where(is_caught, DEVOURED_REWARD, 0.0))
+                next_hexes.append(np.where(is_caught, event, move_end))
+        next_states = np.stack(next_hexes, axis=1)
+        return Outcome(next_states, np.stack(rewards, axis=1), next_states)
 
 
 VARIANTS = {

@@ -6,7 +6,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from dmplay.batch_columns import stack_columns
 from dmplay.chance import Array, Reals
 from dmplay.core import Memory, Outcome, Policy, Problem
 
@@ -93,11 +92,7 @@ class OpponentModel:
                 )
             columns.append(actions)
         is_single = len(columns) == 1
-        joint = (
-            columns[0][:, None]
-            if is_single
-            else stack_columns(columns, np.result_type(*columns).type)
-        )
+        joint = columns[0][:, None] if is_single else np.stack(columns, axis=1)
         if legal_mask is not None and any(self.seat_policies):
             for seat, is_inactive in enumerate(problem.inactive_agents(s).T):
                 if is_inactive.any():
