@@ -96,7 +96,7 @@ def test_a_signal_at_any_moment_leaves_a_complete_transcript(front: str, tmp_pat
 def test_a_second_signal_does_not_prevent_the_end_line(
     pair: tuple[int, int], tmp_path: Path
 ) -> None:
-    for moment in range(20, count_file_calls(tmp_path, "plain") - 5, 4):
+    for moment in range(28, count_file_calls(tmp_path, "plain") - 5, 4):
         _, _, ended = run_with_signals(tmp_path, "plain", moment, *pair)
         assert ended, moment
 

@@ -77,11 +77,7 @@ def texts_to_animated_svg(
         if not second:
             yield recorder.export_svg(title=title, unique_id="film", code_format=head, clear=False)
         picture = recorder.export_svg(unique_id=f"t{second}", code_format=PICTURE_TEMPLATE)
-        yield (
-            INVISIBLE_PATTERN.sub("", picture)
-            .replace("&#160;", "\xa0")
-            .replace("DELAY", str(second), 1)
-        )
+        yield INVISIBLE_PATTERN.sub("", picture).replace("DELAY", str(second), 1)
     yield "</g>\n</svg>\n"
 
 

@@ -22,7 +22,7 @@ EXPECTED_MESSAGES = {
     "deaf": "deaf: did not read what it was told in 0.2 s",
     "dead": "dead: was ended by SIGKILL",
     "late": "late: answered after more than 0.2 s",
-    "garbled": "garbled: said 'ne': Expecting value: line 1 column 1 (char 0)",
+    "garbled": "garbled: said 'ne': Expecting value, at column 1",
     "illegal": "illegal: unknown action '101'; did you mean 11 or 10 or 100?",
     "flooding": "garbled: said 1000 lines that answer nothing",
     "forking": "dead: ended with exit code 0",
