@@ -122,10 +122,11 @@ class Keep(Play):
         return game.words
 
     def file(self, folder: Path) -> Path:
-        save_paths = sorted(
-            (folder / "state/dmplay/games").glob("*.dmt"), key=lambda save_path: save_path.name
-        )
-        return next((path for path in save_paths if path.stat().st_size), folder / "none")
+        # The last one: a game that is killed before its first turn is not resumed, but begun anew.
+        save_paths = [
+            path for path in (folder / "state/dmplay/games").glob("*.dmt") if path.stat().st_size
+        ]
+        return max(save_paths, default=folder / "none")
 
     def resumed(self, game: Game, folder: Path) -> CompletedProcess[str]:
         remaining = self.script(game)[count_events(_read_if_exists(self.file(folder))) :]
