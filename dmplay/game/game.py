@@ -16,6 +16,7 @@ from dmplay.formatting import describe_end_reason, escape_newlines
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
 from dmplay.game.saves import SaveRemoval
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.hints.ghost_agent import Ghost
 from dmplay.hints.hint_provider import HintProvider
 from dmplay.key_maps.action_input import Keyboard
@@ -27,8 +28,7 @@ from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
 from dmplay.uniforms import SeededUniforms
-from dmplay.views.protocol import DrawOptions, draw_picture, load_view_module
-from dmplay.views.view_cache import SeatSnapshot
+from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
 from dmplay.work_budget import ComputationStopped
 
 NO_CHOICES: Mapping[int, float] = {}
@@ -87,7 +87,6 @@ class Game:
         self.narrator = Narrator(session, self.human_seats, reveal=self.reveal)
         self._hint_providers: dict[int, HintProvider] = {}
         self._snapshot: SeatSnapshot | None = None
-        self._board_cache: tuple[SeatSnapshot, DrawOptions, Text] | None = None
 
     @property
     def problem(self) -> Problem:
@@ -234,10 +233,7 @@ class Game:
         return self.snapshot(seat).view
 
     def draw_board(self, options: DrawOptions, snapshot: SeatSnapshot | None = None) -> Text:
-        """Return the drawn board, with the state if it is revealed and the ghost if it is shown.
-
-        The result is cached for an unchanged snapshot and options; callers must not modify it.
-        """
+        """Return the drawn board, with the state if it is revealed and the ghost if it is shown."""
         snapshot = snapshot or self.snapshot()
         ghost = (
             self.ghost.session.state
@@ -248,17 +244,7 @@ class Game:
         options = options._replace(
             revealed_state=self._revealed_state, ghost_state=ghost, keys_by_action=names
         )
-        if not (
-            self._board_cache
-            and self._board_cache[0] is snapshot
-            and self._board_cache[1].is_equal_to(options)
-        ):
-            self._board_cache = (
-                snapshot,
-                options,
-                self.narrator.view_cache.fit_board(snapshot, options),
-            )
-        return self._board_cache[2]
+        return fit_board(self.view_module, snapshot.view, options)
 
     def describe_expected_reward(self, action: float) -> str:
         """Return the view's text on an action's expected reward, after a space; '' if it has

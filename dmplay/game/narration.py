@@ -4,12 +4,12 @@ from collections.abc import Mapping, Sequence
 
 from dmplay.formatting import describe_end_reason, format_count, score_label
 from dmplay.game import turn_facts
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.hints.ghost_agent import Ghost
 from dmplay.session import Session
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
 from dmplay.views.protocol import DrawOptions, expand_for_picture, fit_board, load_view_module
-from dmplay.views.view_cache import SeatSnapshot, ViewCache
 
 NO_FACTS: Mapping[str, object] = {}
 TRANSCRIPT_DRAW_OPTIONS = DrawOptions(width=80, height=24)
@@ -39,13 +39,16 @@ class Narrator:
         self.is_paused = False  # whether the game was left and can be resumed as if it never was
         # explanations of ends that are not natural, by end reason
         self.end_explanations = dict[str, str]()
-        self.view_cache = ViewCache(session.problem)
+        self.view_module = load_view_module(session.problem)
         self._debrief_cache: tuple[object, list[dict[str, object]]] = (None, [])
 
     def describe_turn(self, snapshot: SeatSnapshot) -> str:
         """Return the last turn in one line: number, events, and reward and score if visible."""
         reroll_text = ", under other dice" if snapshot.turn in self.session.reroll_counts else ""
-        parts = [f"turn {snapshot.turn}{reroll_text}.", self.view_cache.describe_turn(snapshot)]
+        parts = [
+            f"turn {snapshot.turn}{reroll_text}.",
+            self.view_module.describe_turn(snapshot.view),
+        ]
         if snapshot.rewards_visible and snapshot.last_turn:
             reward = snapshot.last_turn.rewards.item(snapshot.seat)
             parts.append(f"reward {reward:.6g}. score {self.seat_return(snapshot):.6g}.")
@@ -67,7 +70,7 @@ class Narrator:
 
     def describe_situation(self, snapshot: SeatSnapshot) -> str:
         """Return the current situation in sentences, with the hidden state if it is revealed."""
-        words = self.view_cache.describe_situation(snapshot)
+        words = self.view_module.describe_situation(snapshot.view)
         if self.reveal and self.session.problem.partially_observable:
             words += f" truly {self.session.problem.format_state(self.session.state)}."
         return words

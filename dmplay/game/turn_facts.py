@@ -2,9 +2,9 @@
 
 from collections.abc import Mapping
 
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.session import Session
 from dmplay.transcript.format import collect_turn_facts
-from dmplay.views.view_cache import SeatSnapshot
 
 PUBLIC_FACT_KEYS = (
     "turn",

@@ -23,13 +23,11 @@ from dmplay.rendering.html_markup import (
 from dmplay.session import belief_size
 from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.views.protocol import DrawOptions
-from dmplay.views.view_cache import IdentityCache, SeatSnapshot
 
 # left edge, width, height and margin of a plot, in SVG units
 PLOT_LEFT, PLOT_WIDTH, PLOT_HEIGHT, PLOT_MARGIN = 4, 640, 120, 10
 PLOT_VIEW_HEIGHT = PLOT_HEIGHT + 2 * PLOT_MARGIN
 LINE_COLORS = ("blue", "yellow", "green", "magenta", "red", "cyan")
-MAX_CACHED_STEPS = 512  # boards with panels to cache as JSON
 MAX_MEMORY_CHARACTERS, READ_CHARACTERS = (
     2**20,
     2**13,
@@ -62,13 +60,12 @@ class PageSteps:
         self.count = self.last_turn = 0
         self.row_numbers: dict[str, int] = {}  # row of a board -> its number
         self.open_step, self.open_content, self.open_text = -1, BoardAndPanel([], []), ""
-        self._json_cache = IdentityCache[BoardAndPanel](self._content_json, MAX_CACHED_STEPS)
 
     def add(self, turn: int, content: BoardAndPanel, text: str) -> None:
         """Write a step to the log as a list item, and to the data as JSON that is safe in HTML."""
         self.log_file.write("\n" * (self.count > 0) + f"<li>{escape_html(text)}</li>")
         step_json = (
-            f'{{"turn": {turn}, {self._json_cache.get(content)}, "said": {_script_json(text)}}}'
+            f'{{"turn": {turn}, {self._content_json(content)}, "said": {_script_json(text)}}}'
         )
         self.data_file.write(", " * (self.count > 0) + step_json)
         if self.requested_turn in {None, turn}:  # the last of several with this turn
@@ -114,7 +111,7 @@ def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Ite
     )
     fields = {
         "title": escape_html(f"dmplay {game.problem_name}"),
-        "goal": escape_html("; ".join(game.narrator.view_cache.goal_lines(game.snapshot(0)))),
+        "goal": escape_html("; ".join(game.view_module.goal_lines(game.view(0)))),
         "light": LIGHT_THEME_CSS,
         "dark": DARK_THEME_CSS,
         "words": STYLE_CLASS_CSS,
@@ -175,18 +172,10 @@ def _add_all_steps(
 
 
 def _board_and_panel(game: Playback, options: DrawOptions) -> BoardAndPanel:
-    """Return the board and the panel of the current step, from the cache if possible."""
-
-    def render_snapshot(snapshot: SeatSnapshot) -> BoardAndPanel:
-        """Return the board and the panel of a snapshot."""
-        facts = game.narrator.view_cache.panel_rows(snapshot)
-        panel = [(escape_unprintable(label), escape_unprintable(value)) for label, value in facts]
-        return BoardAndPanel(render_html_rows(game.draw_board(options, snapshot)), panel)
-
-    extra_key = (options.width, options.height, options.ascii, game.session.state.tobytes())
-    return game.narrator.view_cache.get_or_compute(
-        "page", game.snapshot(), render_snapshot, extra_key
-    )
+    """Return the board and the panel of the current step."""
+    facts = game.view_module.panel_rows(game.view())
+    panel = [(escape_unprintable(label), escape_unprintable(value)) for label, value in facts]
+    return BoardAndPanel(render_html_rows(game.draw_board(options)), panel)
 
 
 def _belief_lines(game: Playback) -> list[PlotLine]:

@@ -2,10 +2,9 @@
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from functools import lru_cache
 from json.encoder import encode_basestring_ascii
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from rich.text import Text
 
@@ -16,6 +15,7 @@ from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_form
 from dmplay.game.game import Game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.playback import Playback
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
 from dmplay.key_maps.action_input import Keyboard
 from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
@@ -24,17 +24,15 @@ from dmplay.output.svg_export import text_to_svg, write_or_print
 from dmplay.output.svg_export import texts_to_animated_svg as pictures
 from dmplay.output.tables import format_csv_row
 from dmplay.safe_files import check_not_source
-from dmplay.screen.frame import Frame, ScreenRows, compose_frame
+from dmplay.screen.frame import Frame, compose_frame
 from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.terminal_styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.transcript.header import collect_header_facts
-from dmplay.views.protocol import DrawOptions, TooSmallNotice, expand_for_picture
-from dmplay.views.view_cache import IdentityCache, SeatSnapshot
+from dmplay.views.protocol import DrawOptions, expand_for_picture
 
 DEFAULT_COLUMNS = 80  # columns of a screen
 ROWS_AROUND_BOARD = 8  # rows of title, goal, log, message and keys
-MAX_CACHED_PARTS, MAX_CACHED_ROWS = 2**10, 2**8  # parts and rows of screens to cache
 SEED_KEYS = ("seed", "episode")
 # escape sequences that clear the screen, quoted as in JSON
 CLEAR_SCREEN_JSON = r"\u001b[H\u001b[2J"
@@ -49,40 +47,13 @@ class ExportOptions(NamedTuple):
     typed_options: Sequence[str] = ()  # typed options that apply to screens only
 
 
-class ScreenRenderer:
-    """A renderer of screens as strings, with caches for the parts and rows that repeat."""
-
-    def __init__(self, viewport: Viewport, draw: Callable[[ScreenLine], str], row_end: str) -> None:
-        self._viewport, self._row_end = viewport, row_end
-        render_row: Callable[[Any], str] = lru_cache(MAX_CACHED_ROWS)(
-            lambda row: draw(fit_line(row, viewport))
-        )
-        render_rich_text = IdentityCache[Any](
-            lambda row: draw(fit_line(row, viewport)), MAX_CACHED_ROWS
-        ).get
-        self._draw_by_type = {
-            str: render_row,
-            tuple: render_row,
-            Text: render_rich_text,
-            TooSmallNotice: render_rich_text,
-        }
-        self._part_cache = IdentityCache[ScreenRows](
-            lambda part: row_end.join(self._draw_rows(part)), MAX_CACHED_PARTS
-        )
-
-    def render_screen(self, game: Game, snapshot: SeatSnapshot, log: list[str]) -> str:
-        """Return a screen as a string, with `row_end` between its rows."""
-        chunks: list[str] = []
-        for part in Frame(game, self._viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts():
-            chunks += (
-                [self._part_cache.get(part)] if isinstance(part, tuple) else self._draw_rows(part)
-            )
-        return self._row_end.join(chunks)
-
-    def _draw_rows(self, part: ScreenRows) -> list[str]:
-        """Return the rendered rows of a part."""
-        draw_by_type = self._draw_by_type
-        return [draw_by_type[type(row)](row) for row in part]
+def _render_screens(
+    game: Playback, viewport: Viewport, draw_row: Callable[[ScreenLine], str], row_end: str
+) -> Iterator[str]:
+    """Yield each screen as a string: its rows, drawn by `draw_row`, with `row_end` between them."""
+    for snapshot, log in _iter_snapshots(game):
+        parts = Frame(game, viewport, EMPTY_FRAME_STATE, log, snapshot).compose_parts()
+        yield row_end.join(draw_row(fit_line(row, viewport)) for part in parts for row in part)
 
 
 def iter_screens(game: Playback, viewport: Viewport) -> Iterator[Text]:
@@ -174,10 +145,8 @@ def render_cast(game: Playback, options: ExportOptions) -> Iterator[str]:
 
 def _iter_json_screens(game: Playback, viewport: Viewport) -> Iterator[str]:
     """Yield the screens as a terminal in raw mode receives them, quoted as in JSON."""
-    renderer = ScreenRenderer(
-        viewport, lambda row: _quote_json(to_ansi(row, "default")), _quote_json("\r\n")
-    )
-    return (renderer.render_screen(game, snapshot, log) for snapshot, log in _iter_snapshots(game))
+    screens = _render_screens(game, viewport, lambda row: to_ansi(row, "default"), "\r\n")
+    return map(_quote_json, screens)
 
 
 def _quote_json(text: str) -> str:
@@ -192,9 +161,10 @@ def _json_line(value: object) -> str:
 
 def render_text(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield every screen as plain text."""
-    renderer = ScreenRenderer(options.viewport, lambda row: to_plain_text(row).rstrip(), "\n")
-    for snapshot, log in _iter_snapshots(game):
-        yield renderer.render_screen(game, snapshot, log).rstrip() + "\n\n"
+    for screen in _render_screens(
+        game, options.viewport, lambda row: to_plain_text(row).rstrip(), "\n"
+    ):
+        yield screen.rstrip() + "\n\n"
 
 
 def render_csv(game: Playback, options: ExportOptions) -> Iterator[str]:

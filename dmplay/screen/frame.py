@@ -7,20 +7,19 @@ from typing import NamedTuple
 
 from rich.text import Span, Text
 
-from dmplay.core import array_bytes
 from dmplay.formatting import format_score
 from dmplay.game.game import Game
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.hints.hint_provider import Hint
 from dmplay.screen import heading
 from dmplay.screen.footer import format_footer
-from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
+from dmplay.screen.frame_state import FrameState, Viewport, fit_line
 from dmplay.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
 from dmplay.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.terminal_styles import ScreenLine, to_rich_text
 from dmplay.views.canvas import measure_text, split_styled_rows
 from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
-from dmplay.views.view_cache import SeatSnapshot
 
 MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
     4,
@@ -85,7 +84,7 @@ class Frame:
 
     def max_scroll_offset(self) -> int:
         """Return the maximum number of rows by which the log can be scrolled back."""
-        layout = self._cached_layout()
+        layout = self._compute_layout(self._snapshot)
         log_viewport = (
             Viewport(self._viewport.width, self._body_height - 1)
             if isinstance(layout, TooSmallNotice)
@@ -178,7 +177,7 @@ class Frame:
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
         """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
-        game, viewport, layout = self._game, self._viewport, self._cached_layout()
+        game, viewport, layout = self._game, self._viewport, self._compute_layout(self._snapshot)
         long_messages = [self._state.message] if self._log_shows_message else []
         if isinstance(layout, TooSmallNotice):
             return self._too_small_parts(layout, long_messages)
@@ -230,26 +229,6 @@ class Frame:
             game, self._snapshot, viewport if has_goal_row(viewport) else None, log_viewport
         )
 
-    def _cached_layout(self) -> "_BoardLayout | TooSmallNotice":
-        """Return the layout of board, panel and log, or a notice if the board does not fit.
-
-        The layout is cached for a game without people and ghost while the screen adds nothing to
-        it.
-        """
-        game = self._game
-        if game.human_seats or game.ghost or self._state != EMPTY_FRAME_STATE:
-            return self._compute_layout(self._snapshot)
-        hidden = game.session.problem.partially_observable
-        state = (
-            game.reveal and array_bytes(game.session.state)
-            if hidden
-            else self._snapshot.observation_key
-        )
-        cache_key = (self._viewport, self._body_height, state)
-        return game.narrator.view_cache.get_or_compute(
-            "laid", self._snapshot, self._compute_layout, cache_key
-        )
-
     def _compute_layout(self, snapshot: SeatSnapshot) -> "_BoardLayout | TooSmallNotice":
         """Compute the layout of board, panel and log; return a notice if the board does not fit.
 
@@ -299,7 +278,7 @@ class Frame:
         game, state = self._game, self._state
         shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
         best = [("best", state.best_return)] if state.best_return else []
-        facts = [*game.narrator.view_cache.panel_rows(snapshot), *best, *_ghost_facts(game)]
+        facts = [*game.view_module.panel_rows(snapshot.view), *best, *_ghost_facts(game)]
         return (*facts, *(_hint_facts(state.hint) if shows_hint else []))
 
 

@@ -5,12 +5,12 @@ from functools import lru_cache
 
 from dmplay.formatting import describe_end_reason, format_score, score_label
 from dmplay.game.game import Game
+from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.screen.frame_state import Viewport
 from dmplay.screen.text_wrapping import wrap_lines
 from dmplay.session import DEFAULT_TURN_LIMIT
 from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.terminal_styles import ScreenLine
-from dmplay.views.view_cache import SeatSnapshot
 
 CLAUSE_SEPARATOR = "; "  # between clauses of the goal
 UNSHOWN_TURN_LIMITS = (None, DEFAULT_TURN_LIMIT)  # turn limits that are not displayed
@@ -86,16 +86,6 @@ def _format_name(game: Game) -> str:
 
 def goal_row(game: Game, snapshot: SeatSnapshot, viewport: Viewport) -> ScreenLine:
     """Return the goal row: as many clauses of the goal and its costs as fit, at least one."""
-    return game.narrator.view_cache.get_or_compute(
-        "aim",
-        snapshot,
-        lambda current: _format_goal_row(game, current, viewport),
-        (viewport.width,),
-    )
-
-
-def _format_goal_row(game: Game, snapshot: SeatSnapshot, viewport: Viewport) -> ScreenLine:
-    """Compute the goal row."""
     clauses = _goal_clauses(game, snapshot)
     count = max(_count_fitting_clauses(clauses, viewport.width), 1)
     return f" {CLAUSE_SEPARATOR.join(clauses[:count])}"
@@ -124,7 +114,7 @@ def remaining_goal_lines(
 
 def _goal_clauses(game: Game, snapshot: SeatSnapshot) -> list[str]:
     """Return the clauses of the goal, with unprintable characters escaped."""
-    return [escape_unprintable(clause) for clause in game.narrator.view_cache.goal_lines(snapshot)]
+    return [escape_unprintable(clause) for clause in game.view_module.goal_lines(snapshot.view)]
 
 
 def _count_fitting_clauses(clauses: Sequence[str], width: int) -> int:

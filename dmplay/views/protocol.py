@@ -5,7 +5,6 @@ import importlib.util
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple, Protocol, cast
 
-import numpy as np
 from rich.text import Text
 
 from dmplay.chance import Array, Reals
@@ -61,25 +60,10 @@ class DrawOptions(NamedTuple):
     ghost_state: Array | None = None  # state of the ghost, to be drawn faintly
     panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
 
-    def is_equal_to(self, other: "DrawOptions") -> bool:
-        """Return whether other options ask for the same drawing."""
-        return _is_deeply_equal(tuple(self), tuple(other))
-
     @property
     def columns_beside_panel(self) -> int:
         """The columns left for a board beside the side panel; 0 unless `allow_large` is set."""
         return max(self.width - self.panel_columns, 0) if self.allow_large else 0
-
-
-def _is_deeply_equal(left: object, right: object) -> bool:
-    """Return whether two values have equal types and contents, also inside tuples and arrays."""
-    if left is right:
-        return True
-    if isinstance(left, tuple) and isinstance(right, tuple):
-        return len(left) == len(right) and all(map(_is_deeply_equal, left, right))
-    if isinstance(left, np.ndarray) and isinstance(right, np.ndarray):
-        return np.array_equal(left, right)
-    return type(left) is type(right) and left == right
 
 
 class Lesson(NamedTuple):

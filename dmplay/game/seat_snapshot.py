@@ -1,0 +1,41 @@
+"""Snapshots of a game: the facts that one seat may know at one moment."""
+
+from dataclasses import replace
+from functools import cached_property
+
+from dmplay.core import Problem
+from dmplay.session import Session, View
+
+
+class SeatSnapshot:
+    """A snapshot of what a seat may know now: the last turn, and the whole view on demand."""
+
+    def __init__(
+        self,
+        session: Session,
+        seat: int,
+        *,
+        rewards_visible: bool = False,
+        agents_only: bool = False,
+    ) -> None:
+        self.agents_only = agents_only  # whether only agents play
+        self.session, self.seat, self.turn = session, seat, len(session.turns)
+        self.last_turn = session.turns[-1] if session.turns else None
+        self.end_reason = session.end_reason
+        self.rewards_visible = (
+            rewards_visible or self.end_reason is not None or session.problem.rewards_observable
+        )
+
+    def is_current_for(self, seat: int) -> bool:
+        """Return whether the snapshot is still current for a seat."""
+        turns = self.session.turns
+        is_same_turn = seat == self.seat and (turns[-1] if turns else None) is self.last_turn
+        return is_same_turn and self.session.end_reason == self.end_reason
+
+    @cached_property
+    def view(self) -> View[Problem]:
+        """The seat's view; if only agents play, its player label is the agent's name."""
+        view = self.session.view(self.seat, rewards_visible=self.rewards_visible)
+        return (
+            replace(view, player_label=view.problem.agents[self.seat]) if self.agents_only else view
+        )
