@@ -145,17 +145,6 @@ def mute_typed_keys(stdin: TextIO) -> Iterator[None]:
             termios.tcsetattr(fd, termios.TCSANOW, saved_attributes)
 
 
-def has_background_erase(stream: TextIO) -> bool:
-    """Return whether erased areas take the current background colour (terminfo `bce`)."""
-    import curses  # imported here because only the full screen needs it
-
-    try:
-        curses.setupterm(fd=stream.fileno())
-    except curses.error:  # The terminal has no terminfo description.
-        return False
-    return curses.tigetflag("bce") > 0
-
-
 def read_line(prompt: str, stdin: TextIO) -> str:
     """Print a prompt and return the next line, "" at the end of input.
 

@@ -14,8 +14,7 @@ from dmplay.gallery.problem_list import ProblemEntry
 from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.player_records import ProblemRecord, find_record, load_records
-from dmplay.rendering.painter import Painter
-from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.rendering.painter import Painter, ScreenPosition
 from dmplay.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
 from dmplay.shell.commands import PlayerQuit
 from dmplay.terminal_capabilities import Terminal, escape_unprintable

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from rich.text import Text
 
 from dmplay.hints.hint_provider import Hint
-from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.rendering.painter import ScreenPosition
 from dmplay.terminal_styles import ScreenLine, to_plain_text, to_rich_text
 from dmplay.views.canvas import ASCII_TRANSLATION
 from dmplay.views.protocol import Forecast

@@ -6,7 +6,7 @@ import sys
 from dmplay.rendering.painter import Painter
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.screen.screen_protocols import KeyDrivenScreen
-from dmplay.terminal_capabilities import has_background_erase, mute_typed_keys
+from dmplay.terminal_capabilities import mute_typed_keys
 
 
 def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:
@@ -14,10 +14,8 @@ def run_full_screen(screen: PlayScreen | KeyDrivenScreen) -> int:
 
     The terminal is restored in any case.
     """
-    terminal, out = screen.terminal, sys.stdout
-    painter = Painter(
-        out, terminal.theme, terminal.width, erases_with_color=has_background_erase(out)
-    )
+    terminal = screen.terminal
+    painter = Painter(sys.stdout, terminal.theme, terminal.width)
     try:
         with mute_typed_keys(sys.stdin):
             # Paint the first frame before prompt_toolkit is imported, which takes a tenth of a

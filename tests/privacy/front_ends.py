@@ -16,8 +16,7 @@ from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.interactive_shell import toolbar_text
-from dmplay.rendering.painter import Painter
-from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.rendering.painter import Painter, ScreenPosition
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.modes import Mode
 from dmplay.screen.play_operations import run_typed_line

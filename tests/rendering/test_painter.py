@@ -10,9 +10,7 @@ from hypothesis import strategies as st
 from rich.text import Text
 
 from dmplay import terminal_styles
-from dmplay.rendering.painter import Painter
-from dmplay.rendering.sgr_codes import encode_sgr_change, parse_sgr_codes
-from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.rendering.painter import Painter, ScreenPosition
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 COLUMN_COUNT, ROW_COUNT = 24, 6
@@ -85,53 +83,17 @@ def test_rows_that_scroll_up_look_freshly_written(lines: list[Text], by: int) ->
     assert read_cells(paint_frames(before, after)) == read_cells(paint_frames(after))
 
 
-def test_a_log_that_moves_up_is_scrolled_instead_of_rewritten() -> None:
-    log = [Text(f"{'abcdefghi'[turn] * 12} {turn}.") for turn in range(9)]
-    title = Text("dmplay")
-    painter = paint_frames(build_frame(title, *log[:5]))
-    start = painter.paper.tell()
-    painter.paint(build_frame(title, *log[1:6]))
-    output = painter.paper.getvalue()[start:]
-    assert painter.paper.text.split("\n")[1:] == [line.plain for line in log[1:6]]
-    assert output == "\x1b[2H\x1b[M\x1b[6H\x1b[Lffffffffffff 5."
-
-
-def test_rows_are_not_scrolled_if_rewriting_takes_fewer_bytes() -> None:
-    title, log = Text("dmplay"), [Text(f"turn {turn}. moved on to e.") for turn in range(3)]
-    assert (
-        capture_update(build_frame(title, *log[:2]), build_frame(title, *log[1:]))
-        == "\x1b[2;6H1\x1b[3;6H2"
-    )
-
-
-def test_one_changed_cell_costs_one_jump_and_one_character() -> None:
-    before, after = build_frame(Text("│  h  │  @  │")), build_frame(Text("│  h  │  o  │"))
-    assert capture_update(before, after) == "\x1b[1;10Ho"
+def test_only_rows_that_changed_are_written() -> None:
+    before = build_frame(Text("dmplay"), Text("│  h  │  @  │"), Text("turn 1"))
+    after = build_frame(Text("dmplay"), Text("│  h  │").append("  o  │", "bold"), Text("turn 1"))
+    assert capture_update(before, after) == "\x1b[2H\x1b[K│  h  │\x1b[1m  o  │\x1b[m"
+    assert capture_update(after, build_frame(Text("dmplay"))) == "\x1b[2H\x1b[K\x1b[3H\x1b[K"
 
 
 def test_a_filled_cell_becomes_an_empty_one_with_its_dot() -> None:
     before = build_frame(Text("│").append("    2    ", "bold color(16) on color(255)").append("│"))
     after = build_frame(Text("│").append("    ·    ", "dim").append("│"))
     assert read_cells(paint_frames(before, after)) == read_cells(paint_frames(after))
-
-
-def test_many_blanks_are_erased_and_jumped_over() -> None:
-    before, after = (
-        build_frame(Text("│ eight-cells │ e │")),
-        build_frame(Text("│             │ o │")),
-    )
-    assert capture_update(before, after) == "\x1b[1;3H\x1b[11X\x1b[14Co"
-
-
-def test_a_style_change_is_encoded_in_few_codes() -> None:
-    tile, other = parse_sgr_codes("1;38;5;16;48;5;255"), parse_sgr_codes("1;38;5;16;48;5;230")
-    assert encode_sgr_change(tile, other) == "\x1b[48;5;230m"
-    assert encode_sgr_change(tile, parse_sgr_codes("1")) == "\x1b[0;1m"
-    assert encode_sgr_change(parse_sgr_codes("1;31"), parse_sgr_codes("1")) == "\x1b[39m"
-    assert encode_sgr_change(parse_sgr_codes("1"), parse_sgr_codes("2")) == "\x1b[0;2m"
-    assert encode_sgr_change(parse_sgr_codes("1;2;31"), parse_sgr_codes("1;31")) == "\x1b[22;1m"
-    assert encode_sgr_change(tile, parse_sgr_codes("")) == "\x1b[m"
-    assert encode_sgr_change(parse_sgr_codes(""), parse_sgr_codes("")) == ""
 
 
 def test_an_unchanged_frame_writes_nothing() -> None:

@@ -16,8 +16,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.builtin_names import name_to_stem
-from dmplay.rendering.painter import Painter
-from dmplay.rendering.terminal_output import ScreenPosition
+from dmplay.rendering.painter import Painter, ScreenPosition
 from dmplay.screen.key_handlers import handle_key
 from dmplay.screen.play_screen import PlayScreen
 from dmplay.terminal_capabilities import Terminal

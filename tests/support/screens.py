@@ -125,7 +125,7 @@ class EmulatedPainter(Painter):
     """A painter on an emulated screen."""
 
     def __init__(self, emulated: EmulatedScreen, columns: int, rows: int) -> None:
-        super().__init__(emulated, "default", erases_with_color=True)
+        super().__init__(emulated, "default")
         self.paper = emulated
         self.resize(columns, rows)
 
