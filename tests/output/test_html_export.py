@@ -4,6 +4,7 @@ import re
 import shutil
 import subprocess
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
@@ -175,12 +176,22 @@ for (const part of document.querySelectorAll("#board span, h1, p, dt, dd, figcap
   least = Math.min(least, (high + 0.05) / (low + 0.05));
 }
 document.body.dataset.contrast = least.toFixed(2);
+const labels = [...document.querySelectorAll(".label")].map((label) => label.clientHeight);
+document.body.dataset.labels = Math.max(...labels);
 document.body.dataset.overflow = document.documentElement.scrollWidth - window.innerWidth;
 """
 
 
-def measure_in_browser(html: str, folder: Path) -> tuple[float, int]:
-    """Return the least contrast of a page in a browser, and the pixels by which it is too wide."""
+class PageMeasures(NamedTuple):
+    """Measures of a page in a browser, in pixels but for the contrast."""
+
+    contrast: float  # the least of all texts
+    label_height: int  # of the highest label of a plot
+    overflow: int  # by which the page is wider than the window
+
+
+def measure_in_browser(html: str, folder: Path) -> PageMeasures:
+    """Return the measures of a page in a browser."""
     assert BROWSER_PATH
     (folder / "page.html").write_text(
         html.replace("</body>", f"<script>{PAGE_CHECK}</script></body>"), encoding="utf-8"
@@ -190,9 +201,10 @@ def measure_in_browser(html: str, folder: Path) -> tuple[float, int]:
          f"--user-data-dir={folder / 'profile'}", (folder / "page.html").as_uri()],
         capture_output=True, text=True, timeout=60, check=True,
     )  # fmt: skip
-    measured = re.search(r'data-contrast="(.*?)" data-overflow="(.*?)"', completed.stdout)
+    pattern = r'data-contrast="(.*?)" data-labels="(.*?)" data-overflow="(.*?)"'
+    measured = re.search(pattern, completed.stdout)
     assert measured
-    return float(measured[1]), int(measured[2])
+    return PageMeasures(float(measured[1]), int(measured[2]), int(measured[3]))
 
 
 @pytest.mark.slow
@@ -204,9 +216,10 @@ def test_every_text_of_a_page_can_be_read_in_a_browser(tmp_path: Path, *, is_dar
     assert "bold reverse yellow" in html
     if is_dark:
         html = html.replace("(prefers-color-scheme: dark)", "all")
-    contrast, overflow = measure_in_browser(html, tmp_path)
-    assert contrast >= 4.5  # WCAG 2.2, 1.4.3
-    assert overflow <= 0
+    measures = measure_in_browser(html, tmp_path)
+    assert measures.contrast >= 4.5  # WCAG 2.2, 1.4.3
+    assert measures.label_height <= 20  # one line
+    assert measures.overflow <= 0
 
 
 @pytest.mark.slow
@@ -220,7 +233,7 @@ def test_a_long_word_does_not_widen_a_page_in_a_browser(tmp_path: Path) -> None:
     record_game(file, f"{tmp_path}/styled.py", "random", turns=9)
     html = "".join(render_page(Playback(file, trusted=True), None, LARGE_OPTIONS))
     assert html.count(word) > 1
-    assert measure_in_browser(html, tmp_path)[1] <= 0
+    assert measure_in_browser(html, tmp_path).overflow <= 0
 
 
 def test_a_long_page_is_written_in_short_parts(tmp_path: Path) -> None:
