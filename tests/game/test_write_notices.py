@@ -10,6 +10,7 @@ import os
 import resource
 import sys
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -36,15 +37,18 @@ FULL, EMPTY = "# the disk is full\n", "# the disk has room again\n"  # comments,
 SIZE_LIMITS = resource.getrlimit(resource.RLIMIT_FSIZE)
 
 
-@pytest.fixture(autouse=True)
-def _leave_room_afterwards() -> Iterator[None]:
-    yield
-    set_disk(full=False)
-
-
 def set_disk(*, full: bool) -> None:
     """Let every write to a file fail, or let writes succeed again."""
     resource.setrlimit(resource.RLIMIT_FSIZE, (1, SIZE_LIMITS[1]) if full else SIZE_LIMITS)
+
+
+@contextmanager
+def with_room_afterwards() -> Iterator[None]:
+    """Empty the disk before pytest reports the test: pytest may write its report to a file."""
+    try:
+        yield
+    finally:
+        set_disk(full=False)
 
 
 class TypedLines(io.StringIO):
@@ -80,6 +84,7 @@ def count_notices(printed: str, path: Path) -> tuple[int, int]:
 @pytest.mark.parametrize(
     "reporter", [SentenceReporter(PIPE), JsonReporter()], ids=["plain", "json"]
 )
+@with_room_afterwards()
 def test_a_failed_write_is_reported_once_after_its_turn(
     reporter: Reporter, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -103,6 +108,7 @@ def test_a_failed_write_is_reported_once_after_its_turn(
     assert verify_file(path).turns == 4
 
 
+@with_room_afterwards()
 def test_the_shell_reports_a_failed_write_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -117,6 +123,7 @@ def test_the_shell_reports_a_failed_write_once(
     assert rows[-1] == f"kept as you play: {path}"
 
 
+@with_room_afterwards()
 def test_a_game_of_agents_reports_a_failed_write_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -129,6 +136,7 @@ def test_a_game_of_agents_reports_a_failed_write_once(
     assert controller.game.recorder.write_error
 
 
+@with_room_afterwards()
 def test_a_start_that_cannot_be_written_is_reported_before_the_first_choice(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -142,6 +150,7 @@ def test_a_start_that_cannot_be_written_is_reported_before_the_first_choice(
     assert count_notices("\n".join(rows), path) == (1, 1)
 
 
+@with_room_afterwards()
 def test_an_error_that_is_gone_before_the_report_is_not_mentioned(tmp_path: Path) -> None:
     controller = start_on_disk(tmp_path / "g.dmt")
     set_disk(full=True)
@@ -151,6 +160,7 @@ def test_an_error_that_is_gone_before_the_report_is_not_mentioned(tmp_path: Path
     assert not controller.take_write_notice()
 
 
+@with_room_afterwards()
 def test_a_game_that_could_not_be_written_is_not_called_kept(tmp_path: Path) -> None:
     path = tmp_path / "g.dmt"
     controller = start_on_disk(path)
@@ -159,6 +169,7 @@ def test_a_game_that_could_not_be_written_is_not_called_kept(tmp_path: Path) -> 
     assert f" cannot write {path}: " in run_line(controller, "restart")
 
 
+@with_room_afterwards()
 def test_the_screen_logs_a_failed_write_once_and_that_writing_works_again(tmp_path: Path) -> None:
     path = tmp_path / "g.dmt"
     controller = start_on_disk(path)
@@ -174,6 +185,7 @@ def test_the_screen_logs_a_failed_write_once_and_that_writing_works_again(tmp_pa
     assert "is written again" in screen.log[5]
 
 
+@with_room_afterwards()
 def test_each_person_of_a_game_with_private_views_finds_the_failure_in_the_log(
     tmp_path: Path,
 ) -> None:
@@ -249,6 +261,7 @@ def start_in_folder(tmp_path: Path, **options: Any) -> GameController:
 
 @pytest.mark.parametrize("problem", ["hexworld", "crying-baby"])
 @pytest.mark.parametrize("take_away", [remove_file, empty_file])
+@with_room_afterwards()
 def test_a_file_that_was_removed_or_emptied_is_written_again(
     take_away: Callable[[Path], None], problem: str, tmp_path: Path
 ) -> None:
@@ -269,6 +282,7 @@ def test_a_file_that_was_removed_or_emptied_is_written_again(
     assert (verify_file(path).findings, verify_file(path).turns) == ([], 3)
 
 
+@with_room_afterwards()
 def test_a_file_that_was_removed_before_the_last_line_is_complete(tmp_path: Path) -> None:
     controller = start_in_folder(tmp_path)
     path = controller.game.transcript_path
@@ -291,6 +305,7 @@ def test_a_file_that_was_removed_before_the_last_line_is_complete(tmp_path: Path
         (shorten_file, "another program changed it"),
     ],
 )
+@with_room_afterwards()
 def test_a_file_that_was_taken_away_is_reported_at_the_next_turn_and_left_alone(
     take_away: Callable[[Path], None], reason: str, tmp_path: Path
 ) -> None:
@@ -318,6 +333,7 @@ def test_a_file_that_was_taken_away_is_reported_at_the_next_turn_and_left_alone(
 @pytest.mark.parametrize(
     "take_away", [remove_folder, replace_by_folder, replace_by_file, shorten_file]
 )
+@with_room_afterwards()
 def test_a_game_whose_file_was_taken_away_ends_with_one_error_and_exit_code_1(
     take_away: Callable[[Path], None],
     is_json: bool,
@@ -348,6 +364,7 @@ def test_a_game_whose_file_was_taken_away_ends_with_one_error_and_exit_code_1(
         assert name not in printed.err
 
 
+@with_room_afterwards()
 def test_a_game_whose_file_was_removed_is_saved_elsewhere(tmp_path: Path) -> None:
     controller = start_in_folder(tmp_path)
     path, copy = controller.game.transcript_path, tmp_path / "copy.dmt"
@@ -358,6 +375,7 @@ def test_a_game_whose_file_was_removed_is_saved_elsewhere(tmp_path: Path) -> Non
     assert verify_file(copy).turns == 1
 
 
+@with_room_afterwards()
 def test_a_game_that_is_resumed_is_written_again_too(tmp_path: Path) -> None:
     path = tmp_path / "g.dmt"
     controller = start_on_disk(path)
