@@ -8,8 +8,6 @@ import signal
 import sys
 from types import TracebackType
 
-from dmplay.signals import TURN_GATE
-
 RUNTIME_CODE, USAGE_CODE, TERMINAL_LOST_CODE, INTERRUPT_CODE, PIPE_CODE = 1, 2, 129, 130, 141
 BLAS_THREADS_VARIABLE = (
     # OpenBLAS threads that wait for one another cost more time than they save
@@ -23,9 +21,8 @@ GC_THRESHOLDS = 20_000, 20, 20
 def main() -> None:
     """Run dmplay and exit with code 0, 1, 2, 3, or 128 plus a signal number."""
     try:
-        signal.signal(signal.SIGINT, TURN_GATE)
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a parent may have ignored it
         code = _run_and_report()
-        TURN_GATE.raise_postponed()
     except KeyboardInterrupt:
         code = INTERRUPT_CODE
     try:

@@ -23,7 +23,7 @@ from dmplay.key_maps.action_input import Keyboard
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.safe_files import MAX_FILE_BYTES
 from dmplay.session import SeatedPolicy, Session, View
-from dmplay.signals import TURN_GATE
+from dmplay.signals import defer_signals
 from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
@@ -306,7 +306,7 @@ class Game:
             return False
         finally:
             self._pending_choices = {}
-        with TURN_GATE:
+        with defer_signals():
             self.session.advance(actions)
             self._undone_actions.clear()
             self._record_turn()
@@ -364,7 +364,7 @@ class Game:
         if self._pending_choices:  # A pending choice is undone before any played turn.
             self._pending_choices.clear()
             return
-        with TURN_GATE:
+        with defer_signals():
             undone_turns = self.session.undo(self.session.turns_to_undo(self.human_seats, turns))
             self._undone_actions += [list(turn.actions) for turn in reversed(undone_turns)]
             if self.recorder:
@@ -387,7 +387,7 @@ class Game:
 
     def _replay_undone_turn(self) -> None:
         """Play the last undone actions again and write the turn to the transcript."""
-        with TURN_GATE:
+        with defer_signals():
             self.session.advance(self._undone_actions[-1])
             self._undone_actions.pop()
             self._record_turn()
@@ -400,7 +400,7 @@ class Game:
             raise BadParameter("reroll: no turn was played yet")
         self._pending_choices.clear()
         self._undone_actions.clear()
-        with TURN_GATE:
+        with defer_signals():
             self.session.reroll()
             if self.recorder:
                 self.recorder.write_event(
@@ -440,7 +440,7 @@ class Game:
         if self.viewing_seat not in self.human_seats:
             return
         name = self.problem.agents[self.viewing_seat]
-        with TURN_GATE:
+        with defer_signals():
             self.session.hint_counts[name] += 1
             if self.recorder:
                 self.recorder.write_event("help", {name: 1})
@@ -479,7 +479,7 @@ class Game:
 
         The session is not over: nothing that is hidden may be shown.
         """
-        with TURN_GATE:
+        with defer_signals():
             if self.recorder:
                 self.recorder.write_end(reason="interrupted")
             self.narrator.is_paused = True
@@ -489,7 +489,7 @@ class Game:
         """End the game, its transcript and the bots that play in it; do nothing if it is paused."""
         if self.narrator.is_paused:
             return
-        with TURN_GATE:
+        with defer_signals():
             self.session.end(reason)
             if self.recorder:
                 explanation = self.narrator.end_explanation

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from dmplay.signals import TURN_GATE, exit_on_signals
+from dmplay.signals import defer_signals, exit_on_signals
 
 DELAY_SECONDS = 1.0  # seconds before a bar is drawn
 
@@ -49,7 +49,7 @@ class ProgressBar(ExitStack):
             progress = Progress(*columns, console=Console(stderr=True), transient=True)
             self.enter_context(exit_on_signals())
             # a signal must not come between hiding the cursor and registering its return
-            with TURN_GATE:
+            with defer_signals():
                 self.rich_progress = self.enter_context(progress)
             self.rich_progress.add_task(self.task, total=1.0)
         self.rich_progress.update(self.rich_progress.task_ids[0], completed=share)

@@ -40,7 +40,6 @@ from dmplay.signals import (
     INTERRUPTED_EXIT_CODE,
     SIGNAL_EXIT_CODES,
     TERMINAL_LOST_EXIT_CODE,
-    TURN_GATE,
     defer_signals,
 )
 
@@ -71,7 +70,6 @@ def run_event_loop(
         if isinstance(screen, PlayScreen)
         else KeyDrivenEventLoop(screen, *terminal_io)
     )
-    TURN_GATE.raise_postponed()
     try:
         with (
             defer_signals() as early_signals
