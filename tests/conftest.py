@@ -1,6 +1,5 @@
-"""Settings of the test run: slow tests, the number of Hypothesis examples, garbage collection."""
+"""Settings of the test run: slow tests, the number of Hypothesis examples, the user's folders."""
 
-import gc
 import os
 import sys
 import tempfile
@@ -11,16 +10,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import pytest
 from hypothesis import settings
-from hypothesis.internal.conjecture import providers
-from hypothesis.internal.constants_ast import Constants
 
 from dmplay.agents import cart_pole, mountain_car
 from dmplay.solutions import continuous_problems
 from dmplay.solvers.grid_value_iteration import RectangularGrid
 
-gc.set_threshold(5_000, 9_999)  # objects that live long are collected once, at the end
-# examples must not depend on the modules that are loaded
-providers._get_local_constants = Constants
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")
 
@@ -47,16 +41,9 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
             item.add_marker(pytest.mark.slow)
 
 
-def pytest_collection_finish() -> None:
-    """Exclude objects that live until the end from garbage collection."""
-    gc.freeze()
-
-
-@pytest.hookimpl(trylast=True)
 def pytest_unconfigure(config: pytest.Config) -> None:
-    """Remove the user's folders, and freeze what remains for the last garbage collection."""
+    """Remove the user's folders."""
     config.stash[USER_FOLDERS].cleanup()
-    gc.freeze()
 
 
 @pytest.hookimpl(wrapper=True)
