@@ -63,12 +63,12 @@ def play(
     request = GameRequest(
         problem,
         variant,
-        set_,
+        tuple(set_),
         seed,
         episode,
         agent=agent,
         other_agent=vs,
-        seats=seat,
+        seats=tuple(seat),
         ghost_agent=ghost,
         turns=turns,
         record_path=record,
@@ -81,6 +81,9 @@ def play(
         key_preferences=options.configured_keys(keys),
         can_ask=current_terminal(terminal_options).can_ask,
         has_rate_option=has_rate_option,
+        settings_file_options=frozenset(
+            option for option in ("player", "frames") if not options.is_set_by_user(ctx, option)
+        ),
     )
     game_request: AnyGameRequest = request
     if assignment:

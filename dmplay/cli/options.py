@@ -34,25 +34,6 @@ def is_set_by_user(ctx: typer.Context, option: str) -> bool:
     return ctx.params[option] is not None and option_source(ctx, option) != "DEFAULT_MAP"
 
 
-def _config_filter(kind: str) -> Callable[[typer.Context, typer.CallbackParam, Any], object]:
-    """Return an option callback that filters values of settings files by the problem played.
-
-    `kind` is a key of `config_filters.OPTION_FILTERS`. Typed values are returned unchanged.
-    """
-
-    def callback(ctx: typer.Context, option: typer.CallbackParam, value: Any) -> object:
-        """Return the option's value, filtered if it comes from a settings file."""
-        if ctx.resilient_parsing or option_source(ctx, str(option.name)) != "DEFAULT_MAP":
-            return tuple(value) if isinstance(value, list) else value
-        from dmplay.cli import inapplicable_settings
-
-        return inapplicable_settings.OPTION_FILTERS[kind](
-            ctx, option, value, problem_in_context(ctx)
-        )
-
-    return callback
-
-
 def _complete_agents(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the agents of the typed problem, for completion."""
     from dmplay.shell.completion.agents_seats_and_parameters import complete_agents
@@ -103,7 +84,7 @@ def _option(
 
 def _agent_option(help_text: str, *flags: str) -> Any:
     """Return a Typer option whose value is an agent."""
-    return _option("AGENT", help_text, _complete_agents, *flags, callback=_config_filter("agent"))
+    return _option("AGENT", help_text, _complete_agents, *flags)
 
 
 def _shared_option(name: str, help_text: str, *flags: str, **extra: Any) -> Any:
@@ -131,7 +112,6 @@ ParameterSettings = Annotated[
         "a parameter; may be repeated",
         metavar="K=V",
         autocompletion=_complete_parameters,
-        callback=_config_filter("parameters"),
     ),
 ]
 Seed = Annotated[
@@ -143,9 +123,7 @@ GhostAgent = Annotated[str, _agent_option("who plays the same dice beside you", 
 OtherAgents = Annotated[str, _agent_option("who plays all other seats", "--vs")]
 SeatAgents = Annotated[
     list[str],
-    _option(
-        "NAME=A", "who plays one seat", _complete_seats, "--seat", callback=_config_filter("seats")
-    ),
+    _option("NAME=A", "who plays one seat", _complete_seats, "--seat"),
 ]
 TranscriptPath = Annotated[Path, _argument("FILE", "a transcript", name_lists.complete_transcripts)]
 OptionalTranscriptPath = Annotated[
@@ -165,7 +143,7 @@ AssignmentFile = Annotated[
 ]
 PlayerName = Annotated[
     str,
-    typer.Option("--player", metavar="NAME", help="who you are", callback=_config_filter("wish")),
+    typer.Option("--player", metavar="NAME", help="who you are"),
 ]
 TranscriptPaths = Annotated[
     list[Path], _argument("PATH...", "files and folders", name_lists.complete_transcripts)
@@ -213,7 +191,6 @@ RealTimeRate = Annotated[
         min=0.1,
         max=1000,
         help="real time: turns a second, 50 if bare",
-        callback=_config_filter("wish"),
     ),
 ]
 EpisodeNumber = Annotated[
@@ -233,7 +210,7 @@ KeptMegabytes = Annotated[
 ]
 Frames = Annotated[
     bool,
-    typer.Option("--frames", help="boards in the transcript too", callback=_config_filter("wish")),
+    typer.Option("--frames", help="boards in the transcript too"),
 ]
 Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]

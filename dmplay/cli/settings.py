@@ -12,6 +12,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.formatting import format_json_report
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
+PROBLEM_OPTIONS = ("agent", "ghost", "seat", "set", "variant", "vs")  # they suit some problems only
 VALUE_TYPES: dict[str, tuple[tuple[type, ...], str]] = {  # by the prefix of click's type name
     "bool": ((bool,), "true or false"),
     "int": ((int,), "a whole number"),
@@ -61,8 +62,8 @@ def _iter_file_options(
     """Yield the (option, value) pairs that a config file sets for a command, after checking them.
 
     Raise UnknownName for an option that the command does not have. `strict = "hints"` is yielded as
-    the flag `strict-hints`. Raise an error if a project's file sets an option that only the user's
-    own file may set.
+    the flag `strict-hints`. Raise an error for an option that suits some problems only, and if a
+    project's file sets an option that only the user's own file may set.
     """
     available = configurable_options(command)
     general_options = {key: value for key, value in file.options.items() if key in available}
@@ -78,6 +79,11 @@ def _iter_file_options(
         if option not in available:
             raise UnknownName(
                 "setting", option, available, error_prefix=f"{file.path}: [{command_name}]"
+            )
+        if option in PROBLEM_OPTIONS:
+            raise BadParameter(
+                f"{location}: a file's settings hold for every problem; type --{option} or define "
+                f'an alias in your own config.toml, as [aliases] my = "play PROBLEM --{option} ..."'
             )
         # Stands for the flag --strict-hints.
         is_strict_hints = (option, value) == ("strict", "hints")

@@ -97,6 +97,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     _check_people_can_play(problem, seats, can_ask=request.can_ask)
     if HUMAN not in seats:
         _check_agents_only_options(request)
+        request = replace(request, player="")
     policies = [
         make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
     ]
@@ -125,12 +126,17 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
 
 
 def _check_agents_only_options(request: GameRequest) -> None:
-    """Raise BadParameter for options that a game of agents alone does not support."""
-    if request.player:
+    """Raise BadParameter for options that a game of agents alone does not support.
+
+    `player` and `frames` of a settings file are meant for the games of people.
+    """
+    typed = {"player", "frames"} - request.settings_file_options
+    if request.player and "player" in typed:
         raise BadParameter("--player: no person plays this game")
     if request.has_rate_option:
         raise BadParameter("--rate: real time is for people; agents alone play at --speed")
-    if request.record_frames and not (request.record_path or request.keep_save):
+    is_recorded = bool(request.record_path) or request.keep_save
+    if request.record_frames and "frames" in typed and not is_recorded:
         raise BadParameter("--frames: no transcript is written; add -o FILE")
 
 

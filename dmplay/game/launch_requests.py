@@ -33,6 +33,8 @@ class GameRequest:
     has_rate_option: bool = field(
         default=False, kw_only=True
     )  # --rate is on the command line, not only in a settings file
+    # those of `player` and `frames` that a settings file sets; games of agents alone ignore them
+    settings_file_options: frozenset[str] = field(default=frozenset(), kw_only=True)
     force: bool = False
     strict: bool | str = False
     reveal: bool = False

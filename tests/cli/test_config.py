@@ -17,11 +17,14 @@ from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.config_files import GENERAL_OPTIONS, PROJECT_FILE_OPTIONS
 from dmplay.cli.parsed_command_runner import interpret_command
-from dmplay.cli.settings import config_defaults, configurable_options, iter_effective_settings
+from dmplay.cli.settings import (
+    PROBLEM_OPTIONS,
+    config_defaults,
+    configurable_options,
+    iter_effective_settings,
+)
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
-from dmplay.game.launch_requests import GameRequest
 from tests.support import programs
 
 GROUP: Any = root_command()
@@ -156,16 +159,20 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
         }
 
     assert {source for _, source in read_options(name).values()} <= {"DEFAULT"}
-    write_user_file(project_folder, file(values_by_option, 3))
-    assert read_options(name) == come(values_by_option, 3, "DEFAULT_MAP")
-    for option in values_by_option.keys() - PROJECT_FILE_OPTIONS:
+    file_options = values_by_option.keys() - PROBLEM_OPTIONS
+    defaults = {
+        option: read_options(name)[option] for option in values_by_option.keys() - file_options
+    }
+    write_user_file(project_folder, file(file_options, 3))
+    assert read_options(name) == defaults | come(file_options, 3, "DEFAULT_MAP")
+    for option in file_options - set(PROJECT_FILE_OPTIONS):
         write_project_file(project_folder, file([option], 2))
         with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
             config_defaults(GROUP.commands)
     project_options = values_by_option.keys() & PROJECT_FILE_OPTIONS
     write_project_file(project_folder, file(project_options, 2))
-    assert read_options(name) == come(values_by_option, 3, "DEFAULT_MAP") | come(
-        project_options, 2, "DEFAULT_MAP"
+    assert read_options(name) == (
+        defaults | come(file_options, 3, "DEFAULT_MAP") | come(project_options, 2, "DEFAULT_MAP")
     )
     for entry in values_by_option.values():
         monkeypatch.setenv(*entry.variable(name))
@@ -237,10 +244,16 @@ def test_every_setting_is_shown_with_its_source(
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ('[play]\nagent = "./evil.py:X="', "dmplay.toml: play.agent: a folder's file sets looks"),
-        ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a folder's file sets looks"),
-        ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a folder's file sets"),
-        ('[play]\nset = ["slip=0"]', "dmplay.toml: play.set: a folder's file sets looks"),
+        (
+            '[play]\nagent = "./evil.py:X="',
+            "dmplay.toml: play.agent: a file's settings hold for every problem",
+        ),
+        ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a file's settings hold"),
+        ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a file's settings hold"),
+        (
+            '[play]\nset = ["slip=0"]',
+            "dmplay.toml: play.set: a file's settings hold for every problem",
+        ),
         ("[play]\nreveal = true", "dmplay.toml: play.reveal: a folder's file sets looks"),
         ("[verify]\nallow-unfinished = true", "dmplay.toml: verify.allow-unfinished: a folder's"),
         ("[verify]\ntrust = true", "dmplay.toml: [verify]: unknown setting 'trust'"),
@@ -255,8 +268,6 @@ def test_every_setting_is_shown_with_its_source(
         (f"speed = 1{'0' * 400}", "dmplay.toml: speed: got an integer of more than 64 bits"),
         ("speed = 0", "dmplay.toml: speed: 0.0 is not in the range"),
         ("plain = 1", "dmplay.toml: plain: got 1, expected true or false"),
-        ("[play]\nset = 'a=1'", "dmplay.toml: play.set: got 'a=1', expected a list"),
-        ("[play]\nset = [1]", "dmplay.toml: play.set: got 1, expected text"),
         ("keys = 'vi'", "dmplay.toml: keys: got 'vi', expected a table, [keys]"),
         ("[keys]\npreset = 3", "dmplay.toml: keys.preset: got 3, expected text"),
         ("[keys]\npreset = 'emacs'", "dmplay.toml: keys.preset: 'emacs' is not one of 'vi'"),
@@ -401,9 +412,7 @@ def test_an_invalid_file_stops_the_program_but_not_config_path(project_folder: P
 
 
 def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
-    write_user_file(
-        project_folder, '[play]\nturns = 1\nset = ["slip=0"]\n[keys]\npreset = "left"\n'
-    )
+    write_user_file(project_folder, '[play]\nturns = 1\n[keys]\npreset = "left"\n')
     result = run(project_folder, "hexworld", "--seed", "7", stdin="keys\na\n")
     assert "keys: e d, ne e, nw w, w a, sw z, se x." in result.stdout
     assert "turn 1. at (6,2). chose W, moved W." in result.stdout
@@ -414,21 +423,6 @@ def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
     }
     assert value_and_source["play.ascii"] == (True, "DMPLAY_ASCII")
     assert value_and_source["play.keys"] == ("left", f"{project_folder}/home/dmplay/config.toml")
-
-
-def test_a_parameter_in_a_file_applies_only_to_problems_that_have_it(project_folder: Path) -> None:
-    write_user_file(project_folder, '[play]\nset = ["slip=0", "cries_sated=0.2"]\n')
-    for arguments, expected in (
-        (["hexworld"], ["slip=0"]),
-        (["crying-baby"], ["cries_sated=0.2"]),
-        (["crying-baby", "--set", "slip=0"], ["slip=0"]),  # typed, so it is reported as unknown
-        (["hexword"], ["slip=0", "cries_sated=0.2"]),
-        (["2048"], []),
-    ):
-        play_command = interpret_command(["play", *arguments])
-        assert isinstance(play_command, PlayCommand)
-        assert isinstance(play_command.request, GameRequest)
-        assert [*play_command.request.settings] == expected
 
 
 def test_tomllib_is_loaded_only_if_there_is_a_file(project_folder: Path) -> None:
@@ -450,41 +444,20 @@ def test_tomllib_is_loaded_only_if_there_is_a_file(project_folder: Path) -> None
     assert rows == ["False", "True"]
 
 
-def test_an_agent_in_a_file_plays_where_it_can_and_an_unknown_one_is_refused(
-    project_folder: Path,
+@pytest.mark.parametrize(
+    "setting",
+    ['agent = "optimal"', 'vs = "grim"', 'ghost = "optimal"', 'seat = ["agent2=nash"]',
+     'set = ["slip=0"]', 'variant = "circle"'],
+)  # fmt: skip
+def test_an_option_of_some_problems_is_refused_in_a_file_and_named(
+    setting: str, project_folder: Path
 ) -> None:
-    write_user_file(
-        project_folder,
-        '[play]\nagent = "optimal"\nvs = "grim"\nghost = "optimal"\nseat = ["agent2=nash"]',
-    )
-    for arguments, expected in (
-        (["hexworld"], ("optimal", "", "", [])),
-        (["2048"], ("human", "", "", [])),
-        (["hexworld", "--agent", "human"], ("human", "", "optimal", [])),
-        (["hexworld", "--agent", "random", "--vs", "chase"], ("random", "chase", "", [])),
-        (
-            ["hexworld", "--agent", "human", "--seat", "agent=random"],
-            ("human", "", "", ["agent=random"]),
-        ),
-        (["travelers-dilemma"], ("human", "", "", ["agent2=nash"])),
-        (["prisoners-dilemma"], ("human", "grim", "", ["agent2=nash"])),
-    ):
-        play_command = interpret_command(["play", *arguments])
-        assert isinstance(play_command, PlayCommand)
-        assert isinstance(play_command.request, GameRequest)
-        request = play_command.request
-        assert (
-            request.agent,
-            request.other_agent,
-            request.ghost_agent,
-            [*request.seats],
-        ) == expected
-    invalid = {"agent": '"grimm"', "vs": '"grimm"', "ghost": '"grimm"', "seat": '["agent2=grimm"]'}
-    for option, name in invalid.items():
-        write_user_file(project_folder, f"[play]\n{option} = {name}\n")
-        pattern = rf"config\.toml: play\.{option}: unknown agent 'grimm'; did you mean grim\?"
-        with pytest.raises(BadParameter, match=pattern):
-            interpret_command(["play", "prisoners-dilemma"])
+    option = setting.partition(" ")[0]
+    write_user_file(project_folder, f"[play]\n{setting}\n")
+    result = run(project_folder, "hexworld")
+    assert (result.returncode, result.stdout) == (2, "")
+    assert f"config.toml: play.{option}: a file's settings hold for every problem" in result.stderr
+    assert f"type --{option} or define an alias" in result.stderr
 
 
 def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
@@ -503,22 +476,20 @@ def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
     )
 
 
-def test_file_settings_for_people_and_transcripts_apply_only_to_games_with_them(
+def test_file_settings_for_people_are_not_used_when_agents_play_alone(
     project_folder: Path,
 ) -> None:
     write_user_file(project_folder, "[play]\nrate = 20.0\nframes = true\nplayer = 'ann'\n")
-    for arguments, expected in (
-        (["hexworld"], (20.0, True, "ann")),
-        (["hexworld", "--agent", "random"], (None, False, "")),
-        (["hexworld", "--agent", "random", "-o", "g.dmt"], (None, True, "")),
-        (["hexworld", "--seat", "agent=random"], (None, False, "")),
-        (["catch", "--seat", "nobody=random"], (None, False, "")),  # refused later
-    ):
-        play_command = interpret_command(["play", *arguments])
-        assert isinstance(play_command, PlayCommand)
-        assert isinstance(play_command.request, GameRequest)
-        assert (
-            play_command.realtime_rate,
-            play_command.request.record_frames,
-            play_command.request.player,
-        ) == expected
+    seeded = ["hexworld", "--seed", "7", "--turns", "1"]
+    watched = run(project_folder, *seeded, "--agent", "random")
+    assert (watched.returncode, watched.stderr) == (0, "")
+    run(project_folder, *seeded, "--agent", "random", "-o", "agent.dmt")
+    run(project_folder, *seeded, "-o", "ann.dmt", stdin="e\n")
+    for name, has_player in (("agent.dmt", False), ("ann.dmt", True)):
+        text = (project_folder / name).read_text()
+        assert ('player: "ann"' in text) == has_player
+        assert "\n| " in text
+    for option in ("--player=bob", "--frames"):
+        refused = run(project_folder, *seeded, "--agent", "random", option)
+        assert refused.returncode == 2
+        assert f"error: {option.partition('=')[0]}: " in refused.stderr
