@@ -52,6 +52,9 @@ def run_command_line() -> int:
     except typer.Abort:  # raised for Ctrl-C
         raise KeyboardInterrupt from None
     except Exception as error:  # raised in a user-defined problem or agent
+        if isinstance(error.__cause__, KeyboardInterrupt):
+            # Python 3.11 wraps an interrupt that arrives in `__set_name__`, as of an enumeration.
+            raise KeyboardInterrupt from None
         from dmplay.terminal_capabilities import escape_unprintable
         from dmplay.user_code_locations import describe_error_location
 
