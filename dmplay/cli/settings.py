@@ -81,9 +81,10 @@ def _iter_file_options(
                 "setting", option, available, error_prefix=f"{file.path}: [{command_name}]"
             )
         if option in PROBLEM_OPTIONS:
+            command_line = f"{command_name} PROBLEM --{option} ..."
             raise BadParameter(
                 f"{location}: a file's settings hold for every problem; type --{option} or define "
-                f'an alias in your own config.toml, as [aliases] my = "play PROBLEM --{option} ..."'
+                f'an alias in your own config.toml, as [aliases] my = "{command_line}"'
             )
         # Stands for the flag --strict-hints.
         is_strict_hints = (option, value) == ("strict", "hints")

@@ -128,15 +128,14 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
 def _check_agents_only_options(request: GameRequest) -> None:
     """Raise BadParameter for options that a game of agents alone does not support.
 
-    `player` and `frames` of a settings file are meant for the games of people.
+    `player` and `frames` of a settings file do not count where they have no use.
     """
-    typed = {"player", "frames"} - request.settings_file_options
-    if request.player and "player" in typed:
+    if request.player and "player" not in request.settings_file_options:
         raise BadParameter("--player: no person plays this game")
     if request.has_rate_option:
         raise BadParameter("--rate: real time is for people; agents alone play at --speed")
     is_recorded = bool(request.record_path) or request.keep_save
-    if request.record_frames and "frames" in typed and not is_recorded:
+    if request.record_frames and not is_recorded and "frames" not in request.settings_file_options:
         raise BadParameter("--frames: no transcript is written; add -o FILE")
 
 

@@ -33,7 +33,7 @@ class GameRequest:
     has_rate_option: bool = field(
         default=False, kw_only=True
     )  # --rate is on the command line, not only in a settings file
-    # those of `player` and `frames` that a settings file sets; games of agents alone ignore them
+    # those of `player` and `frames` that a settings file sets; no error where they have no use
     settings_file_options: frozenset[str] = field(default=frozenset(), kw_only=True)
     force: bool = False
     strict: bool | str = False
