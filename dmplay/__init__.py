@@ -2,6 +2,8 @@
 
 from importlib import import_module
 
+from dmplay import notebook_display
+
 __version__ = "0.1.0"
 
 # The module that defines each public name. It is imported on first use, so that `dmplay --version`
@@ -49,6 +51,16 @@ def __getattr__(name: str) -> object:
     if name not in _PUBLIC_MODULES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
     return getattr(import_module(f"dmplay.{_PUBLIC_MODULES[name]}"), name)
+
+
+def _render_in_notebook(game: object) -> dict[str, str]:
+    """Return a game as a notebook shows it; the drawing code is imported on first use."""
+    from dmplay.output.notebook_rendering import mime_bundle
+
+    return mime_bundle(game)
+
+
+notebook_display.register_renderer(_render_in_notebook)
 
 
 def __dir__() -> list[str]:

@@ -21,24 +21,22 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
 from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Problem
+from dmplay.core import Policy, Problem, check_problem
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction
-from dmplay.registry import problems
+from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.session import Session
+from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.simulation.seat_spaces import (
     IllegalActionRule,
     Info,
     SeatSpaces,
-    load_other_policies,
-    render_board,
-    resolve_problem,
-    resolve_turn_limit,
 )
 from dmplay.simulation.uniform_sources import FastUniforms, ReplayableUniforms
 from dmplay.simulation.vector_games import VectorGames
 from dmplay.uniforms import SeededUniforms, new_seed
+from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
+RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
 NOT_RESET_MESSAGE = "step: no game was begun; call reset first"
 
 
@@ -258,3 +256,39 @@ def _register_environments() -> None:
 
 
 _register_environments()
+
+
+def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
+    """Return the problem of this name, or the given problem, with these parameters."""
+    if isinstance(problem, str):
+        return problems.load_problem(problem, **parameters)
+    return problems.with_parameters(problem, parameters)
+
+
+def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
+    """Return the turn limit of an environment: `turns`, else the problem's horizon, else 10,000.
+
+    The last is the limit of all games without people. Raise BadParameter for an invalid limit.
+    """
+    check_problem(problem, turns)
+    return turns if turns is not None else problem.horizon or DEFAULT_TURN_LIMIT
+
+
+def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:
+    """Load the named policy for all other seats; "" loads the default partner of each seat.
+
+    The learner's seat has None.
+    """
+    policy_names = [
+        others or agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
+    ]
+    numbered_names = enumerate(policy_names)
+    return [
+        None if i == seat else agents.load_agent(problem, i, name) for i, name in numbered_names
+    ]
+
+
+def render_board(session: Session, seat: int) -> str:
+    """Return the board as a seat sees it, in plain text."""
+    look = DrawOptions(width=RENDER_COLUMNS, height=RENDER_ROWS)
+    return fit_board(load_view_module(session.problem), session.view(seat), look).plain

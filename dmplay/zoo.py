@@ -13,16 +13,9 @@ import pettingzoo
 
 from dmplay.core import Problem
 from dmplay.errors import BadParameter, IllegalAction
+from dmplay.gym import render_board, resolve_problem, resolve_turn_limit
 from dmplay.session import Session
-from dmplay.simulation.seat_spaces import (
-    IllegalActionRule,
-    Info,
-    SeatSpaces,
-    Space,
-    render_board,
-    resolve_problem,
-    resolve_turn_limit,
-)
+from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, Space
 from dmplay.uniforms import SeededUniforms, new_seed
 
 AgentDict = dict[str, Any]

@@ -13,15 +13,11 @@ from dmplay.core import (
     MAX_REWARD,
     Interval,
     Labels,
-    Policy,
     Problem,
     RealVector,
     TextLine,
-    check_problem,
 )
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
-from dmplay.registry import agents, problems
-from dmplay.session import DEFAULT_TURN_LIMIT, Session
 
 Space = spaces.Space[Any]
 Info = dict[str, Any]
@@ -161,41 +157,3 @@ class SeatSpaces:
 def _make_discrete_space(sizes: Any) -> Space:
     """Return the space of one index of the given size, or of several indices."""
     return spaces.MultiDiscrete(sizes) if np.ndim(sizes) else spaces.Discrete(int(sizes))
-
-
-def resolve_problem(problem: str | Problem, parameters: Info) -> Problem:
-    """Return the problem of this name, or the given problem, with these parameters."""
-    if isinstance(problem, str):
-        return problems.load_problem(problem, **parameters)
-    return problems.with_parameters(problem, parameters)
-
-
-def resolve_turn_limit(problem: Problem, turns: int | None) -> int:
-    """Return the turn limit of an environment: `turns`, else the problem's horizon, else 10,000.
-
-    The last is the limit of all games without people. Raise BadParameter for an invalid limit.
-    """
-    check_problem(problem, turns)
-    return turns if turns is not None else problem.horizon or DEFAULT_TURN_LIMIT
-
-
-def load_other_policies(problem: Problem, seat: int, others: str) -> list[Policy | None]:
-    """Load the named policy for all other seats; "" loads the default partner of each seat.
-
-    The learner's seat has None.
-    """
-    policy_names = [
-        others or agents.load_roster(problem, i).default_partner for i in range(len(problem.agents))
-    ]
-    numbered_names = enumerate(policy_names)
-    return [
-        None if i == seat else agents.load_agent(problem, i, name) for i, name in numbered_names
-    ]
-
-
-def render_board(session: Session, seat: int) -> str:
-    """Return the board as a seat sees it, in plain text."""
-    from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
-
-    look = DrawOptions(width=RENDER_COLUMNS, height=RENDER_ROWS)
-    return fit_board(load_view_module(session.problem), session.view(seat), look).plain

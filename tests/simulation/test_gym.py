@@ -18,7 +18,7 @@ from dmplay.errors import BadParameter, EpisodeOver, IllegalAction, UnknownName
 from dmplay.gym import Env, VectorEnv
 from dmplay.registry import agents
 from dmplay.rollouts import Rollout, rollout
-from dmplay.simulation.seat_spaces import resolve_turn_limit
+from dmplay.gym import resolve_turn_limit
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 from tests.support.problem_cases import (
     CASE_NAMES,
