@@ -2,33 +2,33 @@
 
 from importlib import import_module
 
-from dmplay import notebook_display
+from dmplay.core import notebook_display
 
 __version__ = "0.1.0"
 
 # The module that defines each public name. It is imported on first use, so that `dmplay --version`
 # needs no NumPy.
 _PUBLIC_MODULES = {
-    "Categorical": "chance",
-    "DiscreteUniform": "chance",
-    "Interval": "core",
-    "Labels": "core",
-    "Normal": "chance",
-    "Outcome": "core",
-    "Policy": "core",
-    "Problem": "core",
-    "SeededUniforms": "uniforms",
-    "Session": "session",
-    "Tables": "tabular",
-    "Tabular": "tabular",
-    "Uniform": "chance",
-    "check": "conformance",
+    "Categorical": "core.chance",
+    "DiscreteUniform": "core.chance",
+    "Interval": "core.spaces",
+    "Labels": "core.spaces",
+    "Normal": "core.chance",
+    "Outcome": "core.problem",
+    "Policy": "core.policy",
+    "Problem": "core.problem",
+    "SeededUniforms": "core.uniforms",
+    "Session": "core.session",
+    "Tables": "core.tabular",
+    "Tabular": "core.tabular",
+    "Uniform": "core.chance",
+    "check": "validation.conformance",
     "compare": "evaluation.comparison",
-    "enumerate_outcomes": "core",
+    "enumerate_outcomes": "core.problem",
     "load_agent": "registry.agents",
     "load_problem": "registry.problems",
-    "play": "manual_game",
-    "rollout": "rollouts",
+    "play": "game.manual_game",
+    "rollout": "simulation.rollouts",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
 }

@@ -77,8 +77,8 @@ def _report_os_error(error: OSError) -> int:
     The code is USAGE_CODE if a file name is too long, which only its writer can change, and
     TERMINAL_LOST_CODE if standard error cannot be written.
     """
+    from dmplay.core.text import escape_unprintable
     from dmplay.errors import clip_message
-    from dmplay.terminal_capabilities import escape_unprintable
 
     file_prefix = f"{error.filename}: " if error.filename else ""
     message = clip_message(f"{file_prefix}{error.strerror or error}")
@@ -94,8 +94,8 @@ def _report_system_exit(error: SystemExit) -> int:
 
     A SystemExit raised by dmplay itself is raised again.
     """
-    from dmplay.terminal_capabilities import escape_unprintable
-    from dmplay.user_code_locations import describe_exit_location
+    from dmplay.core.text import escape_unprintable
+    from dmplay.core.user_code_locations import describe_exit_location
 
     location = describe_exit_location(error)
     if not location:

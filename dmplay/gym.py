@@ -20,12 +20,14 @@ import numpy as np
 from gymnasium.vector import AutoresetMode
 from gymnasium.vector.utils import batch_space
 
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Policy, Problem, check_problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
+from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.simulation.seat_spaces import (
     IllegalActionRule,
     Info,
@@ -33,7 +35,6 @@ from dmplay.simulation.seat_spaces import (
 )
 from dmplay.simulation.uniform_sources import FastUniforms, ReplayableUniforms
 from dmplay.simulation.vector_games import VectorGames
-from dmplay.uniforms import SeededUniforms, new_seed
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board

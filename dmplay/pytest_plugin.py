@@ -11,8 +11,8 @@ from shlex import quote
 
 import pytest
 
+from dmplay.core.text import escape_unprintable
 from dmplay.errors import DmplayError, TranscriptMismatch
-from dmplay.terminal_capabilities import escape_unprintable
 
 TRANSCRIPT_SUFFIX = ".dmt"
 

@@ -11,12 +11,12 @@ from typing import Any
 import numpy as np
 import pettingzoo
 
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.gym import render_board, resolve_problem, resolve_turn_limit
-from dmplay.session import Session
 from dmplay.simulation.seat_spaces import IllegalActionRule, Info, SeatSpaces, Space
-from dmplay.uniforms import SeededUniforms, new_seed
 
 AgentDict = dict[str, Any]
 

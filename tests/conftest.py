@@ -12,8 +12,8 @@ import pytest
 from hypothesis import settings
 
 from dmplay.agents import cart_pole, mountain_car
-from dmplay.solutions import continuous_problems
-from dmplay.solvers.grid_value_iteration import RectangularGrid
+from dmplay.evaluation.solutions import continuous_problems
+from dmplay.solvers.mdp.grid_value_iteration import RectangularGrid
 
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")

@@ -14,36 +14,27 @@ from tests.support.programs import list_loaded_modules
 
 TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
+# From the lowest to the highest: a folder imports only itself and the folders before it.
 LAYERS = (
-    "errors", "user_code_locations", "safe_files", "work_budget", "background_tasks", "chance",
-    "core", "uniforms", "formatting", "hexgrid", "board_2048", "matrix_game",
-    "sparse_matrix", "tabular", "validation", "belief", "notebook_display",
-    "seat_history", "session", "signals", "worker_pool", "rollouts", "problems", "formats",
-    "external", "solvers", "agents", "transcript", "bots", "registry", "manual_game",
-    "terminal_capabilities", "terminal_styles", "rendering", "views", "simulation", "gym", "zoo",
-    "figures", "solutions", "hints", "key_maps", "game", "post_game_timeline", "conformance",
-    "player_records", "evaluation", "shell", "screen", "gallery", "output", "interactive_shell",
-    "game_launcher", "mcp", "cli", "pytest_plugin", "__main__",
+    "errors", "guide", "core", "terminal", "problems", "formats", "simulation", "solvers", "agents",
+    "transcript", "external", "registry", "views", "gym", "zoo", "game", "validation", "evaluation",
+    "ui", "output", "servers", "cli", "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
-    "terminal_styles": {"rich"},
-    "rendering": {"rich"},
+    "terminal": {"rich"},
     "views": {"rich"},
-    "figures": {"rich"},
     "game": {"rich"},
-    "conformance": {"rich"},
-    "shell": {"prompt_toolkit"},
-    "screen": {"rich", "prompt_toolkit"},
-    "gallery": {"rich"},
+    "validation": {"rich"},
+    "ui": {"rich", "prompt_toolkit"},
     "output": {"rich"},
-    "interactive_shell": {"prompt_toolkit"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }
 MODULE_PATHS = sorted(PACKAGE_FOLDER.rglob("*.py"))
 # Ruff puts each import statement on its own lines, so a pattern finds them without parsing files.
 IMPORT_PATTERN = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[\w., *]+))", re.MULTILINE)
+DOTTED_NAME_PATTERN = re.compile(r"(?<![\w./])dmplay\.\w+(?:\.\w+)*")
 
 
 def layer_of(module: Path) -> str:
@@ -62,9 +53,24 @@ def imported_names(module: Path) -> set[str]:
     return names
 
 
+@cache
+def dynamic_imports(module: Path) -> set[str]:
+    """Return the modules of the package that the strings of a file name, as for `import_module`."""
+    strings = (
+        node.value
+        for node in ast.walk(ast.parse(module.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and isinstance(node.value, str)
+    )
+    return {name for text in strings for name in DOTTED_NAME_PATTERN.findall(text)}
+
+
 def iter_imports() -> Iterator[tuple[Path, str]]:
     """Iterate over the imports of the package, as pairs of a module and a name."""
-    return ((module, name) for module in MODULE_PATHS for name in imported_names(module))
+    return (
+        (module, name)
+        for module in MODULE_PATHS
+        for name in imported_names(module) | dynamic_imports(module)
+    )
 
 
 def test_a_module_imports_only_its_own_and_earlier_layers() -> None:
@@ -128,8 +134,8 @@ def test_every_module_has_a_layer() -> None:
                 "multiprocessing",
                 "importlib.metadata",
                 "dmplay.formats.cassandra",
-                "dmplay.bots.bot_policy",
-                "dmplay.rollouts",
+                "dmplay.external.bots.bot_policy",
+                "dmplay.simulation.rollouts",
             },
         ),
     ],
@@ -160,24 +166,24 @@ def test_first_frames_load_neither_prompt_toolkit_nor_agents() -> None:
     """Draw a frame of the gallery, which needs only the views of shown problems, and of a game."""
     never = {
         "prompt_toolkit", "dmplay.agents.game_2048", "dmplay.views.game_2048",
-        "dmplay.agents.hexworld", "dmplay.solvers.exact_pomdp",
+        "dmplay.agents.hexworld", "dmplay.solvers.pomdp.exact_pomdp",
     }  # fmt: skip
     code = (
         "from pathlib import Path\n"
-        "from dmplay.terminal_capabilities import Terminal\n"
-        "from dmplay.screen.frame_state import FrameState, Viewport\n"
-        "from dmplay.gallery.gallery import Gallery\n"
-        "from dmplay.gallery.problem_list import list_problem_entries\n"
-        "from dmplay.screen import full_screen\n"
+        "from dmplay.terminal.capabilities import Terminal\n"
+        "from dmplay.ui.screen.frame_state import FrameState, Viewport\n"
+        "from dmplay.ui.gallery.gallery import Gallery\n"
+        "from dmplay.ui.gallery.problem_list import list_problem_entries\n"
+        "from dmplay.ui.screen import full_screen\n"
         "way = Terminal(True, '', True, True, False)\n"
         "Gallery(list_problem_entries(), way, '20261122').compose_rows(Viewport(80, 24))\n"
-        "from dmplay.screen.frame import compose_frame\n"
+        "from dmplay.ui.screen.frame import compose_frame\n"
         "from dmplay.game.launch_requests "
         "import GameRequest\nfrom "
         "dmplay.game.game_setup "
         "import start_new_game\n"
         "from dmplay.game import game_series\nfrom "
-        "dmplay.screen import play_screen\n"
+        "dmplay.ui.screen import play_screen\n"
         "game = start_new_game(GameRequest('hexworld', "
         "seed=7, record_path=Path('/dev/null')))\n"
         "compose_frame(game, Viewport(80, 24), FrameState(), [])\n"

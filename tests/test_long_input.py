@@ -10,8 +10,8 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay import errors
-from dmplay.screen.paste_limit import MAX_PASTE_CHARS, LimitedPasteParser, limit_pastes
-from dmplay.shell.commands import MAX_LINE_CHARS, split_commands
+from dmplay.ui.screen.paste_limit import MAX_PASTE_CHARS, LimitedPasteParser, limit_pastes
+from dmplay.ui.shell.commands import MAX_LINE_CHARS, split_commands
 from tests.support.programs import run_dmplay
 from tests.support.terminals import Terminal
 

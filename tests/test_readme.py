@@ -8,11 +8,11 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.builtin_names import name_to_stem, problem_names
-from dmplay.screen import frame
-from dmplay.screen.frame_state import Viewport
-from dmplay.screen.key_handlers import handle_key
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen import frame
+from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
 from tests.support.document_examples import PROJECT_ROOT, README_TEXT, DocumentRunner
 from tests.support.pictures import PICTURE_PATHS, export_picture
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core import check_rewards
+from dmplay.core.problem import check_rewards
 from dmplay.errors import BadParameter
 from tests.support.programs import run_dmplay
 

@@ -6,10 +6,11 @@ import pytest
 import dmplay
 from dmplay import Outcome
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array, Chance, Normal
-from dmplay.core import Problem
+from dmplay.core.arrays import Array
+from dmplay.core.chance import Chance, Normal
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.problems.hexworld import HexWorld
-from dmplay.uniforms import SeededUniforms
 from tests.support.user_problems import Heap, Key
 
 

@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import conformance
-from dmplay.conformance import check
+from dmplay.core.playability_checks import RESERVED_WORDS
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import DmplayError
 from dmplay.output import check_report
-from dmplay.shell import commands
-from dmplay.user_code_locations import describe_error_location
-from dmplay.validation.playability_checks import RESERVED_WORDS
+from dmplay.ui.shell import commands
+from dmplay.validation import conformance
+from dmplay.validation.conformance import check
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_problem
 from tests.support.user_problems import WALK_SOURCE, Heap, Key, RevealingVault, Vault

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
 from dmplay.errors import BadPolicy, UnknownName
-from dmplay.matrix_game import MatrixGame
+from dmplay.problems.shared.matrix_game import MatrixGame
 
 SEED_RANGE = 10**9
 

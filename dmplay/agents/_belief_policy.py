@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import belief
 from dmplay.agents.base import SeatPolicy
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, checked_state_indices, enumerate_possible_outcomes
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import checked_state_indices, enumerate_possible_outcomes
 from dmplay.errors import ImpossibleObservation
 
 

@@ -8,10 +8,13 @@ import numpy as np
 
 from dmplay.agents._memoization import memoize
 from dmplay.agents.base import GreedyPolicy, ReactivePolicy
-from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
-from dmplay.core import Memory, Percept, Problem, parameter, requires_fields
-from dmplay.solvers import bimatrix_game, lemke_howson, regret_matching
-from dmplay.solvers.regret_matching import RegretMatchingResult
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.problem import Problem
+from dmplay.solvers.games import bimatrix_game, lemke_howson, regret_matching
+from dmplay.solvers.games.regret_matching import RegretMatchingResult
 
 
 @dataclass(frozen=True)

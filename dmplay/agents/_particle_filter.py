@@ -10,10 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Ints, Reals
-from dmplay.core import Memory, Percept, Problem
-from dmplay.solvers.simulated_opponents import OpponentModel
-from dmplay.uniforms import generate_uniforms
+from dmplay.core.arrays import Array, Ints, Reals
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import generate_uniforms
+from dmplay.solvers.search.simulated_opponents import OpponentModel
 
 N_PARTICLES = 500  # per row
 CANDIDATES_PER_PARTICLE = (

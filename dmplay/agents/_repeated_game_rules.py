@@ -10,9 +10,10 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.base import RepeatedGameRule
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, parameter, requires_fields
-from dmplay.solvers import bimatrix_game
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.solvers.games import bimatrix_game
 
 COOPERATE_LABEL = "cooperate"
 

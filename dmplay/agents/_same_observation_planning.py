@@ -7,16 +7,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import belief
 from dmplay.agents._belief_policy import SparseTransition, apply_by_group
 from dmplay.agents.base import SeatPolicy
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import Memory, Percept, parameter
-from dmplay.formatting import format_count
-from dmplay.solvers import exact_pomdp, joint_plan_dynamic_programming
-from dmplay.solvers.mdp_values import select_greedy_actions
-from dmplay.solvers.upper_envelope import compute_upper_envelope
-from dmplay.tabular import joint_actions, tabulate
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.tabular import joint_actions, tabulate
+from dmplay.core.text import format_count
+from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
+from dmplay.solvers.mdp.mdp_values import select_greedy_actions
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 
 MAX_PLAN_TURNS = 4  # With five turns there are too many plans to compare.
 

@@ -12,15 +12,18 @@ from dmplay.agents._memoization import memoize
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.base import MAX_TABULAR_STATES, PAYS_SOONEST, StationaryPolicy
 from dmplay.agents.belief_policy_bases import FiniteHorizonPolicy, GreedyBeliefPolicy
-from dmplay.chance import Array, Bools, Reals, weighted_sum
-from dmplay.core import Memory, Percept, Problem, requires_fields
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import weighted_sum
+from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
 from dmplay.errors import BadPolicy
-from dmplay.solvers import exact_pomdp, mdp_values
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 if TYPE_CHECKING:
-    from dmplay.solvers.backward_induction import BackwardInductionResult
+    from dmplay.solvers.mdp.backward_induction import BackwardInductionResult
 
 TIE_BREAK_DISCOUNT = 1.0 - 1e-6
 MAX_PLANNED_STATES = 2_000_000  # states times turns up to which a hint plans a game to its end
@@ -99,7 +102,7 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
 @memoize
 def _solve_by_turns(problem: Problem, turns: int) -> "BackwardInductionResult":
     """Return the values of games of up to `turns` turns, by backward induction."""
-    from dmplay.solvers import backward_induction, transition_graph
+    from dmplay.solvers.mdp import backward_induction, transition_graph
 
     return backward_induction.run_backward_induction(
         problem, transition_graph.build_full_graph(problem), turns
@@ -110,7 +113,7 @@ def solve_action_values(problem: Problem, discount: float) -> Reals:
     """Return Q* `[S, A]` of a problem of one agent that observes the state."""
     if isinstance(problem.state_count, int) and problem.state_count <= MAX_TABULAR_STATES:
         return mdp_values.compute_optimal_q(tabulate(problem), discount)
-    from dmplay.solvers import large_mdp_value_iteration, transition_graph
+    from dmplay.solvers.mdp import large_mdp_value_iteration, transition_graph
 
     optimum = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(problem), discount

@@ -8,8 +8,9 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.base import WITHOUT_END, SeatPolicy
-from dmplay.chance import Array, Ints
-from dmplay.core import Memory, Percept, parameter
+from dmplay.core.arrays import Array, Ints
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
 
 MAX_TURNS_LEFT = 10_000  # maximum number of turns of a game, that of games without people
 

@@ -8,10 +8,12 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, ReactivePolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem
 from dmplay.problems.cart_pole import CartPole
-from dmplay.solvers import riccati
+from dmplay.solvers.mdp import riccati
 
 LEFT, RIGHT = 0, 1
 MIN_LIMIT = 1e-3  # Smaller limits count as this one.

@@ -11,17 +11,21 @@ from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
-from dmplay.chance import Array, Bools, Categorical, Reals, weighted_sum
-from dmplay.core import Memory, Percept, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem
+from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.hexgrid import DIRECTIONS
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
-from dmplay.solvers import joint_plan_improvement, reactive_predator_team, sparse_mdp
-from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
-from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp
-from dmplay.solvers.mdp_values import select_greedy_actions
-from dmplay.solvers.sparse_mdp import SparseMdpSolution
-from dmplay.work_budget import Budget
+from dmplay.problems.shared.hexgrid import DIRECTIONS
+from dmplay.solvers.decpomdp import joint_plan_improvement, reactive_predator_team
+from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
+from dmplay.solvers.mdp import sparse_mdp
+from dmplay.solvers.mdp.mdp_values import select_greedy_actions
+from dmplay.solvers.mdp.sparse_mdp import SparseMdpSolution
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan
 PLAN_SEED = 3  # gives the best plans of four seeds on the standard map

@@ -7,9 +7,11 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import WITHOUT_END, ConstantPolicy, GreedyPolicy, ReactivePolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Problem, parameter
-from dmplay.solvers import collision_avoidance_grid
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
+from dmplay.solvers.mdp import collision_avoidance_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 

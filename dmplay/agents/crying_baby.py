@@ -7,8 +7,9 @@ import numpy as np
 from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 
 CRYING = 0  # the observation
 FEED, IGNORE = 0, 2

@@ -12,16 +12,19 @@ from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.belief_policy_bases import describe_plan_length
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Labels, Memory, Percept, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import Tabular, tabulate
+from dmplay.core.text import format_count
+from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.formatting import format_count
-from dmplay.solvers import joint_plan_search
-from dmplay.solvers.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
-from dmplay.solvers.joint_plan_improvement import PlanGraph
-from dmplay.solvers.joint_plan_search import JointPlanSolution
-from dmplay.tabular import Tabular, tabulate
-from dmplay.work_budget import Budget
+from dmplay.solvers.decpomdp import joint_plan_search
+from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
+from dmplay.solvers.decpomdp.joint_plan_improvement import PlanGraph
+from dmplay.solvers.decpomdp.joint_plan_search import JointPlanSolution
 
 DEFAULT_PLAN_TURNS = 4  # turns of a plan if the game has no end of its own
 MAX_PLAN_TURNS = 100  # maximum number of turns that are planned

@@ -12,24 +12,21 @@ from dmplay.agents._memoization import memoize
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
 from dmplay.agents.base import ENDS_SOONEST, WITHOUT_END, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON
-from dmplay.chance import Array, Bools, Categorical, Ints, Reals
-from dmplay.core import (
-    Memory,
-    Percept,
-    Problem,
-    initial_state_distribution,
-    parameter,
-    requires_fields,
-)
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import Categorical
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.problem import Problem, initial_state_distribution
+from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers import backward_induction, best_response_dynamics, shapley, transition_graph
-from dmplay.solvers.backward_induction import BackwardInductionResult
-from dmplay.solvers.best_response_dynamics import BestResponseResult
-from dmplay.solvers.mdp_values import compute_tolerance, select_greedy_actions
-from dmplay.solvers.shapley import ShapleyResult
-from dmplay.solvers.zero_sum import MatrixGameSolutions
-from dmplay.validation import random_play
-from dmplay.work_budget import limit_total_work
+from dmplay.simulation import random_play
+from dmplay.solvers.games import best_response_dynamics, shapley
+from dmplay.solvers.games.best_response_dynamics import BestResponseResult
+from dmplay.solvers.games.shapley import ShapleyResult
+from dmplay.solvers.games.zero_sum import MatrixGameSolutions
+from dmplay.solvers.mdp import backward_induction, transition_graph
+from dmplay.solvers.mdp.backward_induction import BackwardInductionResult
+from dmplay.solvers.mdp.mdp_values import compute_tolerance, select_greedy_actions
 
 MAX_HISTORY_WORK, MAX_JOINT_ACTIONS = (
     5e6,

@@ -6,11 +6,13 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import GreedyPolicy, ReactivePolicy, SeatPolicy
-from dmplay.board_2048 import DOWN, LEFT, RIGHT, UP
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, Problem, parameter, requires_fields
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept, requires_fields
+from dmplay.core.problem import Problem
 from dmplay.problems.game_2048 import Game2048
-from dmplay.solvers import expectimax_2048
+from dmplay.problems.shared.board_2048 import DOWN, LEFT, RIGHT, UP
+from dmplay.solvers.search import expectimax_2048
 
 MAX_DEPTH_PLIES = 20  # plies
 MAX_MILLISECONDS = 10_000.0  # milliseconds

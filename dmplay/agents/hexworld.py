@@ -2,7 +2,7 @@
 
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

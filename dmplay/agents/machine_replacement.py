@@ -10,12 +10,16 @@ from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, RemainingHorizonPolicy
-from dmplay.chance import Array, Bools, Reals, weighted_sum
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import weighted_sum
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import exact_pomdp, mdp_values
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
 

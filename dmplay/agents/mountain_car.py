@@ -7,10 +7,12 @@ import numpy as np
 from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED
-from dmplay.solvers import grid_value_iteration
+from dmplay.solvers.mdp import grid_value_iteration
 
 LEFT, COAST, RIGHT = range(3)
 VALUE_GRID = grid_value_iteration.RectangularGrid(

@@ -8,7 +8,6 @@ from typing import Self
 
 import numpy as np
 
-from dmplay import belief
 from dmplay.agents._belief_policy import apply_by_group
 from dmplay.agents._same_observation_planning import PartnerBeliefFilter, SharedObservationPlan
 from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
@@ -16,13 +15,16 @@ from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import GreedyPolicy, SeatPolicy
 from dmplay.agents.crying_baby import FeedWhenCrying
-from dmplay.chance import Array, Reals
-from dmplay.core import Memory, Percept, Problem, enumerate_outcomes, parameter
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.tabular import Tables
 from dmplay.errors import BadPolicy
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solvers import exact_pomdp
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.tabular import Tables
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 ACTIONS = MulticaregiverCryingBaby.actions[0]
 N_LAST_OBSERVATIONS = 3  # last observations: nothing yet, crying, quiet

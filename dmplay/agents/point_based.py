@@ -11,13 +11,15 @@ import numpy as np
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
 from dmplay.agents.base import WITHOUT_END, GreedyPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
-from dmplay.chance import Reals
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core.arrays import Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
+from dmplay.core.work_budget import has_total_work_limit, limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers import exact_pomdp, point_based, sparse_pomdp
-from dmplay.solvers.point_based import PointBasedBounds, VectorsByAction
-from dmplay.tabular import tabulate
-from dmplay.work_budget import has_total_work_limit, limit_total_work
+from dmplay.solvers.pomdp import exact_pomdp, point_based, sparse_pomdp
+from dmplay.solvers.pomdp.point_based import PointBasedBounds, VectorsByAction
 
 MAX_EXACT_STATES = 4  # maximum number of states for which exact alpha vectors are tried first
 EXACT_WORK_LIMIT = 7e8  # operations that the exact solution may take

@@ -9,7 +9,7 @@ from dmplay.agents._matrix_game_agents import (
 )
 from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents.available_agents import Roster
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
 from dmplay.agents.search import TreeSearch
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent, Na
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import RepeatedGameRule
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array, Ints
-from dmplay.core import Problem
+from dmplay.core.arrays import Array, Ints
+from dmplay.core.problem import Problem
 
 
 @dataclass(frozen=True)

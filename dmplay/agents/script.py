@@ -6,10 +6,10 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Percept, make_readonly
+from dmplay.core.arrays import Array, Bools, Reals, make_readonly
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.text import format_count
 from dmplay.errors import DmplayError
-from dmplay.formatting import format_count
 
 
 class EndOfScript(DmplayError):

@@ -8,21 +8,24 @@ from typing import Self
 
 import numpy as np
 
-from dmplay import belief
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import PolicyLookup
-from dmplay.chance import Array, Bools, Ints, Reals, sample_masked_index
-from dmplay.core import Memory, Percept, Policy, enumerate_outcomes, parameter
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import sample_masked_index
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers import leaf_values, uct
-from dmplay.solvers.leaf_values import LeafValues
-from dmplay.solvers.mdp_values import mark_best_actions
-from dmplay.solvers.search_config import LeafEvaluator, SearchConfig, SearchRequest
-from dmplay.solvers.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
-from dmplay.solvers.uct import UctResult
-from dmplay.uniforms import expand_uniforms
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
+from dmplay.solvers.search import leaf_values, uct
+from dmplay.solvers.search.leaf_values import LeafValues
+from dmplay.solvers.search.search_config import LeafEvaluator, SearchConfig, SearchRequest
+from dmplay.solvers.search.simulated_opponents import OpponentModel, SeatPolicies, make_start_state
+from dmplay.solvers.search.uct import UctResult
 
 MAX_ROLLOUT_STATES = (
     30  # hidden states up to which random playouts are better than values of fully observed states

@@ -6,8 +6,11 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.chance import Array, Bools, Normal, Reals
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import Normal
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 from dmplay.problems.simple_regulator import SimpleRegulator
 
 

@@ -12,8 +12,10 @@ from dmplay.agents._matrix_game_agents import (
 )
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.parameters import parameter
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Problem
 from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM
 
 

@@ -12,11 +12,11 @@ from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.fully_observable_problems import list_fully_observed_agents
 from dmplay.agents.point_based import MAX_EXACT_STATES, PointBasedOptimalPolicy, PointBasedPolicy
-from dmplay.core import Problem, enumerate_outcomes
+from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.solvers import bimatrix_game
-from dmplay.tabular import tabulate
-from dmplay.validation.legal_action_leak import has_legal_action_leak
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.pomdp.legal_action_leak import has_legal_action_leak
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

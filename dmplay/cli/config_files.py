@@ -21,7 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmplay import safe_files
+from dmplay.core import safe_files
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.builtin_names import problem_names
 

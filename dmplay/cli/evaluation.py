@@ -8,7 +8,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal_capabilities import TerminalOptions, current_terminal
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 EpisodeCount = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
 CsvFlag = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]

@@ -7,7 +7,7 @@ import typer
 
 from dmplay.cli import options
 from dmplay.errors import BadParameter
-from dmplay.terminal_capabilities import TerminalOptions, current_terminal
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 
 @options.with_terminal_options()

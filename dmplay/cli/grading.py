@@ -8,7 +8,7 @@ import typer
 from dmplay.cli import options
 from dmplay.cli.evaluation import CsvFlag, output_format
 from dmplay.errors import BadParameter
-from dmplay.terminal_capabilities import TerminalOptions
+from dmplay.terminal.capabilities import TerminalOptions
 
 
 def assign(
@@ -37,9 +37,9 @@ def assign(
       dmplay assign hexworld --seeds 7,8,9 --strict=hints -o walks
       dmplay assign prisoners-dilemma --vs grim --turns 20 --games 2 -o dilemma
     """
+    from dmplay.core.uniforms import new_seed
     from dmplay.evaluation.assignment import write_assignment
     from dmplay.game.launch_requests import GameRequest
-    from dmplay.uniforms import new_seed
 
     if seeds and not all(number.strip().isdecimal() for number in seeds.split(",")):
         raise BadParameter(f"--seeds: got {seeds!r}, expected whole numbers, such as 7,8")

@@ -11,9 +11,9 @@ import typer
 from dmplay.cli.app import root_command
 from dmplay.cli.command_group import rejoin_bash_words
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
+from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.errors import DmplayError
-from dmplay.registry.parameter_parsing import parse_whole_number
-from dmplay.shell.completion.safe_words import is_safe_word
+from dmplay.ui.shell.completion.safe_words import is_safe_word
 
 COMPLETION_VARIABLE = "_DMPLAY_COMPLETE"  # set by a shell that requests completions
 FISH_ACTION_VARIABLE = "_TYPER_COMPLETE_FISH_ACTION"  # `is-args` only asks whether there are any
@@ -45,7 +45,7 @@ def run_command_line() -> int:
     try:
         return _run_command(show_gallery=has_no_arguments)
     except (DmplayError, USAGE_ERROR) as error:
-        from dmplay.terminal_capabilities import escape_unprintable
+        from dmplay.core.text import escape_unprintable
 
         print(f"error: {escape_unprintable(format_error(error))}", file=sys.stderr)
         return SYSTEM_ERROR_EXIT_CODE if isinstance(error, OSError) else USAGE_EXIT_CODE
@@ -55,8 +55,8 @@ def run_command_line() -> int:
         if isinstance(error.__cause__, KeyboardInterrupt):
             # Python 3.11 wraps an interrupt that arrives in `__set_name__`, as of an enumeration.
             raise KeyboardInterrupt from None
-        from dmplay.terminal_capabilities import escape_unprintable
-        from dmplay.user_code_locations import describe_error_location
+        from dmplay.core.text import escape_unprintable
+        from dmplay.core.user_code_locations import describe_error_location
 
         location = "" if os.environ.get("DMPLAY_DEBUG") else describe_error_location(error)
         if not location:

@@ -5,11 +5,12 @@ from collections.abc import Sequence
 
 import typer
 
-from dmplay import player_records
 from dmplay.cli import config_files
 from dmplay.cli.app import root_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
+from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
+from dmplay.game import player_records
 from dmplay.game.command_line_results import (
     BotServerConfig,
     CliResult,
@@ -18,8 +19,8 @@ from dmplay.game.command_line_results import (
     Printout,
 )
 from dmplay.game.game_series import GameController
-from dmplay.shell.commands import is_command
-from dmplay.terminal_capabilities import Terminal, current_terminal, escape_unprintable
+from dmplay.terminal.capabilities import Terminal, current_terminal
+from dmplay.ui.shell.commands import is_command
 
 
 def execute_result(result: CliResult) -> int:
@@ -37,7 +38,7 @@ def execute_result(result: CliResult) -> int:
             from dmplay.cli.servers import serve_mcp
 
             return serve_mcp(result)
-    from dmplay import game_launcher  # The user interfaces are not imported for a report.
+    from dmplay.ui import game_launcher  # The user interfaces are not imported for a report.
 
     if isinstance(result, PlayCommand):
         return game_launcher.play_game(_make_controller(), result)

@@ -8,7 +8,7 @@ import typer
 
 from dmplay.cli import config_files, options
 from dmplay.errors import BadParameter
-from dmplay.terminal_capabilities import TerminalOptions, current_terminal
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 
 @options.with_terminal_options("json", "color", "width")
@@ -82,9 +82,9 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
+    from dmplay.evaluation.solutions.simulated_returns import SimulationOptions
     from dmplay.game.launch_requests import GameRequest
     from dmplay.output import solution_report
-    from dmplay.solutions.simulated_returns import SimulationOptions
 
     game_request = GameRequest(problem, variant, set_)
     simulation_options = SimulationOptions(
@@ -215,11 +215,11 @@ def guide(
       dmplay guide agents --raw
     """
     from dmplay.game.command_line_results import Printout
+    from dmplay.guide import topics
     from dmplay.output import guide_pages
-    from dmplay.registry import guide_topics
 
     if topic and raw:
-        return guide_topics.read_topic(topic).removesuffix("\n")
+        return topics.read_topic(topic).removesuffix("\n")
     if topic:
         return Printout(
             guide_pages.render_topic(topic, current_terminal(terminal_options)),

@@ -3,12 +3,13 @@
 import sys
 from contextlib import redirect_stdout
 
-from dmplay.bots.policy_server import BotServer, SeatFactory, serve_lines
-from dmplay.bots.protocol import JsonObject
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.external.bots.protocol import JsonObject
 from dmplay.external.optional_libraries import import_library
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.registry import agents, problems
+from dmplay.servers.bot_server import BotServer, SeatFactory, serve_lines
 
 
 def serve_bot(agent: str, problem_name: str) -> int:
@@ -20,13 +21,13 @@ def serve_bot(agent: str, problem_name: str) -> int:
 
 def serve_mcp(config: McpServerConfig) -> int:
     """Serve games to a language model over MCP on standard streams; return the exit code."""
-    from dmplay.mcp.language_model_games import ModelGames
+    from dmplay.servers.mcp.language_model_games import ModelGames
 
     # Output that a problem prints must not mix with the MCP messages.
     with redirect_stdout(sys.stderr):
         games = ModelGames(config)
     import_library("mcp.server.mcpserver", "mcp", "mcp")
-    from dmplay.mcp.server import serve
+    from dmplay.servers.mcp.server import serve
 
     return serve(games)
 

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import typer
 
 from dmplay.cli import config_files
+from dmplay.core.text import format_json_report
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.formatting import format_json_report
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
 PROBLEM_OPTIONS = ("agent", "ghost", "seat", "set", "variant", "vs")  # they suit some problems only

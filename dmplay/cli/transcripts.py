@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from dmplay.cli import options
-from dmplay.terminal_capabilities import TerminalOptions, current_terminal
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 MISMATCH_EXIT_CODE = 3
 
@@ -74,7 +74,7 @@ def export(
     """
     from dmplay.game.launch_requests import ReplayRequest
     from dmplay.output.transcript_export import ExportOptions, export_transcript
-    from dmplay.screen.frame_state import Viewport
+    from dmplay.ui.screen.frame_state import Viewport
 
     ascii_ = (
         current_terminal(terminal_options) if str(output or "-") == "-" else terminal_options

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from shlex import quote
 
+from dmplay.core.safe_files import read_bytes, write_file
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.game.game_setup import MAX_SEED, assign_players
 from dmplay.game.launch_requests import GameRequest, ResumeRequest, request_from_header
@@ -22,7 +23,6 @@ from dmplay.game.saves import load_transcript
 from dmplay.game.seats import HUMAN, load_resumed_players, make_header, make_seat_policy
 from dmplay.registry import problems
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER, rebase_name, transcript_folder
-from dmplay.safe_files import read_bytes, write_file
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import format_lines
 from dmplay.transcript.header import Header, collect_header_facts

@@ -7,8 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
-from dmplay.core import ACTION_DECIMALS, Policy, Problem, check_problem
+from dmplay.core.arrays import Reals
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.spaces import ACTION_DECIMALS
+from dmplay.core.text import format_count
+from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, Forfeit
 from dmplay.evaluation.control_variate import build_control_variate
 from dmplay.evaluation.interruptible_rollouts import (
@@ -16,10 +20,8 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_until_interrupted,
 )
 from dmplay.evaluation.statistics import Estimate, compute_confidence_sequence, estimate_mean
-from dmplay.formatting import format_count
-from dmplay.rollouts import Rollout, RolloutSpec
-from dmplay.work_budget import ProgressCallback
-from dmplay.worker_pool import WorkerCount
+from dmplay.simulation.rollouts import Rollout, RolloutSpec
+from dmplay.simulation.worker_pool import WorkerCount
 
 MIN_GAMES_TO_DECIDE = 100  # games before the first decision, because the interval is asymptotic
 

@@ -8,11 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Reals
-from dmplay.core import Labels, Outcome, Problem
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import Outcome, Problem
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
-from dmplay.solvers import mdp_values
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp import mdp_values
 
 MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly
 

@@ -7,10 +7,10 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import Any, NamedTuple
 
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.user_code import load_named_attribute
-from dmplay.user_code_locations import describe_error_location
-from dmplay.worker_pool import WorkerCount, count_cores, reuse_processes
+from dmplay.simulation.worker_pool import WorkerCount, count_cores, reuse_processes
 
 DASK = "dask"
 

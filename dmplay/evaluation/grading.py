@@ -9,22 +9,22 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.core import Policy
+from dmplay.core.policy import Policy
+from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE
+from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
+from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.seats import HUMAN, list_human_seats
 from dmplay.game.transcript_files import load_transcript_problem, verify_file
-from dmplay.hints.ghost_agent import GHOST_NOTE_PREFIX
-from dmplay.hints.review import ReviewedAction, review_actions
 from dmplay.registry import agents
-from dmplay.session import SeatedPolicy, Session
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
-from dmplay.work_budget import limit_total_work
 
 # Values of one round of a repeated game do not tell what the opponent does later.
 NO_REGRET_REMARK = "no regret because the other's play is a guess"

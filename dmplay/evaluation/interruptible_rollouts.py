@@ -5,10 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Ints
-from dmplay.core import INTEGER_TYPES, Policy, Problem
+from dmplay.core.arrays import Ints
+from dmplay.core.parameters import INTEGER_TYPES
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, Forfeit
-from dmplay.rollouts import (
+from dmplay.simulation.rollouts import (
     Rollout,
     RolloutBlocksLost,
     RolloutInterrupted,

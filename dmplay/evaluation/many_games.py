@@ -7,8 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Ints
-from dmplay.core import Policy, Problem
+from dmplay.core.arrays import Ints
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, Forfeit
 from dmplay.evaluation.interruptible_rollouts import (
     PartialRollouts,
@@ -16,9 +18,8 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_without_forfeits,
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean, five_number_summary
-from dmplay.rollouts import Rollout, RolloutSpec
-from dmplay.work_budget import ProgressCallback
-from dmplay.worker_pool import WorkerCount
+from dmplay.simulation.rollouts import Rollout, RolloutSpec
+from dmplay.simulation.worker_pool import WorkerCount
 
 DEFAULT_EPISODES = 10_000  # if the caller sets no limit
 INITIAL_EPISODES, GROWTH_FACTOR = (

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 
 CONFIDENCE_LEVEL = 0.95
 LARGE_DEGREES_OF_FREEDOM = 30  # degrees of freedom beyond which a series is exact to four digits

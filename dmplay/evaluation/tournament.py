@@ -9,8 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
-from dmplay.core import Policy, Problem, check_policies, check_problem
+from dmplay.core.arrays import Reals
+from dmplay.core.policy import Policy, check_policies
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.text import format_count
+from dmplay.core.work_budget import ProgressCallback, report_progress_to, scale_progress_part
 from dmplay.errors import (
     BadParameter,
     BadPolicy,
@@ -24,12 +27,10 @@ from dmplay.evaluation.interruptible_rollouts import (
     run_rollouts_until_interrupted,
 )
 from dmplay.evaluation.statistics import Estimate, estimate_mean
-from dmplay.formatting import format_count
-from dmplay.rollouts import RolloutSpec
-from dmplay.solvers import regret_matching
-from dmplay.solvers.bimatrix_game import enumerate_equilibria
-from dmplay.work_budget import ProgressCallback, report_progress_to, scale_progress_part
-from dmplay.worker_pool import WorkerCount
+from dmplay.simulation.rollouts import RolloutSpec
+from dmplay.simulation.worker_pool import WorkerCount
+from dmplay.solvers.games import regret_matching
+from dmplay.solvers.games.bimatrix_game import enumerate_equilibria
 
 ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating
 SEATING_ORDERS = (
@@ -160,7 +161,7 @@ def _check_entrants(problem: Problem, entrants: object) -> None:
         raise BadParameter(f"entrants: got {entrants!r}, expected name -> a policy for each seat")
     for name, policies in entrants.items():
         try:
-            check_policies(problem, policies)
+            check_policies(problem.agents, policies)
         except BadPolicy as error:
             raise BadPolicy(f"{name}: {error}") from None
 

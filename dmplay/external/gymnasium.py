@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
 
-from dmplay.core import Interval, Labels, Problem, RealVector
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Interval, Labels, RealVector
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external import transition_tables
 from dmplay.external.history_problem import (

@@ -16,8 +16,10 @@ from weakref import WeakKeyDictionary, WeakValueDictionary
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Uniform
-from dmplay.core import Labels, Outcome, Problem, RealVector, TextLine
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Chance, Uniform
+from dmplay.core.problem import Outcome, Problem
+from dmplay.core.spaces import Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction
 
 MAX_SEED = 10**9  # number of generator seeds that a uniform of nine decimals distinguishes

@@ -14,8 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from dmplay import safe_files
-from dmplay.core import WAIT_LABEL, Labels, Problem, TextLine
+from dmplay.core import safe_files
+from dmplay.core.playability_checks import RESERVED_WORDS
+from dmplay.core.problem import WAIT_LABEL, Problem
+from dmplay.core.spaces import Labels, TextLine
+from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.history_problem import (
     MAX_SEED,
@@ -26,8 +29,6 @@ from dmplay.external.history_problem import (
 )
 from dmplay.external.optional_libraries import LIBRARY_ERRORS, import_library, summarize_error
 from dmplay.formats.gambit_efg import ExtensiveForm, read_efg, schedule_information_sets
-from dmplay.uniforms import expand_uniforms
-from dmplay.validation.playability_checks import RESERVED_WORDS
 
 PIP_EXTRA = "openspiel"
 # types of games in which every player knows the state

@@ -8,8 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from dmplay.chance import Array
-from dmplay.core import WAIT_LABEL, Interval, Labels, Problem, RealVector
+from dmplay.core.arrays import Array
+from dmplay.core.problem import WAIT_LABEL, Problem
+from dmplay.core.spaces import Interval, Labels, RealVector
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.history_problem import (
     EnvironmentProblem,

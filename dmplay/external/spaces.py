@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dmplay.core import Interval, Labels
+from dmplay.core.spaces import Interval, Labels
 from dmplay.errors import BadParameter
 from dmplay.external.history_problem import make_numbered_labels
 

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Ints, Reals
-from dmplay.core import Outcome, Problem
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.problem import Outcome, Problem
 
 TERMINAL_SUFFIX = " over"
 

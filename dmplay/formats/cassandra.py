@@ -4,7 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dmplay.core import Labels
+from dmplay.core.playability_checks import RESERVED_WORDS
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import SparseTables
 from dmplay.formats.declarations import (
     AnyDeclaration,
     Declaration,
@@ -17,8 +19,6 @@ from dmplay.formats.probability_array import ProbabilityArray
 from dmplay.formats.problem_classes import FileProblem, MarkovModel
 from dmplay.formats.reward_array import RewardArray
 from dmplay.formats.statements import StatementGrammar, find_first_statement, iter_statements
-from dmplay.tabular import SparseTables
-from dmplay.validation.playability_checks import RESERVED_WORDS
 
 # the single observation if states are visible
 SINGLE_OBSERVATION = Declaration("observation", ["0"])

@@ -8,10 +8,10 @@ from math import prod
 
 import numpy as np
 
-from dmplay.chance import Bools, Ints
+from dmplay.core.arrays import Bools, Ints
+from dmplay.core.work_budget import Budget
 from dmplay.errors import UnknownName
 from dmplay.formats.lexer import TokenSpan, parse_integer
-from dmplay.work_budget import Budget
 
 WILDCARD = "*"
 BYTES_PER_NAME = 200  # bytes of a name in memory

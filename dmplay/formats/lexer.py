@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Bools, Reals
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.text import format_count
 from dmplay.errors import BadFile, UnknownName
-from dmplay.formatting import format_count
 
 COMMENT_PATTERN = re.compile("#[^\n]*")
 MAX_NUMBER = 1e100  # keeps sums and squares of numbers finite

@@ -5,12 +5,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.formats.declarations import Declaration, JointDeclaration
 from dmplay.formats.lexer import SourceText, TokenSpan, is_number, parse_integer
 from dmplay.formats.statements import VALUE_KEYWORDS
-from dmplay.formatting import format_count
 
 DECLARATION_KEYS = ("agents", "discount", "values", "states", "actions", "observations", "start")
 # key of zmdp's files for the states that end a game, which their T: lines imply too

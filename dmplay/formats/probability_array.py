@@ -5,13 +5,13 @@ from typing import NamedTuple, TypeVar
 
 import numpy as np
 
-from dmplay.chance import Ints, Reals
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.errors import BadFile
 from dmplay.formats.declarations import ReadingMemory, to_index_array
 from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import EXACT_SUM_TOLERANCE, SUM_TOLERANCE
 from dmplay.formats.statements import FIELD_COUNT, Statement, StatementGrammar
-from dmplay.sparse_matrix import SparseMatrix
 
 BYTES_PER_MERGED_ENTRY = 80  # while all are sorted, besides the stored ones; 74 by tracemalloc
 # of an entry that is added: stored, copied once, and later sorted

@@ -6,10 +6,10 @@ from math import prod
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Labels
-from dmplay.matrix_game import MatrixGame
-from dmplay.tabular import SparseTables, Tabular
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import SparseTables, Tabular
+from dmplay.problems.shared.matrix_game import MatrixGame
 
 
 @dataclass(frozen=True, eq=False)

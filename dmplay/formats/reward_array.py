@@ -5,7 +5,9 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Bools, Ints, Reals
+from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.sparse_matrix import SparseMatrix
+from dmplay.core.work_budget import ARRAY_CALL_WORK
 from dmplay.formats.declarations import (
     IndexSelection,
     ReadingMemory,
@@ -13,8 +15,6 @@ from dmplay.formats.declarations import (
     to_index_array,
 )
 from dmplay.formats.statements import Statement, StatementGrammar
-from dmplay.sparse_matrix import SparseMatrix
-from dmplay.work_budget import ARRAY_CALL_WORK
 
 STATEMENT_COST = ARRAY_CALL_WORK / 100  # work to process one statement, in addition to its numbers
 

@@ -8,15 +8,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay import belief
-from dmplay.core import ContinuousStates, Labels, Problem
+from dmplay.core import belief
+from dmplay.core.problem import ContinuousStates, Problem
+from dmplay.core.spaces import Labels
+from dmplay.core.sparse_matrix import SparseMatrix
+from dmplay.core.tabular import SparseTables, Tabular, tabulate
+from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter
 from dmplay.formats.declarations import make_unique_labels
 from dmplay.formats.preamble import DECLARATION_KEYS, START_LIST_KEYS
 from dmplay.formats.statements import VALUE_KEYWORDS
-from dmplay.sparse_matrix import SparseMatrix
-from dmplay.tabular import SparseTables, Tabular, tabulate
-from dmplay.work_budget import Budget
 
 RESERVED_WORDS = {
     *DECLARATION_KEYS,

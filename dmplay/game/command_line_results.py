@@ -14,7 +14,7 @@ from dmplay.game.launch_requests import (
     GameRequest,
     ReplayRequest,
 )
-from dmplay.terminal_capabilities import TerminalOptions
+from dmplay.terminal.capabilities import TerminalOptions
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
 

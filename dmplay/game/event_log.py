@@ -3,8 +3,8 @@
 from collections import defaultdict
 from collections.abc import Sequence
 
+from dmplay.core.session import Turn
 from dmplay.game.game import Game
-from dmplay.session import Turn
 
 
 class EventLog:

@@ -8,28 +8,27 @@ from typing import cast
 from rich.text import Text
 
 from dmplay.agents.script import EndOfScript
-from dmplay.background_tasks import TaskInfo, run_cancellable
-from dmplay.chance import Array
-from dmplay.core import Problem
+from dmplay.core.arrays import Array
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import MAX_FILE_BYTES
+from dmplay.core.session import SeatedPolicy, Session, View
+from dmplay.core.text import describe_end_reason, escape_newlines, escape_unprintable
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import BadParameter, Forfeit
-from dmplay.formatting import describe_end_reason, escape_newlines
+from dmplay.game.action_input import Keyboard
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.hints.ghost_agent import Ghost
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.hints.ghost_agent import Ghost
-from dmplay.hints.hint_provider import HintProvider
-from dmplay.key_maps.action_input import Keyboard
 from dmplay.registry.problem_name_kinds import names_bot
-from dmplay.safe_files import MAX_FILE_BYTES
-from dmplay.session import SeatedPolicy, Session, View
-from dmplay.signals import defer_signals
-from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
-from dmplay.uniforms import SeededUniforms
 from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
-from dmplay.work_budget import ComputationStopped
 
 NO_CHOICES: Mapping[int, float] = {}
 FULL_TRANSCRIPT_REASON = (
@@ -500,6 +499,6 @@ class Game:
     def _close_bots(self) -> None:
         """Close the bots that play in this game, and note their log files."""
         if any(map(names_bot, self.player_names)):
-            from dmplay.bots.shutdown import close_bots  # imported only if a bot plays
+            from dmplay.external.bots.shutdown import close_bots  # imported only if a bot plays
 
             self.log_paths += close_bots(self.session, self.problem_name)

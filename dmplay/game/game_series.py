@@ -6,10 +6,10 @@ from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
-from dmplay.background_tasks import TaskInfo, run_cancellable
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_count
 from dmplay.game import saves
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_line_results import CliInterpreter
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game

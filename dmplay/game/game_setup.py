@@ -6,11 +6,18 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import check_not_source, is_game_running, write_file
+from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
+from dmplay.core.text import describe_end_reason, format_count
+from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter
-from dmplay.formatting import describe_end_reason, format_count
 from dmplay.game import saves
+from dmplay.game.action_input import Keyboard
 from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
+from dmplay.game.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
+from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.launch_requests import (
     AnyGameRequest,
     BranchRequest,
@@ -32,12 +39,7 @@ from dmplay.game.seats import (
     name_in_transcript,
 )
 from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
-from dmplay.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import resolve_key_maps
 from dmplay.registry import agents, problem_name_kinds, problems
-from dmplay.safe_files import check_not_source, is_game_running, write_file
-from dmplay.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.transcript.concealment import (
     GameKey,
     disclose_transcript,
@@ -57,7 +59,6 @@ from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, read_incomplete_transcript
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import check_seats, check_unattended_turns, replay
-from dmplay.uniforms import SeededUniforms, new_seed
 
 MAX_SEED = 2**63 - 1
 UNRESUMABLE_PLAYERS = {

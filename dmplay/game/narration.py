@@ -2,11 +2,12 @@
 
 from collections.abc import Mapping, Sequence
 
-from dmplay.formatting import describe_end_reason, format_count, score_label
+from dmplay.core.problem_summary import score_label
+from dmplay.core.session import Session
+from dmplay.core.text import describe_end_reason, format_count
 from dmplay.game import turn_facts
+from dmplay.game.hints.ghost_agent import Ghost
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.hints.ghost_agent import Ghost
-from dmplay.session import Session
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import collect_end_facts, collect_turn_facts, round_number
 from dmplay.views.protocol import DrawOptions, expand_for_picture, fit_board, load_view_module

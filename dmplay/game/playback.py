@@ -2,17 +2,17 @@
 
 from pathlib import Path
 
+from dmplay.core.notebook_display import NotebookDisplay
+from dmplay.core.session import Session
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_count
+from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats
 from dmplay.game.transcript_files import describe_problem_change, load_transcript_problem
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.notebook_display import NotebookDisplay
-from dmplay.session import Session
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.replay import start_session
 from dmplay.transcript.turn_batch_replay import BatchReplayer

@@ -17,9 +17,9 @@ from itertools import count
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay import safe_files
+from dmplay.core import safe_files
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError, clip_message
-from dmplay.formatting import format_count
 from dmplay.transcript.format import MODEL_PLAYER, compute_checksum, format_end_block
 from dmplay.transcript.reader import (
     Transcript,

@@ -3,8 +3,8 @@
 from dataclasses import replace
 from functools import cached_property
 
-from dmplay.core import Problem
-from dmplay.session import Session, View
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session, View
 
 
 class SeatSnapshot:

@@ -5,11 +5,14 @@ from pathlib import Path
 
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.script import Script
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import read_bytes
+from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.action_input import parse_action_text
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.saves import load_transcript
-from dmplay.key_maps.action_input import parse_action_text
 from dmplay.registry import agents, problems
 from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
@@ -18,8 +21,6 @@ from dmplay.registry.problem_name_kinds import (
     resolve_recorded_name,
     transcript_folder,
 )
-from dmplay.safe_files import read_bytes
-from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.format import EXTERNAL_PLAYERS, HUMAN_PLAYER
 from dmplay.transcript.header import HEADER_LINES, Header

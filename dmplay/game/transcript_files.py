@@ -5,15 +5,16 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import OPEN_FILES_FOLDER, write_file
+from dmplay.core.text import escape_newlines, format_json_report
 from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
-from dmplay.formatting import escape_newlines, format_json_report
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry import problems
 from dmplay.registry.problem_name_kinds import resolve_recorded_name, transcript_folder
-from dmplay.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.transcript.concealment import disclose_transcript, is_concealed
 from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.rewriting import rewrite_transcript

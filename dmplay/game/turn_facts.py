@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from dmplay.core.session import Session
 from dmplay.game.seat_snapshot import SeatSnapshot
-from dmplay.session import Session
 from dmplay.transcript.format import collect_turn_facts
 
 PUBLIC_FACT_KEYS = (

@@ -2,10 +2,10 @@
 
 from collections.abc import Mapping
 
-from dmplay.conformance import check
-from dmplay.formatting import format_count, format_json_report
+from dmplay.core.text import format_count, format_json_report
 from dmplay.game.command_line_results import Printout
 from dmplay.registry import problems
+from dmplay.validation.conformance import check
 
 VIOLATION_EXIT_CODE = 2
 

@@ -6,12 +6,13 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from dmplay.agents.point_based import PointBasedPolicy
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.text import append_noun, format_count, format_json_report, format_score
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
 from dmplay.evaluation.executors import open_execution_backend
 from dmplay.evaluation.many_games import RunResult, run
-from dmplay.formatting import append_noun, format_count, format_json_report, format_score
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import parse_settings
 from dmplay.output.evaluation_request import (
@@ -37,9 +38,8 @@ from dmplay.output.tables import (
     format_mean,
     format_table,
 )
-from dmplay.rollouts import RolloutBlocksLost, RolloutInterrupted
-from dmplay.solutions.solution import Row
-from dmplay.views.canvas import ASCII_TRANSLATION
+from dmplay.simulation.rollouts import RolloutBlocksLost, RolloutInterrupted
+from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
 BAR_CHARACTERS, HISTOGRAM_BINS = "▁▂▃▄▅▆▇█", 12
 PLOT_COLUMNS = 48  # columns of a plot

@@ -5,19 +5,20 @@ from itertools import product
 from math import ceil, log
 from typing import NamedTuple
 
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.statistics import Estimate
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import assign_players, check_turn_limit
 from dmplay.game.launch_requests import GameRequest, parse_settings
 from dmplay.game.seats import HUMAN, make_seat_policy
 from dmplay.registry import agents, problems
-from dmplay.session import DEFAULT_TURN_LIMIT
-from dmplay.signals import INTERRUPTED_EXIT_CODE
-from dmplay.solutions.solution import Row
-from dmplay.worker_pool import WorkerCount
+from dmplay.simulation.worker_pool import WorkerCount
+from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
 NEGLIGIBLE_WEIGHT = 1e-9  # discount of a turn below which turns are not played
 INTERRUPTED_REASON = "interrupted"  # the reason that rollouts gives

@@ -4,16 +4,16 @@ from collections.abc import Sequence
 from pathlib import Path
 from textwrap import fill
 
+from dmplay.core.text import escape_newlines, format_count, format_json_report
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport
 from dmplay.evaluation.grading import grade_files as grades
-from dmplay.formatting import escape_newlines, format_count, format_json_report
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.game import transcript_files
 from dmplay.game.command_line_results import Printout
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_name, format_table
-from dmplay.signals import INTERRUPTED_EXIT_CODE
-from dmplay.solutions.solution import Row
+from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE
 
 PARAGRAPH_COLUMNS = 80  # columns of a paragraph
 DATA_KEYS = {

@@ -12,8 +12,8 @@ from rich.syntax import ANSISyntaxTheme, Syntax
 from rich.text import Text
 from rich.theme import Theme
 
-from dmplay.registry.guide_topics import list_topics, read_topic, topic_title
-from dmplay.terminal_capabilities import Terminal
+from dmplay.guide.topics import list_topics, read_topic, topic_title
+from dmplay.terminal.capabilities import Terminal
 
 MAX_COLUMNS = 100  # columns, because longer lines are hard to read
 CODE_INDENT = 4  # columns before code

@@ -9,10 +9,12 @@ from string import Template
 from tempfile import SpooledTemporaryFile
 from typing import IO, NamedTuple
 
+from dmplay.core.problem_summary import score_label
+from dmplay.core.session import belief_size
+from dmplay.core.text import escape_unprintable, format_count
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_count, score_label
 from dmplay.game.playback import Playback
-from dmplay.rendering.html_markup import (
+from dmplay.output.html_markup import (
     DARK_THEME_CSS,
     LIGHT_THEME_CSS,
     STYLE_CLASS_CSS,
@@ -20,8 +22,6 @@ from dmplay.rendering.html_markup import (
     escape_html,
     render_html_rows,
 )
-from dmplay.session import belief_size
-from dmplay.terminal_capabilities import escape_unprintable
 from dmplay.views.protocol import DrawOptions
 
 # left edge, width, height and margin of a plot, in SVG units

@@ -2,12 +2,12 @@
 
 from rich.text import Text
 
-from dmplay.core import Problem
-from dmplay.formatting import score_label
+from dmplay.core.problem import Problem
+from dmplay.core.problem_summary import score_label
+from dmplay.core.session import Session, View
+from dmplay.core.text import escape_unprintable
 from dmplay.game.playback import Playback
-from dmplay.registry import problems
-from dmplay.registry.builtin_names import stem_to_name
-from dmplay.rendering.html_markup import (
+from dmplay.output.html_markup import (
     DARK_THEME_CSS,
     LIGHT_THEME_CSS,
     STYLE_CLASS_CSS,
@@ -15,8 +15,8 @@ from dmplay.rendering.html_markup import (
     escape_html,
     render_html_rows,
 )
-from dmplay.session import Session, View
-from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.registry import problems
+from dmplay.registry.builtin_names import stem_to_name
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 DRAW_OPTIONS = DrawOptions(80, 24, allow_large=True)

@@ -10,7 +10,7 @@ from rich.cells import cell_len
 from rich.text import Text
 
 from dmplay.game.launch_requests import split_words
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
 
 DEFAULT_PAGER = "less -RS"
 LESS_OPTIONS = "-RS"  # options of `less` if the user sets none: keep colours, do not wrap rows
@@ -22,8 +22,8 @@ def print_paged(text: str, terminal: Terminal, *, wrap_words: bool = False) -> N
     `wrap_words` first wraps rows at words to the width of the terminal.
     """
     if wrap_words and terminal.full_screen:
-        from dmplay.screen.frame_state import Viewport  # not needed unless rows are wrapped
-        from dmplay.screen.text_wrapping import wrap_lines
+        from dmplay.ui.screen.frame_state import Viewport  # not needed unless rows are wrapped
+        from dmplay.ui.screen.text_wrapping import wrap_lines
 
         rows = wrap_lines(text.split("\n"), Viewport(shutil.get_terminal_size().columns + 2, 0))
         text = "\n".join(row[1:].rstrip() for row in rows)

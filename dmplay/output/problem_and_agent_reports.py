@@ -9,14 +9,16 @@ from rich.table import Table
 from rich.text import Text
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.core import Interval, Labels, Problem, TextLine
+from dmplay.core.problem import Problem
+from dmplay.core.problem_summary import problem_summary
+from dmplay.core.spaces import Interval, Labels, TextLine
+from dmplay.core.text import format_count, format_json_report
 from dmplay.errors import UnknownName
-from dmplay.formatting import format_count, format_json_report, problem_summary
 from dmplay.game.command_line_results import Printout
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.terminal_capabilities import TerminalOptions
+from dmplay.terminal.capabilities import TerminalOptions
 
 PIPE_COLUMNS = 100  # columns of a table written to a pipe
 COLUMN_GAP = 1  # columns between two columns of a table

@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from pathlib import Path
 
+from dmplay.core.safe_files import write_file
+from dmplay.core.text import escape_newlines
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.formats.writer import FILE_SUFFIXES, iter_problem_lines
-from dmplay.formatting import escape_newlines
 from dmplay.registry import problems
-from dmplay.safe_files import write_file
 
 
 def convert_problem(name: str, parameters: Mapping[str, object], path: Path, *, force: bool) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-from dmplay.signals import defer_signals, exit_on_signals
+from dmplay.terminal.signals import defer_signals, exit_on_signals
 
 DELAY_SECONDS = 1.0  # seconds before a bar is drawn
 

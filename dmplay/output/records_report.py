@@ -2,8 +2,8 @@
 
 from json import dumps
 
-from dmplay.formatting import align_columns, format_json_report
-from dmplay.player_records import ProblemRecord, load_records
+from dmplay.core.text import align_columns, format_json_report
+from dmplay.game.player_records import ProblemRecord, load_records
 
 HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
 

@@ -1,12 +1,12 @@
 """The review of a transcript, printed or saved as notes in the transcript."""
 
+from dmplay.core.safe_files import write_file
+from dmplay.core.text import format_json_report
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_json_report
+from dmplay.game.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table, review_actions
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
-from dmplay.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table, review_actions
-from dmplay.safe_files import write_file
 from dmplay.transcript.verification_report import describe_peeks_and_hints
 
 

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import NamedTuple
 
-from dmplay.formatting import describe_end_reason, format_count, format_json_report
+from dmplay.core.text import describe_end_reason, format_count, format_json_report
 from dmplay.game.saves import iter_outlines, list_saves
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER, rebase_name, transcript_folder
 from dmplay.transcript.reader import TranscriptOutline

@@ -8,10 +8,10 @@ import numpy as np
 
 from dmplay.errors import BadParameter
 from dmplay.evaluation.many_games import RunResult
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.output.evaluation_request import SettingResult
-from dmplay.solutions.solution import Row
 
 
 class TranscriptSelection(NamedTuple):

@@ -7,16 +7,16 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.core import Problem
-from dmplay.formatting import format_json_report
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import user_folder
+from dmplay.core.text import format_json_report
+from dmplay.core.work_budget import report_progress_to
+from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.solution import Solution
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
-from dmplay.safe_files import user_folder
-from dmplay.solutions.method_choice import solve_problem
-from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
-from dmplay.solutions.solution import Solution
-from dmplay.work_budget import report_progress_to
 
 
 def load_or_solve(

@@ -9,13 +9,13 @@ from rich._export_format import CONSOLE_SVG_FORMAT
 from rich.console import Console
 from rich.text import Text
 
-from dmplay.figures.registry import find_figure, load_figures
+from dmplay.core.safe_files import write_file
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
-from dmplay.safe_files import write_file
-from dmplay.terminal_capabilities import Terminal
-from dmplay.terminal_styles import to_ansi
-from dmplay.views.canvas import measure_text, to_ascii
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.styles import to_ansi
+from dmplay.views.figures.registry import find_figure, load_figures
+from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 # Rich's own template, without the fonts that it loads from the network.
 SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(

@@ -6,9 +6,8 @@ import re
 from collections.abc import Sequence
 from math import isfinite
 
-from dmplay.formatting import align_columns, display_width, escape_newlines
-from dmplay.solutions.solution import Row
-from dmplay.terminal_capabilities import escape_unprintable
+from dmplay.core.text import align_columns, display_width, escape_newlines, escape_unprintable
+from dmplay.evaluation.solutions.solution import Row
 
 MISSING_CELL = "-"  # for a number that is not finite
 MAX_NAME_COLUMNS = 40  # columns of a person's or a problem's name in a table

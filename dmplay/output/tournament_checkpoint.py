@@ -7,12 +7,12 @@ from pathlib import Path
 
 import numpy as np
 
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.safe_files import read_complete_lines, write_at_offset, write_file
+from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.errors import BadParameter
-from dmplay.matrix_game import MatrixGame
-from dmplay.safe_files import read_complete_lines, write_at_offset, write_file
-from dmplay.session import DEFAULT_TURN_LIMIT
+from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.transcript.line_parser import JSON_DECODER
 
 MAX_RETURN = 1e100  # beyond any real one, and its square is finite

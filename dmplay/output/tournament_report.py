@@ -5,9 +5,12 @@ from pathlib import Path
 
 import numpy as np
 
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.text import format_count, format_json_report, format_upper_bound
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.tournament import (
     SEATING_ORDERS,
     TournamentResult,
@@ -15,7 +18,6 @@ from dmplay.evaluation.tournament import (
     list_seatings,
     run_tournament,
 )
-from dmplay.formatting import format_count, format_json_report, format_upper_bound
 from dmplay.game.command_line_results import Printout
 from dmplay.output.evaluation_request import (
     EvaluationRequest,
@@ -27,7 +29,6 @@ from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_mean, format_table
 from dmplay.output.tournament_checkpoint import TournamentCheckpoint, compute_return_bounds
 from dmplay.registry import agents
-from dmplay.solutions.solution import Row
 
 # agents that play an equilibrium, if a problem has them
 EQUILIBRIUM_AGENTS = ("equilibrium", "nash")

@@ -8,27 +8,27 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.core.safe_files import check_not_source
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_count
+from dmplay.game.action_input import Keyboard
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_format
 from dmplay.game.game import Game
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.output.html_export import render_page
 from dmplay.output.svg_export import text_to_svg, write_or_print
 from dmplay.output.svg_export import texts_to_animated_svg as pictures
 from dmplay.output.tables import format_csv_row
-from dmplay.safe_files import check_not_source
-from dmplay.screen.frame import Frame, compose_frame
-from dmplay.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
-from dmplay.terminal_styles import ScreenLine, to_ansi, to_plain_text
+from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
 from dmplay.transcript.header import collect_header_facts
+from dmplay.ui.screen.frame import Frame, compose_frame
+from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_line
 from dmplay.views.protocol import DrawOptions, expand_for_picture
 
 DEFAULT_COLUMNS = 80  # columns of a screen

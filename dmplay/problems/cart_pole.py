@@ -11,10 +11,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Uniform
-from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._real_state import RealStateProblem
-from dmplay.problems._trigonometry import compute_sine_and_cosine
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Chance, Uniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import ContinuousStates, Outcome
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.real_state import RealStateProblem
+from dmplay.problems.shared.trigonometry import compute_sine_and_cosine
 
 START_BOUND = 0.05  # each number of the start state is uniform from -0.05 to 0.05
 

@@ -10,9 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Categorical, Chance, Reals
-from dmplay.core import Labels, Outcome, parameter
-from dmplay.tabular import Tables, Tabular
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import Outcome
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import Tables, Tabular
 
 CAUGHT, DROPPED = 0, 1
 PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance at which half of the throws are caught

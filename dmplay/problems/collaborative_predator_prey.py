@@ -15,11 +15,19 @@ from itertools import repeat
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals
-from dmplay.core import Labels, Outcome, parameter
-from dmplay.hexgrid import format_hex, move_destinations
-from dmplay.problems._hex_hunt import CIRCLE_HEXES, TRIANGLE_HEXES, HexHunt, make_numbered_names
-from dmplay.work_budget import Budget
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import Chance, DiscreteUniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import Outcome
+from dmplay.core.spaces import Labels
+from dmplay.core.work_budget import Budget
+from dmplay.problems.shared.hex_hunt import (
+    CIRCLE_HEXES,
+    TRIANGLE_HEXES,
+    HexHunt,
+    make_numbered_names,
+)
+from dmplay.problems.shared.hexgrid import format_hex, move_destinations
 
 CAPTURE_REWARD, MOVE_REWARD = 10.0, -1.0
 SENSE_LABELS = Labels(("prey", "nothing"))

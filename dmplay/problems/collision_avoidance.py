@@ -10,9 +10,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Categorical, Chance, Uniform
-from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._real_state import RealStateProblem
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Categorical, Chance, Uniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import ContinuousStates, Outcome
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.real_state import RealStateProblem
 
 ADVISED_RATES = np.array([-5.0, 0.0, 5.0])  # m/s, by action
 GUST_ACCELERATIONS = np.array([-2.0, 0.0, 2.0])  # m/s^2

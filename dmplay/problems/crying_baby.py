@@ -6,8 +6,8 @@ observation that of the state after; the start is uniform over both states, as n
 
 from dataclasses import dataclass
 
-from dmplay.core import parameter
-from dmplay.problems._baby_care import ACTIONS, SOUNDS, BabyCare
+from dmplay.core.parameters import parameter
+from dmplay.problems.shared.baby_care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)

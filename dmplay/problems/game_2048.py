@@ -13,18 +13,13 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay import board_2048
-from dmplay.board_2048 import Cells
-from dmplay.chance import (
-    Array,
-    Bools,
-    Categorical,
-    Chance,
-    DiscreteUniform,
-    Ints,
-    Reals,
-)
-from dmplay.core import Labels, Outcome, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import Categorical, Chance, DiscreteUniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import Outcome, Problem
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared import board_2048
+from dmplay.problems.shared.board_2048 import Cells
 
 EMPTY_CELL = "."
 LEGAL_SLIDE_MASKS = np.array([[[slides >> a & 1 for a in range(4)]] for slides in range(16)], bool)

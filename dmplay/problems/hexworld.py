@@ -11,10 +11,12 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, DiscreteUniform, Ints, Reals
-from dmplay.core import Outcome, Problem, parameter
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.chance import Chance, DiscreteUniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import Outcome, Problem
 from dmplay.errors import BadParameter
-from dmplay.hexgrid import (
+from dmplay.problems.shared.hexgrid import (
     DIRECTION_ALIASES,
     DIRECTIONS,
     Hex,

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.core import Labels
-from dmplay.tabular import Tables, Tabular
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import Tables, Tabular
 
 WEAR_PROBABILITIES = [[0.81, 0.18, 0.01], [0.0, 0.9, 0.1], [0.0, 0.0, 1.0]]
 REPAIR_PROBABILITIES = [[1.0, 0.0, 0.0]] * 3

@@ -10,10 +10,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Uniform
-from dmplay.core import ContinuousStates, Labels, Outcome, parameter
-from dmplay.problems._real_state import RealStateProblem
-from dmplay.problems._trigonometry import compute_cosine_of_triple
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Chance, Uniform
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import ContinuousStates, Outcome
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.real_state import RealStateProblem
+from dmplay.problems.shared.trigonometry import compute_cosine_of_triple
 
 LEFT_WALL, RIGHT_WALL, TOP_SPEED = -1.2, 0.6, 0.07
 THRUST, GRAVITY = 0.001, 0.0025

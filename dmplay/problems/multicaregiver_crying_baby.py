@@ -8,8 +8,8 @@ costs 0.5 and 0.25; the start is uniform over both states, as none is given.
 
 from dataclasses import dataclass
 
-from dmplay.core import parameter
-from dmplay.problems._baby_care import ACTIONS, SOUNDS, BabyCare
+from dmplay.core.parameters import parameter
+from dmplay.problems.shared.baby_care import ACTIONS, SOUNDS, BabyCare
 
 
 @dataclass(frozen=True)

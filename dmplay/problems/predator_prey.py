@@ -13,10 +13,11 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Categorical, Chance, Ints, Reals
-from dmplay.core import Outcome, parameter
-from dmplay.hexgrid import slip_chance
-from dmplay.problems._hex_hunt import (
+from dmplay.core.arrays import Array, Ints, Reals
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import Outcome
+from dmplay.problems.shared.hex_hunt import (
     CIRCLE_HEXES,
     STANDARD_HEXES,
     TRIANGLE_HEXES,
@@ -24,6 +25,7 @@ from dmplay.problems._hex_hunt import (
     count_on_same_hex,
     make_numbered_names,
 )
+from dmplay.problems.shared.hexgrid import slip_chance
 
 PREDATOR_START_HEX, PREY_START_HEX = (1, 2), (2, 0)  # figure F.16
 DEVOURED_REWARD, MOVE_REWARD = -100.0, -1.0

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.core import Labels
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.matrix_game import MatrixGame
 
 PRISON_YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.core import Labels
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.matrix_game import MatrixGame
 
 # payoffs of the row player
 ROW_PAYOFFS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])

@@ -10,9 +10,12 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.chance import Array, Chance, Normal, Reals
-from dmplay.core import ContinuousStates, Interval, Outcome, parameter
-from dmplay.problems._real_state import RealStateProblem
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.chance import Chance, Normal
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import ContinuousStates, Outcome
+from dmplay.core.spaces import Interval
+from dmplay.problems.shared.real_state import RealStateProblem
 
 START_MEAN, START_DEVIATION = 0.3, 0.1
 

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.core import Labels
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.spaces import Labels
+from dmplay.problems.shared.matrix_game import MatrixGame
 
 MIN_CLAIM, MAX_CLAIM = 2, 100  # dollars
 BONUS_DOLLARS = 2  # dollars from the higher claim to the lower

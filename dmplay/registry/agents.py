@@ -13,15 +13,17 @@ from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.core import INTEGER_TYPES, Policy, Problem, check_problem
+from dmplay.core.parameter_parsing import parse_parameter
+from dmplay.core.parameters import INTEGER_TYPES
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import problem_module_exports
 from dmplay.registry.builtin_names import problem_names, stem_to_name
-from dmplay.registry.parameter_parsing import parse_parameter
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
-from dmplay.user_code_locations import describe_error_location
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
 RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.1.0 -> today's
@@ -303,7 +305,7 @@ def make_bot(problem: Problem, seat: int, name: str, turn_limit: int | None = No
 
     Pairs `KEY=VALUE,` before the command are its parameters.
     """
-    from dmplay.bots.bot_policy import Bot  # imported only if a program plays
+    from dmplay.external.bots.bot_policy import Bot  # imported only if a program plays
 
     command, options = name.partition(":")[2], {}
     while command.startswith(("clock=", "belief=")):

@@ -11,9 +11,9 @@ from importlib.util import find_spec, spec_from_file_location
 from pathlib import Path
 from types import ModuleType
 
-from dmplay import safe_files
+from dmplay.core import safe_files
+from dmplay.core.user_code_locations import describe_error_location, format_location
 from dmplay.errors import BadParameter
-from dmplay.user_code_locations import describe_error_location, format_location
 
 FILE_MODULE_PREFIX = f"{__name__}."
 __path__: list[str] = []  # allows modules under this one

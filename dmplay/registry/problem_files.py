@@ -4,8 +4,8 @@ import hashlib
 from functools import lru_cache
 from pathlib import Path
 
-from dmplay import safe_files
-from dmplay.core import Problem
+from dmplay.core import safe_files
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BudgetExceeded
 from dmplay.registry import library_problems
 from dmplay.registry.problem_name_kinds import LookupResult

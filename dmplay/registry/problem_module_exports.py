@@ -14,10 +14,10 @@ from dataclasses import MISSING, Field, fields, replace
 from types import ModuleType
 from typing import Any
 
-from dmplay import user_code_locations
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.core import Problem
+from dmplay.core import user_code_locations
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
 
 # First names of the members of Problem and Tabular in version 0.1.0, and their names today.

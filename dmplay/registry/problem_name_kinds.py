@@ -6,7 +6,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 
 PYTHON_SUFFIX = ".py"
 DATA_SUFFIXES = (".pomdp", ".mdp", ".dpomdp", ".nfg", ".efg")

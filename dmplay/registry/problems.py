@@ -18,12 +18,14 @@ from pathlib import Path
 from types import ModuleType
 from typing import NamedTuple
 
-from dmplay.core import Problem
+from dmplay.core.parameter_parsing import parse_parameter
+from dmplay.core.playability_checks import check_playable
+from dmplay.core.problem import Problem
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry import library_problems, problem_files, problem_module_exports, user_code
 from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.registry.entry_points import entry_point_targets
-from dmplay.registry.parameter_parsing import parse_parameter
 from dmplay.registry.problem_name_kinds import (
     CURRENT_FOLDER,
     DATA_SUFFIXES,
@@ -34,8 +36,6 @@ from dmplay.registry.problem_name_kinds import (
     names_python_file,
     rebase_name,
 )
-from dmplay.user_code_locations import describe_error_location
-from dmplay.validation.playability_checks import check_playable
 
 FORMATS_PACKAGE, EXTERNAL_PACKAGE = "dmplay.formats.", "dmplay.external."
 

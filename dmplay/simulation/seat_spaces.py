@@ -8,15 +8,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from gymnasium import spaces
 
-from dmplay.chance import Array, Bools
-from dmplay.core import (
-    MAX_REWARD,
-    Interval,
-    Labels,
-    Problem,
-    RealVector,
-    TextLine,
-)
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.problem import MAX_REWARD, Problem
+from dmplay.core.spaces import Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
 
 Space = spaces.Space[Any]

@@ -5,8 +5,8 @@ from typing import Protocol
 
 import numpy as np
 
-from dmplay.chance import Ints, Reals
-from dmplay.uniforms import generate_uniforms, make_generator
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.uniforms import generate_uniforms, make_generator
 
 EPISODES_PER_BLOCK, MAX_CACHED_BLOCKS = (
     1024,

@@ -4,11 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Ints, Reals
-from dmplay.core import ACTION_DECIMALS, Memory, Outcome, Policy, check_rewards, required_fields
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.policy import Memory, Policy, required_fields
+from dmplay.core.problem import Outcome, check_rewards
+from dmplay.core.spaces import ACTION_DECIMALS
+from dmplay.core.uniforms import NATURE_STREAM
 from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces
 from dmplay.simulation.uniform_sources import UniformSource
-from dmplay.uniforms import NATURE_STREAM
 
 
 class VectorGames:

@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Bools, Ints, Reals
-from dmplay.work_budget import ARRAY_CALL_WORK, Budget
+from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 
 BORDER_TOLERANCE = 1e-10  # distance within which a ray lies on a border
 

@@ -4,8 +4,8 @@ from collections.abc import Collection
 from dataclasses import replace
 from pathlib import Path
 
-from dmplay import safe_files
-from dmplay.core import Problem
+from dmplay.core import safe_files
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.transcript.format import EXTERNAL_PLAYERS, compute_checksum, format_lines
 from dmplay.transcript.header import Header

@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
 from dmplay.errors import DmplayError
 from dmplay.transcript.reader import Block, Transcript
 

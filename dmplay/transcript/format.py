@@ -28,9 +28,10 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import NamedTuple
 
-from dmplay.chance import Array
-from dmplay.core import NO_OBSERVATION_TEXT, Problem, array_bytes
-from dmplay.session import DEFAULT_TURN_LIMIT, MAX_LISTED_STATES, Session, Turn, belief_size
+from dmplay.core.arrays import Array, array_bytes
+from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, MAX_LISTED_STATES, Session, Turn, belief_size
+from dmplay.core.spaces import NO_OBSERVATION_TEXT
 
 # players that are not dmplay's agents: a person, or a language model
 HUMAN_PLAYER, MODEL_PLAYER = "human", "mcp"

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Annotated, Any, NamedTuple, get_args
 
-from dmplay.uniforms import SeededUniforms
+from dmplay.core.uniforms import SeededUniforms
 
 FORMAT_VERSION = 1
 

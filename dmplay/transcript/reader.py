@@ -8,7 +8,7 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmplay import safe_files
+from dmplay.core import safe_files
 from dmplay.errors import BadTranscript, UnknownName
 from dmplay.transcript.format import (
     EVENT_KEYS,

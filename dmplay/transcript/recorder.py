@@ -6,9 +6,9 @@ import hashlib
 import os
 from pathlib import Path
 
-from dmplay import safe_files
+from dmplay.core import safe_files
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter
-from dmplay.session import Session
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS
 from dmplay.transcript.format import (
     FrameRenderer,

@@ -2,8 +2,9 @@
 
 from collections.abc import Collection, Sequence
 
-from dmplay.core import Policy, Problem
-from dmplay.session import DEFAULT_TURN_LIMIT, EpisodeUniforms, Session
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, EpisodeUniforms, Session
 from dmplay.transcript.draws_and_actions import read_uniforms
 from dmplay.transcript.format import HUMAN_PLAYER, resolve_turn_limit
 from dmplay.transcript.reader import Transcript

@@ -2,8 +2,9 @@
 
 from collections.abc import Iterator, Sequence
 
-from dmplay.core import Policy, Problem
-from dmplay.session import Session
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
 from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     NATURAL_END_REASONS,

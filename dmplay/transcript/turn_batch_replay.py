@@ -6,10 +6,10 @@ from math import prod
 
 import numpy as np
 
-from dmplay.chance import Array, Bools
-from dmplay.core import Labels, make_readonly, readonly_copy
+from dmplay.core.arrays import Array, Bools, make_readonly, readonly_copy
+from dmplay.core.session import Session, Turn
+from dmplay.core.spaces import Labels
 from dmplay.errors import BadTranscript, DmplayError
-from dmplay.session import Session, Turn
 from dmplay.transcript.draws_and_actions import (
     read_actions,
     read_count,

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
+from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadTranscript
-from dmplay.formatting import escape_newlines, format_count
 
 SEED_MISMATCH_MESSAGE = "the rules hold, but the inputs are not those of the seed and the agents"
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all

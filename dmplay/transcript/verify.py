@@ -6,9 +6,11 @@ from itertools import zip_longest
 
 import numpy as np
 
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session, Turn
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
-from dmplay.session import Session, Turn
 from dmplay.transcript.draws_and_actions import read_actions
 from dmplay.transcript.format import (
     FrameRenderer,
@@ -26,7 +28,6 @@ from dmplay.transcript.replay import start_session
 from dmplay.transcript.rewriting import rewrite_end
 from dmplay.transcript.turn_batch_replay import BatchReplayer, apply_block, split_turns
 from dmplay.transcript.verification_report import Finding, VerificationReport, make_finding
-from dmplay.uniforms import NATURE_STREAM, SeededUniforms
 
 
 def verify(

@@ -9,13 +9,16 @@ from functools import partial
 
 import numpy as np
 
-from dmplay.chance import Array, sample_all
-from dmplay.core import Labels, Problem, enumerate_outcomes
+from dmplay.core.arrays import Array
+from dmplay.core.chance import sample_all
+from dmplay.core.playability_checks import check_outcome, check_typable_labels
+from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.spaces import Labels
+from dmplay.core.tabular import tabulate
+from dmplay.core.user_code_locations import describe_error_location
+from dmplay.core.violation import CheckResult, CheckResults, Violation, make_violation
 from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.tabular import tabulate
-from dmplay.user_code_locations import describe_error_location
-from dmplay.validation.playability_checks import check_outcome, check_typable_labels
-from dmplay.validation.random_play import (
+from dmplay.simulation.random_play import (
     MAX_ENUMERATED_STATES,
     WALK_LENGTH,
     SampledTurns,
@@ -26,7 +29,6 @@ from dmplay.validation.random_play import (
     random_joint_actions,
     step_turn,
 )
-from dmplay.validation.violation import CheckResult, CheckResults, Violation, make_violation
 
 MAX_LISTED_TURNS = 24  # maximum number of turns whose outcomes are listed
 ROUNDING_TOLERANCE = 1e-12  # difference of numbers that is due to rounding alone

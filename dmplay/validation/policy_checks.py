@@ -5,16 +5,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Interval, Labels, Memory, Policy, Problem
-from dmplay.validation.random_play import (
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory, Policy
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Interval, Labels
+from dmplay.core.violation import CheckResult, CheckResults
+from dmplay.simulation.random_play import (
     is_bitwise_equal,
     make_arrays_readonly,
     slice_rows,
     step_turn,
     turn_uniforms,
 )
-from dmplay.validation.violation import CheckResult, CheckResults
 
 TRIED_TURNS = 3  # turns in which an agent chooses
 

@@ -14,17 +14,22 @@ from typing import NamedTuple
 
 from rich.text import Text
 
-from dmplay.chance import Array
+from dmplay.core.arrays import Array
+from dmplay.core.session import View
 from dmplay.problems.cart_pole import CartPole
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.protocol import BEST_LABEL, DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
     format_regret,
 )
-from dmplay.views._number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
-from dmplay.views.canvas import Canvas, draw_text_rows
-from dmplay.views.protocol import BEST_LABEL, DrawOptions, Lesson
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
+from dmplay.views.toolkit.number_line import (
+    NumberLine,
+    draw_gauge,
+    draw_scale_labels,
+    format_signed_fixed,
+)
 
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",

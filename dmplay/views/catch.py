@@ -4,18 +4,23 @@ from collections.abc import Iterator, Sequence
 
 from rich.text import Text
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.session import View
 from dmplay.problems.catch import CAUGHT, DISTANCES, PROFICIENCIES, Catch
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views._belief_bars import draw_belief_bars, format_bar, format_belief, format_sparkline
-from dmplay.views.canvas import Canvas, format_percent
-from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Lesson
+from dmplay.views.toolkit.belief_bars import (
+    draw_belief_bars,
+    format_bar,
+    format_belief,
+    format_sparkline,
+)
+from dmplay.views.toolkit.canvas import Canvas, format_percent
 
 KEYS: dict[str, str] = {}  # The player types a distance.
 NUMBER_STEPS = {"left": -10, "right": 10}  # steps in metres; Enter throws

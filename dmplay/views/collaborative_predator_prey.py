@@ -8,21 +8,21 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.chance import Reals
-from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.core.arrays import Reals
+from dmplay.core.session import View
 from dmplay.problems.collaborative_predator_prey import (
     CAPTURE_REWARD,
     MOVE_REWARD,
     CollaborativePredatorPrey,
 )
-from dmplay.session import View
-from dmplay.views import hexgrid
-from dmplay.views._action_hints_and_outcomes import format_regret_rows
-from dmplay.views._belief_bars import format_sparkline
-from dmplay.views.canvas import format_percent
+from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.views.generic import format_last_observation
-from dmplay.views.hexgrid import HexCell, HexSize
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_regret_rows
+from dmplay.views.toolkit.belief_bars import format_sparkline
+from dmplay.views.toolkit.canvas import format_percent
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 MAX_DESCRIBED_HEXES = 4  # likeliest hexes described in words

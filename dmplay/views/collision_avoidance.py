@@ -12,7 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.chance import Array
+from dmplay.core.arrays import Array
+from dmplay.core.session import View
 from dmplay.problems.collision_avoidance import (
     ADVISORY_CHANGE_COST,
     COLLISION_COST,
@@ -20,11 +21,10 @@ from dmplay.problems.collision_avoidance import (
     START_TIME,
     CollisionAvoidance,
 )
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import format_condition, format_regret_rows
-from dmplay.views._number_line import NumberLine, format_signed_fixed
-from dmplay.views.canvas import Canvas, draw_text_rows, format_percent
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret_rows
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_percent
+from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 
 KEYS = {
     "j": "descend", "space": "no-advisory", "k": "climb",

@@ -4,11 +4,13 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.core.session import View
+from dmplay.core.tabular import Tabular
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.session import View
-from dmplay.tabular import Tabular
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,
@@ -16,16 +18,14 @@ from dmplay.views._action_hints_and_outcomes import (
     list_action_keys,
     rank_actions,
 )
-from dmplay.views._belief_bars import (
+from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
     draw_true_state,
     format_belief,
     format_sparkline,
 )
-from dmplay.views._number_line import format_signed_fixed
-from dmplay.views.canvas import Canvas
-from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.number_line import format_signed_fixed
 
 CaregiverProblem = CryingBaby | MulticaregiverCryingBaby
 MAX_HISTORY_TURNS = 20  # turns in the belief history

@@ -6,18 +6,18 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
-from dmplay.board_2048 import DOWN, RIGHT, UP
-from dmplay.chance import Array, Reals
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.session import View
 from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.problems.shared.board_2048 import DOWN, RIGHT, UP
+from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_regret,
     format_regret_bar,
     sort_regrets,
 )
-from dmplay.views.canvas import Canvas, format_percent
-from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.views.toolkit.canvas import Canvas, format_percent
 
 KEYS = {
     "left": "left", "down": "down", "right": "right", "up": "up",

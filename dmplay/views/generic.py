@@ -5,13 +5,14 @@ from textwrap import wrap
 
 from rich.text import Text
 
-from dmplay.chance import Array
-from dmplay.core import WAIT_LABEL, Problem
+from dmplay.core.arrays import Array
+from dmplay.core.problem import WAIT_LABEL, Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, View
+from dmplay.core.text import format_count
+from dmplay.core.user_code_locations import locate_definition
 from dmplay.errors import BadParameter
-from dmplay.formatting import format_count
-from dmplay.session import DEFAULT_TURN_LIMIT, View
-from dmplay.user_code_locations import locate_definition
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_observation,
     format_regret_rows,
@@ -19,13 +20,12 @@ from dmplay.views._action_hints_and_outcomes import (
     iter_with_and_without_rows,
     rank_actions,
 )
-from dmplay.views._belief_bars import (
+from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
     format_likeliest_states,
     list_state_probabilities,
 )
-from dmplay.views.canvas import Canvas, format_signed, sanitize_drawing
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.canvas import Canvas, format_signed, sanitize_drawing
 
 MAX_DESCRIBED_STATES = 3  # maximum states in a description of the belief
 BAR_COLUMNS = 20  # columns of a bar

@@ -4,14 +4,14 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
-from dmplay.hexgrid import Hex, format_hex, hex_neighbours
+from dmplay.core.session import View
 from dmplay.problems.hexworld import HexWorld
-from dmplay.session import View
-from dmplay.views import hexgrid
-from dmplay.views._action_hints_and_outcomes import format_probability
-from dmplay.views.canvas import format_percent, format_signed
-from dmplay.views.hexgrid import HexCell, HexSize
+from dmplay.problems.shared.hexgrid import Hex, format_hex, hex_neighbours
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
+from dmplay.views.toolkit.canvas import format_percent, format_signed
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 POSITIVE_EXIT_STYLE, NEGATIVE_EXIT_STYLE = (
     "bold color(231) on color(25)",

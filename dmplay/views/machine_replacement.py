@@ -6,14 +6,20 @@ from functools import lru_cache
 import numpy as np
 from rich.text import Text
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.session import View
+from dmplay.core.tabular import tabulate
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.session import View
-from dmplay.solvers.exact_pomdp import AlphaVectorStage, compute_action_values, solve_finite_horizon
-from dmplay.solvers.mdp_values import mark_best_actions
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
+from dmplay.solvers.pomdp.exact_pomdp import (
+    AlphaVectorStage,
+    compute_action_values,
+    solve_finite_horizon,
+)
 from dmplay.views import crying_baby
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.generic import format_last_observation
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
     format_regret_rows,
     format_regret_with_bar,
@@ -21,15 +27,13 @@ from dmplay.views._action_hints_and_outcomes import (
     list_action_keys,
     rank_actions,
 )
-from dmplay.views._belief_bars import (
+from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
     draw_true_state,
     format_belief,
     format_sparkline,
 )
-from dmplay.views.canvas import Canvas
-from dmplay.views.generic import format_last_observation
-from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.canvas import Canvas
 
 MAX_HISTORY_TURNS = 40  # turns in the belief history
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}

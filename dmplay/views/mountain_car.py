@@ -13,12 +13,17 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.core.session import View
 from dmplay.problems.mountain_car import LEFT_WALL, RIGHT_WALL, TOP_SPEED, MountainCar
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import format_condition, format_regret
-from dmplay.views._number_line import NumberLine, draw_gauge, draw_scale_labels, format_signed_fixed
-from dmplay.views.canvas import Canvas, draw_text_rows
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import format_condition, format_regret
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows
+from dmplay.views.toolkit.number_line import (
+    NumberLine,
+    draw_gauge,
+    draw_scale_labels,
+    format_signed_fixed,
+)
 
 KEYS = {
     "h": "left", "j": "coast", "l": "right", "left": "left", "down": "coast", "right": "right",

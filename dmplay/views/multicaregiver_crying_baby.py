@@ -4,8 +4,8 @@ from collections.abc import Iterator
 
 from rich.text import Text
 
+from dmplay.core.session import View
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.session import View
 from dmplay.views import crying_baby
 from dmplay.views.crying_baby import KEYS, describe_turn, goal_lines, lesson, panel_rows
 from dmplay.views.protocol import DrawOptions

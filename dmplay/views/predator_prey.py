@@ -6,14 +6,14 @@ from string import ascii_uppercase
 import numpy as np
 from rich.text import Text
 
-from dmplay.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.core.session import View
 from dmplay.problems.predator_prey import DEVOURED_REWARD, MOVE_REWARD, PredatorPrey
-from dmplay.session import View
-from dmplay.views import hexgrid
-from dmplay.views._action_hints_and_outcomes import format_probability
-from dmplay.views.canvas import format_percent
-from dmplay.views.hexgrid import HexCell, HexSize
+from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
 from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.action_hints_and_outcomes import format_probability
+from dmplay.views.toolkit.canvas import format_percent
+from dmplay.views.toolkit.hexgrid import HexCell, HexSize
 
 KEY_FAMILY, KEYS, SECOND_PLAYER_KEYS = hexgrid.KEY_FAMILY, hexgrid.KEYS, hexgrid.SECOND_PLAYER_KEYS
 PREDATOR_GLYPHS = ascii_uppercase  # keys on the map are never capitals

@@ -1,9 +1,14 @@
 """The view of the prisoner's dilemma: figure F.14 with the last actions."""
 
+from dmplay.core.session import View
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
-from dmplay.session import View
-from dmplay.views._payoff_table import describe_situation, describe_turn, iter_boards, panel_rows
 from dmplay.views.protocol import Lesson
+from dmplay.views.toolkit.payoff_table import (
+    describe_situation,
+    describe_turn,
+    iter_boards,
+    panel_rows,
+)
 
 KEYS = {"c": "cooperate", "d": "defect"}
 

@@ -7,11 +7,11 @@ from typing import NamedTuple, Protocol, cast
 
 from rich.text import Text
 
-from dmplay.chance import Array, Reals
-from dmplay.core import Problem
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.session import View
 from dmplay.registry import problem_module_exports, problems
-from dmplay.session import View
-from dmplay.views.canvas import measure_text, to_ascii
+from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 NO_KEY_LABELS: Mapping[str, str] = {}
 MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel

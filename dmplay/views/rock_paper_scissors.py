@@ -1,9 +1,14 @@
 """The view of rock-paper-scissors: figure F.15 with the last actions."""
 
+from dmplay.core.session import View
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
-from dmplay.session import View
-from dmplay.views._payoff_table import describe_situation, describe_turn, iter_boards, panel_rows
 from dmplay.views.protocol import Lesson
+from dmplay.views.toolkit.payoff_table import (
+    describe_situation,
+    describe_turn,
+    iter_boards,
+    panel_rows,
+)
 
 KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 

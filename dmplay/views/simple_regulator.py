@@ -12,12 +12,12 @@ from typing import NamedTuple
 
 from rich.text import Text
 
+from dmplay.core.session import View
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import format_condition
-from dmplay.views._number_line import NumberLine, format_signed_fixed
-from dmplay.views.canvas import Canvas, draw_text_rows, format_signed
 from dmplay.views.protocol import DrawOptions, Forecast, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import format_condition
+from dmplay.views.toolkit.canvas import Canvas, draw_text_rows, format_signed
+from dmplay.views.toolkit.number_line import NumberLine, format_signed_fixed
 
 KEYS: dict[str, str] = {}
 NUMBER_STEPS = {"left": -0.05, "right": 0.05, "down": -0.5, "up": 0.5}

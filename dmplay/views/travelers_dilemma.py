@@ -5,18 +5,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from rich.text import Text
 
+from dmplay.core.session import View
 from dmplay.problems.travelers_dilemma import BONUS_DOLLARS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
-from dmplay.session import View
-from dmplay.views._action_hints_and_outcomes import (
+from dmplay.views.protocol import DrawOptions, Lesson
+from dmplay.views.toolkit.action_hints_and_outcomes import (
     MAX_NUMBER_COLUMNS,
     format_action_condition,
     format_regret_rows,
     format_significant,
     iter_with_and_without_rows,
 )
-from dmplay.views._belief_bars import format_sparkline
-from dmplay.views._number_line import NumberLine
-from dmplay.views._payoff_table import (
+from dmplay.views.toolkit.belief_bars import format_sparkline
+from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.number_line import NumberLine
+from dmplay.views.toolkit.payoff_table import (
     describe_turn,
     draw_paid_rounds,
     draw_rounds,
@@ -25,8 +27,6 @@ from dmplay.views._payoff_table import (
     list_marked_agent_names,
     panel_rows,
 )
-from dmplay.views.canvas import Canvas
-from dmplay.views.protocol import DrawOptions, Lesson
 
 KEYS: dict[str, str] = {}  # claims are typed
 # amount that each key adds to the claim

@@ -7,8 +7,8 @@ import numpy as np
 
 import dmplay
 from dmplay.agents.base import MAX_TABULAR_STATES, ConstantPolicy, StationaryPolicy
-from dmplay.chance import Array, Bools
-from dmplay.core import Memory, Percept, requires_fields
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.policy import Memory, Percept, requires_fields
 
 NO_UNIFORMS = np.zeros((40, 0))
 

@@ -4,7 +4,8 @@ import numpy as np
 
 from dmplay.agents._belief_policy import SparseTransition
 from dmplay.agents._same_observation_planning import PartnerBeliefFilter
-from dmplay.chance import Reals, weighted_sum
+from dmplay.core.arrays import Reals
+from dmplay.core.chance import weighted_sum
 
 EXPECTED_TRANSITIONS = np.array(
     [[[0.5, 0.0], [0.0, 0.0]], [[0.2, 0.3], [0.0, 0.7]]]

@@ -5,7 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.agents._matrix_game_agents import _project_to_simplex
-from dmplay.core import Percept, Policy
+from dmplay.core.policy import Percept, Policy
 from dmplay.errors import BadParameter
 
 PRISONERS_DILEMMA = dmplay.load_problem("prisoners-dilemma")

@@ -6,11 +6,11 @@ import pytest
 import dmplay
 from dmplay.agents import point_based
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
+from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter
 from dmplay.formats.problem_classes import FileProblem
-from dmplay.solvers import point_based as solver
-from dmplay.solvers.point_based import PointBasedBounds
-from dmplay.work_budget import limit_total_work
+from dmplay.solvers.pomdp import point_based as solver
+from dmplay.solvers.pomdp.point_based import PointBasedBounds
 from tests.support.literature_pomdps import UnhashableProblem, make_hallway
 from tests.support.user_problems import Vault
 

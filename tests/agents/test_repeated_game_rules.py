@@ -6,9 +6,9 @@ from typing import ClassVar
 import numpy as np
 
 from dmplay import Labels, load_agent
-from dmplay.chance import Array
-from dmplay.core import Percept
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.arrays import Array
+from dmplay.core.policy import Percept
+from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.registry.agents import find_hint_provider, load_roster
 
 

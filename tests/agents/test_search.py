@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array, Chance, DiscreteUniform, Normal, Reals, Uniform
-from dmplay.core import ContinuousStates, Labels, Memory, Outcome, Percept, Policy, Problem
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.chance import Chance, DiscreteUniform, Normal, Uniform
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import ContinuousStates, Outcome, Problem
+from dmplay.core.spaces import Labels
+from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
-from dmplay.problems._real_state import RealStateProblem
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.shared.real_state import RealStateProblem
 from dmplay.registry.agents import load_roster, plan_for_turn_limit
-from dmplay.solvers.search_config import SearchConfig
-from dmplay.solvers.uct import UctResult
-from dmplay.uniforms import expand_uniforms
+from dmplay.solvers.search.search_config import SearchConfig
+from dmplay.solvers.search.uct import UctResult
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
 from tests.support.user_problems import IntegerStateProblem
 

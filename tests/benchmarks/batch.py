@@ -6,8 +6,9 @@ from statistics import median
 import numpy as np
 
 import dmplay
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Interval, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Interval
 from dmplay.registry.builtin_names import problem_names
 
 ROW_COUNTS = (1, 100, 10_000)

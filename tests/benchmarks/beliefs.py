@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 from dmplay.errors import DmplayError
-from dmplay.solvers import point_based
+from dmplay.solvers.pomdp import point_based
 from tests.support import literature_pomdps
 
 RELATIVE_GAP = 0.001  # relative gap between the bounds at which the solver stops

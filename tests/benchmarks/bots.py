@@ -10,7 +10,7 @@ from statistics import median
 from time import perf_counter
 
 import dmplay
-from dmplay.registry.guide_topics import read_topic
+from dmplay.guide.topics import read_topic
 from tests.support.document_examples import extract_file
 
 TURNS = 1000

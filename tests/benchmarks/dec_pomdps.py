@@ -3,8 +3,8 @@
 import time
 from collections.abc import Callable
 
-from dmplay.solvers.dec_pomdp_model import DecPomdp
-from dmplay.solvers.joint_plan_search import find_joint_plan
+from dmplay.solvers.decpomdp.dec_pomdp_model import DecPomdp
+from dmplay.solvers.decpomdp.joint_plan_search import find_joint_plan
 from tests.support.literature_dec_pomdps import (
     format_broadcast,
     format_dectiger,

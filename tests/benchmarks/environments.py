@@ -7,8 +7,8 @@ from time import perf_counter
 import numpy as np
 
 import dmplay
+from dmplay.core.uniforms import make_generator
 from dmplay.gym import Env, VectorEnv
-from dmplay.uniforms import make_generator
 from dmplay.zoo import ParallelEnv
 
 ROW_COUNT, TURNS_PER_RUN = 256, 500

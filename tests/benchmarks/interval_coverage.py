@@ -13,14 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
-from dmplay.belief import initial_belief
-from dmplay.chance import Reals
-from dmplay.core import Policy, Problem
+from dmplay.core.arrays import Reals
+from dmplay.core.belief import initial_belief
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
 from dmplay.evaluation.comparison import MIN_GAMES_TO_DECIDE, compare
 from dmplay.evaluation.control_variate import build_control_variate
 from dmplay.evaluation.statistics import compute_confidence_sequence
-from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
-from dmplay.tabular import tabulate
+from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
 from tests.benchmarks.published_returns import find_reference_return
 
 RUN_EPISODES, MAX_GAMES = 400, 2000  # games of a run; games of a sequential comparison

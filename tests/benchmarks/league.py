@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 import dmplay
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 from dmplay.errors import DmplayError
 from dmplay.evaluation.many_games import run
 from dmplay.evaluation.statistics import estimate_mean
@@ -21,7 +21,7 @@ from dmplay.output.evaluation_request import EvaluationRequest
 from dmplay.output.tournament_report import report_tournament
 from dmplay.registry.agents import load_roster
 from dmplay.registry.builtin_names import problem_names
-from dmplay.worker_pool import WorkerCount
+from dmplay.simulation.worker_pool import WorkerCount
 from tests.benchmarks.published_returns import (
     ReferenceReturn,
     find_reference_return,

@@ -8,28 +8,26 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
-from dmplay import belief
 from dmplay.agents.mountain_car import VALUE_GRID
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core import belief
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
+from dmplay.core.work_budget import Budget
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.registry.agents import load_roster
-from dmplay.solvers import (
-    bimatrix_game,
-    exact_pomdp,
+from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
+from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
+from dmplay.solvers.games import bimatrix_game, induced_mdp, markov_game_policy_iteration
+from dmplay.solvers.mdp import (
     grid_value_iteration,
-    induced_mdp,
     linear_gaussian_evaluation,
-    markov_game_policy_iteration,
     mdp_values,
     sparse_mdp,
 )
-from dmplay.solvers.centralized_pomdp import CentralizedPomdp
-from dmplay.solvers.collaborative_predator_prey_model import PredatorPreyDecPomdp
-from dmplay.tabular import tabulate
-from dmplay.work_budget import Budget
+from dmplay.solvers.pomdp import exact_pomdp
 
 TRUTH_FOLDER = Path(__file__).parent.parent / "truth"
 

@@ -20,13 +20,14 @@ import dmplay
 from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent
 from dmplay.agents.base import ReactivePolicy, RepeatedGameRule
 from dmplay.agents.game_2048 import Corner, Expectimax
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Outcome, Percept, Policy, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import Outcome, Problem
+from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.errors import BadPolicy
 from dmplay.registry.agents import load_roster
 from dmplay.registry.builtin_names import problem_names
-from dmplay.rollouts import RolloutSpec, rollout, rollout_entrants
-from dmplay.uniforms import NATURE_STREAM, generate_uniforms
+from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
 
 EPISODES, TURNS, SEED = 10_000, 50, 1
 MEASURED_POLICY_TYPES = (

@@ -8,7 +8,7 @@ import numpy as np
 
 import dmplay
 from dmplay.agents.search import TreeSearch
-from dmplay.core import Memory
+from dmplay.core.policy import Memory
 from dmplay.registry.builtin_names import problem_names
 
 SIMULATION_COUNTS = (400, 1000)  # simulations per choice

@@ -11,7 +11,7 @@ import pytest
 
 from dmplay.cli.app import root_command
 from dmplay.formats import writer
-from dmplay.registry.guide_topics import read_topic
+from dmplay.guide.topics import read_topic
 from tests.support.document_examples import extract_file
 from tests.support.literature_pomdps import make_cheese_maze
 from tests.support.programs import run_dmplay

@@ -3,10 +3,10 @@
 import numpy as np
 
 import dmplay
-from dmplay.core import Policy
+from dmplay.core.policy import Policy
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.control_variate import build_control_variate
-from dmplay.rollouts import Rollout, RolloutSpec, rollout_entrants
+from dmplay.simulation.rollouts import Rollout, RolloutSpec, rollout_entrants
 from tests.benchmarks import interval_coverage
 
 HEXWORLD = dmplay.load_problem("hexworld")

@@ -14,11 +14,11 @@ import pytest
 
 import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import ExecutionBackend, open_execution_backend
-from dmplay.rollouts import Rollout, rollout
-from dmplay.user_code_locations import describe_error_location
-from dmplay.worker_pool import reuse_processes, run_blocks
+from dmplay.simulation.rollouts import Rollout, rollout
+from dmplay.simulation.worker_pool import reuse_processes, run_blocks
 
 HEXWORLD = dmplay.load_problem("hexworld")
 SEARCH_POLICIES = [dmplay.load_agent(HEXWORLD, 0, "search:simulations=20")]

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.bots.bot_policy import Bot
 from dmplay.errors import BadPolicy, Forfeit
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import RunResult, run
 from dmplay.evaluation.tournament import run_tournament
+from dmplay.external.bots.bot_policy import Bot
 from tests.support.programs import run_dmplay
 
 # It chooses the first legal action, and ends when it is asked in one of the games that its command

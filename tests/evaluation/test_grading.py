@@ -17,7 +17,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest
 from dmplay.output.grading_report import format_grades
-from dmplay.shell.commands import run_line
+from dmplay.ui.shell.commands import run_line
 
 ASSIGNMENT_TEXT = (
     'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseeds: [7, 8]\nturns: 3\n'

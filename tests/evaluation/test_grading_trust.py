@@ -11,8 +11,8 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import Grade, grade_files
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.player_records import GameResult, ProblemRecord
-from dmplay.player_records import _is_verified as is_record_verified
+from dmplay.game.player_records import GameResult, ProblemRecord
+from dmplay.game.player_records import _is_verified as is_record_verified
 
 SHOP_CODE = """
 from dataclasses import dataclass

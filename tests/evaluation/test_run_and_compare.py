@@ -18,10 +18,10 @@ from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
 from dmplay.game.command_line_results import Printout
 from dmplay.game.transcript_files import verify_file
+from dmplay.guide.topics import read_topic
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram
-from dmplay.registry.guide_topics import read_topic
-from dmplay.rollouts import rollout
+from dmplay.simulation.rollouts import rollout
 from dmplay.transcript.reader import read_transcript
 from tests.benchmarks import interval_coverage
 from tests.support.document_examples import extract_file

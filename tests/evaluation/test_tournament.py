@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import safe_files
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array, Bools, Reals
 from dmplay.cli.parsed_command_runner import interpret_command
-from dmplay.core import Memory, Policy
+from dmplay.core import safe_files
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament

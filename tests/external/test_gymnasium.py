@@ -6,17 +6,18 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.conformance import check
-from dmplay.core import ContinuousStates, Interval, RealVector
+from dmplay.core.problem import ContinuousStates
+from dmplay.core.spaces import Interval, RealVector
+from dmplay.core.tabular import tabulate
+from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.evaluation.solutions import simulated_returns
+from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.solution import Solution
 from dmplay.external.gymnasium import GymnasiumTableProblem
 from dmplay.registry import problems
-from dmplay.solutions import simulated_returns
-from dmplay.solutions.method_choice import solve_problem
-from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
-from dmplay.solutions.solution import Solution
-from dmplay.tabular import tabulate
-from dmplay.work_budget import report_progress_to
+from dmplay.validation.conformance import check
 from tests.support.external_problems import check_external_problem
 
 ENVIRONMENTS = (

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.conformance import check
-from dmplay.core import Labels, TextLine
+from dmplay.core.session import Session
+from dmplay.core.spaces import Labels, TextLine
 from dmplay.errors import BadPolicy, IllegalAction
 from dmplay.external.history_problem import (
     ExternalEnvironment,
@@ -22,7 +22,7 @@ from dmplay.external.history_problem import (
     TimeStep,
     parse_history,
 )
-from dmplay.session import Session
+from dmplay.validation.conformance import check
 from tests.support.games import ScriptedUniforms
 
 

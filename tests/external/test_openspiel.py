@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import conformance
-from dmplay.conformance import check
-from dmplay.core import WAIT_LABEL
+from dmplay.core.problem import WAIT_LABEL
+from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.game.action_input import Keyboard
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
 from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry.agents import load_roster
-from dmplay.session import SeatedPolicy, Session
-from dmplay.solutions.method_choice import solve_problem
-from dmplay.uniforms import SeededUniforms
+from dmplay.validation import conformance
+from dmplay.validation.conformance import check
 from dmplay.views import generic
 from tests.support.external_problems import ExternalProblemResult, check_external_problem
 from tests.support.games import ScriptedUniforms

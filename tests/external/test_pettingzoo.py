@@ -5,11 +5,11 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.conformance import check
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES
-from dmplay.session import Session
+from dmplay.game.action_input import Keyboard
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.validation.conformance import check
 from tests.support.external_problems import check_external_problem
 
 CLASSIC_ENVIRONMENTS = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")

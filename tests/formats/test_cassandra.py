@@ -5,12 +5,12 @@ from typing import SupportsIndex
 import numpy as np
 import pytest
 
+from dmplay.core.tabular import tabulate
 from dmplay.errors import BadFile, BudgetExceeded
 from dmplay.formats import cassandra
 from dmplay.formats.lexer import SourceText, TokenSpan
 from dmplay.formats.problem_classes import FileProblem
-from dmplay.solvers import exact_pomdp
-from dmplay.tabular import tabulate
+from dmplay.solvers.pomdp import exact_pomdp
 from tests.formats.sources import TIGER_TEXT, read_tiger
 
 HEAR_O = "O: listen\n0.85 0.15\n0.15 0.85\n"

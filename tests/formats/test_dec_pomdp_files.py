@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from dmplay.core.session import Session
+from dmplay.core.tabular import tabulate
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadFile
 from dmplay.formats.problem_classes import FileProblem
-from dmplay.session import Session
-from dmplay.tabular import tabulate
-from dmplay.uniforms import SeededUniforms
 from tests.formats.sources import TEAM_TEXT, read_team
 
 STAY_T = "T: listen listen :\nidentity\n"

@@ -5,15 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.tabular import tabulate
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.formats import cassandra, gambit_nfg
 from dmplay.formats.writer import iter_problem_lines, make_valid_names
 from dmplay.output.problem_export import convert_problem
 from dmplay.registry.problems import full_description, load_problem
-from dmplay.session import Session
-from dmplay.tabular import tabulate
-from dmplay.uniforms import SeededUniforms
 from tests.formats.sources import TIGER_TEXT, read_ballet, read_team, read_tiger, write_text_file
 
 FINITE_PROBLEMS = {

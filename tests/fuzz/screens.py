@@ -12,13 +12,13 @@ from dmplay.errors import DmplayError
 from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
-from dmplay.rendering.painter import Painter
-from dmplay.screen.key_handlers import handle_key
-from dmplay.screen.play_operations import run_typed_line
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.shell.commands import PlayerQuit
-from dmplay.shell.completion.completer import CommandCompleter
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_operations import run_typed_line
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import PlayerQuit
+from dmplay.ui.shell.completion.completer import CommandCompleter
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 

@@ -2,8 +2,8 @@
 
 from random import Random
 
-from dmplay.registry.guide_topics import list_topics
-from dmplay.shell.commands import COMMANDS
+from dmplay.guide.topics import list_topics
+from dmplay.ui.shell.commands import COMMANDS
 from tests.fuzz import hostile_values
 from tests.fuzz.corpus import SLOW_PROBLEMS, list_action_texts
 from tests.support.problem_cases import CASE_NAMES, load_problem

@@ -22,7 +22,7 @@ METHODS_TEMPLATE = """\
 import numpy as np
 from dataclasses import dataclass
 from dmplay import Labels, Outcome, DiscreteUniform, Problem
-from dmplay.chance import Categorical, Normal, Uniform
+from dmplay.core.chance import Categorical, Normal, Uniform
 
 @dataclass(frozen=True)
 class Own(Problem):

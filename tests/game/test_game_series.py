@@ -12,8 +12,8 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import verify_file
-from dmplay.shell.commands import run_line
 from dmplay.transcript.reader import read_transcript
+from dmplay.ui.shell.commands import run_line
 from dmplay.views.protocol import DrawOptions
 from tests.formats.sources import write_text_file
 from tests.support.programs import run_dmplay

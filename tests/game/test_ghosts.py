@@ -10,9 +10,9 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.transcript_files import verify_file
-from dmplay.screen.key_handlers import handle_key
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 

@@ -11,7 +11,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.shell.commands import run_line
+from dmplay.ui.shell.commands import run_line
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import run_dmplay
 from tests.support.terminals import Terminal

@@ -7,14 +7,14 @@ from pathlib import Path
 
 import pytest
 
-from dmplay import safe_files
+from dmplay.core import safe_files
 from dmplay.game import saves
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game_launcher import print_epilogue
 from dmplay.output.saved_games import report_saved_games
 from dmplay.transcript.reader import read_outline, read_transcript
+from dmplay.ui.game_launcher import print_epilogue
 from tests.support.games import assert_verified
 from tests.support.programs import run_dmplay, start_dmplay, wait_for_exit
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import safe_files
 from dmplay.agents.base import ConstantPolicy
-from dmplay.chance import Array, Bools, Reals
-from dmplay.conformance import check
-from dmplay.core import Memory
+from dmplay.core import safe_files
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter, IllegalAction
 from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
@@ -22,11 +22,11 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.transcript_files import verify_file as verified
-from dmplay.rollouts import rollout
-from dmplay.session import Session
-from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.terminal_capabilities import Terminal
+from dmplay.simulation.rollouts import rollout
+from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.format import collect_turn_facts
+from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.validation.conformance import check
 from tests.support.games import read_values
 from tests.support.turn_based_games import Nim, Peek
 

@@ -16,19 +16,19 @@ from typing import Any
 
 import pytest
 
+from dmplay.core.safe_files import is_game_running
 from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.transcript_files import verify_file
-from dmplay.game_launcher import play_game
-from dmplay.safe_files import is_game_running
-from dmplay.screen.key_handlers import handle_key
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.shell.commands import run_line
-from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.shell.shell import Shell, run_script
-from dmplay.terminal_capabilities import Terminal, TerminalOptions
+from dmplay.terminal.capabilities import Terminal, TerminalOptions
+from dmplay.ui.game_launcher import play_game
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import run_line
+from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.ui.shell.shell import Shell, run_script
 from tests.support.screens import EmulatedPainter, EmulatedScreen
 
 PIPE = Terminal(False, "a pipe", False, False, False)

@@ -9,11 +9,11 @@ import pytest
 from dmplay.cli import main
 from dmplay.cli.parsed_command_runner import execute_result, interpret_command
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.guide.topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
 from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
 from dmplay.output.svg_export import render_for_terminal
-from dmplay.registry.guide_topics import GUIDE_FOLDER, list_topics, read_topic, topic_title
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
 from tests.support.document_examples import TIGER_SOURCE, DocumentRunner, parse_blocks
 from tests.support.terminals import Terminal as Tty
 
@@ -61,7 +61,7 @@ def test_topics_are_in_reading_order_and_titled_by_their_first_lines() -> None:
     assert [*list_topics()][:2] == ["play", "transcripts"]
     assert [*list_topics()][-1] == "league"
     assert topic_title("play") == "Your first game"
-    assert len(list_topics()) == len([*GUIDE_FOLDER.iterdir()])
+    assert len(list_topics()) == len([*GUIDE_FOLDER.glob("*.md")])
 
 
 def test_the_error_for_an_unknown_topic_suggests_the_nearest() -> None:

@@ -12,10 +12,10 @@ from unittest.mock import patch
 import numpy as np
 
 import dmplay
-from dmplay.board_2048 import BoardArray
-from dmplay.chance import Ints
-from dmplay.solvers import ntuple_network_2048
-from dmplay.solvers.ntuple_network_2048 import (
+from dmplay.core.arrays import Ints
+from dmplay.problems.shared.board_2048 import BoardArray
+from dmplay.solvers.search import ntuple_network_2048
+from dmplay.solvers.search.ntuple_network_2048 import (
     ENTRIES_PER_PATTERN,
     PATTERNS,
     POINTS_PER_UNIT,

@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.solvers import ntuple_network_2048
-from dmplay.solvers.ntuple_network_2048 import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
+from dmplay.solvers.search import ntuple_network_2048
+from dmplay.solvers.search.ntuple_network_2048 import ENTRIES_PER_PATTERN, PATTERNS, STAGE_COUNT
 
 SOURCE_PATH = Path(__file__).with_name("learn_2048.c")
 COMPILER = shutil.which("cc") or ""

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from dmplay.errors import BadParameter
 from dmplay.solvers.double_description import BORDER_TOLERANCE
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.solvers.upper_envelope import UpperEnvelope, compute_upper_envelope
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+from dmplay.solvers.pomdp.upper_envelope import UpperEnvelope, compute_upper_envelope
 
 Edge = frozenset[int]  # indices of two corners of the envelope
 

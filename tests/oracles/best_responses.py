@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from dmplay.chance import Reals
-from dmplay.solvers.bimatrix_game import MixedProfile, compute_response_values
-from dmplay.solvers.mdp_values import mark_best_actions
+from dmplay.core.arrays import Reals
+from dmplay.solvers.games.bimatrix_game import MixedProfile, compute_response_values
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
 
 
 def compute_correlated_gains(payoffs: Reals, joint: Reals) -> Reals:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from dmplay.solvers.double_description import cut_cone, make_simplicial_cone
 
 

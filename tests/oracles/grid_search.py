@@ -6,9 +6,9 @@ so the result is an upper bound; a finer grid may find a shorter path.
 
 import numpy as np
 
-from dmplay.chance import Array, Ints, Reals
-from dmplay.core import Problem
-from dmplay.tabular import joint_actions
+from dmplay.core.arrays import Array, Ints, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import joint_actions
 
 
 def fewest_turns(

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pyspiel
 
-from dmplay.chance import Array, Reals
-from dmplay.core import Problem, enumerate_possible_outcomes, initial_state_distribution
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import Problem, enumerate_possible_outcomes, initial_state_distribution
 
 Histories = tuple[tuple[object, ...], ...]  # one history for each agent
 

@@ -1,11 +1,11 @@
 import numpy as np
 import pytest
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from dmplay.errors import BadParameter
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import exact_pomdp
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from tests.oracles.belief_regions import find_pieces
 
 MANUFACTURE_ACTION = 0

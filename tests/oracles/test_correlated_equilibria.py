@@ -3,7 +3,7 @@ import pytest
 
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
-from dmplay.solvers import bimatrix_game
+from dmplay.solvers.games import bimatrix_game
 from tests.oracles import correlated_equilibria
 from tests.oracles.best_responses import compute_correlated_gains
 

@@ -8,12 +8,14 @@ import pyspiel
 import pytest
 
 import dmplay
-from dmplay.core import checked_state_indices, initial_state_distribution
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.problem import checked_state_indices, initial_state_distribution
+from dmplay.core.tabular import tabulate
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import bimatrix_game, exact_pomdp, induced_mdp, sparse_mdp
-from dmplay.tabular import tabulate
+from dmplay.problems.shared.matrix_game import MatrixGame
+from dmplay.solvers.games import bimatrix_game, induced_mdp
+from dmplay.solvers.mdp import sparse_mdp
+from dmplay.solvers.pomdp import exact_pomdp
 from tests.oracles.openspiel_trees import GameTree
 
 APPROX = partial(pytest.approx, rel=0, abs=1e-9)

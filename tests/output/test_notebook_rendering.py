@@ -7,9 +7,9 @@ from html.parser import HTMLParser
 import pytest
 
 import dmplay
+from dmplay.core.session import Session
 from dmplay.game.playback import Playback
 from dmplay.registry.builtin_names import problem_names
-from dmplay.session import Session
 from tests.support.document_examples import PROJECT_ROOT
 from tests.support.games import make_session
 

@@ -8,8 +8,9 @@ import pytest
 
 import dmplay
 from dmplay.cli.parsed_command_runner import execute_result
+from dmplay.core.problem_summary import problem_summary
 from dmplay.errors import UnknownName
-from dmplay.formatting import problem_summary
+from dmplay.evaluation.solutions.solution import Row
 from dmplay.game.command_line_results import Printout
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
@@ -17,8 +18,7 @@ from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import review_transcript
 from dmplay.output.tables import format_csv, format_csv_row, format_table
-from dmplay.solutions.solution import Row
-from dmplay.terminal_capabilities import TerminalOptions
+from dmplay.terminal.capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
 
 # Table F.1 as printed: agents, states, actions, observations, discount.

@@ -9,12 +9,12 @@ import pytest
 
 import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
-from dmplay.solutions import simulated_returns, teams
-from dmplay.solutions.method_choice import solve_problem
-from dmplay.solutions.simulated_returns import SimulationOptions, use_simulation_options
-from dmplay.solutions.solution import Solution
-from dmplay.work_budget import report_progress_to
+from dmplay.evaluation.solutions import simulated_returns, teams
+from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.solution import Solution
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_small_problem
 from tests.support.programs import run_dmplay

@@ -7,8 +7,8 @@ The names in braces are filled in for the game: action, seat, other agent, probl
 from collections.abc import Mapping, Sequence
 
 from dmplay.game.export_formats import EXPORT_FORMATS
-from dmplay.screen.key_handlers import SCREEN_KEYS
-from dmplay.shell.commands import COMMANDS
+from dmplay.ui.screen.key_handlers import SCREEN_KEYS
+from dmplay.ui.shell.commands import COMMANDS
 from tests.privacy.front_ends import TRANSCRIPT_PATH
 from tests.privacy.indistinguishable_pairs import SHARED_TURNS, USER_PROBLEM, Pair
 

@@ -15,16 +15,16 @@ from dmplay.errors import DmplayError
 from dmplay.game import saves
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.interactive_shell import toolbar_text
-from dmplay.rendering.painter import Painter, ScreenPosition
-from dmplay.screen.key_handlers import handle_key
-from dmplay.screen.modes import Mode
-from dmplay.screen.play_operations import run_typed_line
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.shell.commands import PlayerQuit
-from dmplay.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
-from dmplay.shell.shell import Shell
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter, ScreenPosition
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.modes import Mode
+from dmplay.ui.screen.play_operations import run_typed_line
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import PlayerQuit
+from dmplay.ui.shell.interactive_shell import toolbar_text
+from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.ui.shell.shell import Shell
 from tests.privacy.indistinguishable_pairs import OPEN_GAMES, Pair, Side
 
 TRANSCRIPT_PATH = Path("game.dmt")

@@ -11,12 +11,12 @@ import pytest
 
 import dmplay
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array
-from dmplay.core import Problem
+from dmplay.core.arrays import Array
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.game.game import Game
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.uniforms import NATURE_STREAM, generate_uniforms
 from tests.support.problem_cases import (
     CASE_NAMES,
     LARGE_MAP_PROBLEMS,

@@ -5,9 +5,9 @@ from collections.abc import Hashable, Iterator, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from dmplay.core import WAIT_LABEL
+from dmplay.core.problem import WAIT_LABEL
+from dmplay.core.session import Session
 from dmplay.external.openspiel import OpenSpielProblem
-from dmplay.session import Session
 from tests.privacy.turn_by_turn import Play
 
 NODE_PATTERN = re.compile(r'([cpt]) ".*?" (?:(\d+) )?(\d+) "" \{ (.*?) \}')

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Array
+from dmplay.core.arrays import Array
+from dmplay.core.session import Session
 from dmplay.external.history_problem import ExternalProblem
-from dmplay.session import Session
 from tests.privacy.command_arguments import FOLLOW_UP_COMMANDS, QUERY_ARGUMENTS, list_queries
 from tests.privacy.front_ends import (
     FRONT_ENDS,

@@ -9,8 +9,8 @@ import pytest
 import dmplay
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.registry import problems
-from dmplay.shell.commands import COMMANDS
-from dmplay.shell.plain_mode import JsonReporter, SentenceReporter
+from dmplay.ui.shell.commands import COMMANDS
+from dmplay.ui.shell.plain_mode import JsonReporter, SentenceReporter
 from tests.privacy.command_arguments import (
     CHANGING_COMMANDS,
     FOLLOW_UP_COMMANDS,

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core import WAIT_LABEL
+from dmplay.core.problem import WAIT_LABEL
+from dmplay.core.session import Session
 from dmplay.external.openspiel import OpenSpielEnvironment
-from dmplay.session import Session
 from tests.privacy.indistinguishable_pairs import (
     SECRET_PROBLEM_PARAMS,
     SHARED_TURNS,

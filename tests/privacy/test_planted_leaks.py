@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from dmplay.chance import Array, Bools
+from dmplay.core.arrays import Array, Bools
 from dmplay.game.game import Game
 from dmplay.game.narration import Narrator
-from dmplay.rendering.painter import Painter
-from dmplay.shell import commands
-from dmplay.shell.commands import Command
+from dmplay.terminal.painter import Painter
+from dmplay.ui.shell import commands
+from dmplay.ui.shell.commands import Command
 from dmplay.views import generic
 from tests.privacy.command_arguments import list_actions
 from tests.privacy.front_ends import (

@@ -12,15 +12,16 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
-from dmplay.bots.bot_policy import Bot
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import WAIT_LABEL, Memory, Percept, Policy, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import WAIT_LABEL, Problem
+from dmplay.core.session import Session
+from dmplay.external.bots.bot_policy import Bot
 from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.gym import Env
-from dmplay.mcp.language_model_games import ModelGames
-from dmplay.session import Session
+from dmplay.servers.mcp.language_model_games import ModelGames
 from dmplay.zoo import ParallelEnv
 from tests.privacy.front_ends import FRONT_ENDS
 

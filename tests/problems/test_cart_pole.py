@@ -3,11 +3,11 @@ import pytest
 
 import dmplay
 from dmplay.agents.cart_pole import LinearQuadraticPolicy
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter
-from dmplay.problems._trigonometry import compute_sine_and_cosine
 from dmplay.problems.cart_pole import CartPole
-from dmplay.session import Session
-from dmplay.solvers import riccati
+from dmplay.problems.shared.trigonometry import compute_sine_and_cosine
+from dmplay.solvers.mdp import riccati
 from tests.truth_cases.deterministic_trajectory import iterate_game
 
 LEFT, RIGHT = 0, 1

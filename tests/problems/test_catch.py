@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
 from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
-from dmplay.core import Percept
-from dmplay.hints.hint_provider import HintProvider
+from dmplay.core import belief
+from dmplay.core.policy import Percept
+from dmplay.core.session import Session
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
-from dmplay.session import Session
 from tests.support.returns import assert_policy_earns
 
 CATCH = Catch()

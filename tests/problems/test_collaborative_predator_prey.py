@@ -4,16 +4,18 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import Labels, belief
-from dmplay.core import Percept, Policy, Problem
+from dmplay import Labels
+from dmplay.core import belief
+from dmplay.core.policy import Percept, Policy
+from dmplay.core.problem import Problem
 from dmplay.errors import BadPolicy, BudgetExceeded, ImpossibleObservation
 from dmplay.game.game_series import GameController
-from dmplay.hexgrid import format_hex
-from dmplay.problems._hex_hunt import STANDARD_HEXES
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.shared.hex_hunt import STANDARD_HEXES
+from dmplay.problems.shared.hexgrid import format_hex
 from dmplay.registry.agents import load_roster
-from dmplay.shell.commands import run_line
 from dmplay.transcript.format import collect_turn_facts
+from dmplay.ui.shell.commands import run_line
 from tests.support.screens import make_session_game
 
 E, NE, NW, W, SW, SE = range(6)

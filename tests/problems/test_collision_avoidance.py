@@ -3,9 +3,9 @@ import pytest
 
 import dmplay
 from dmplay.agents.collision_avoidance import Optimal
+from dmplay.core.session import Session
 from dmplay.problems.collision_avoidance import ADVISED_RATES
-from dmplay.session import Session
-from dmplay.solvers import collision_avoidance_grid
+from dmplay.solvers.mdp import collision_avoidance_grid
 
 DESCEND, NO_ADVISORY, CLIMB = range(3)
 PRINTED_PROBLEM = dmplay.load_problem("collision-avoidance")

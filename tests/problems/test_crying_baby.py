@@ -3,12 +3,12 @@ import pytest
 
 import dmplay
 from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
-from dmplay.core import Percept
+from dmplay.core.policy import Percept
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.registry.agents import load_roster
-from dmplay.rollouts import rollout
-from dmplay.solvers import mdp_values
+from dmplay.simulation.rollouts import rollout
+from dmplay.solvers.mdp import mdp_values
 
 BABY = CryingBaby()
 FEED, SING, IGNORE = range(3)

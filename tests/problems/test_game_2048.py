@@ -8,13 +8,13 @@ import pytest
 
 import dmplay
 from dmplay.agents.game_2048 import Expectimax
-from dmplay.board_2048 import DOWN, LEFT, RIGHT, UP, pack_boards
-from dmplay.core import enumerate_outcomes
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
 from dmplay.problems.game_2048 import Game2048, slide_and_score
-from dmplay.solvers import expectimax_2048, ntuple_network_2048
+from dmplay.problems.shared.board_2048 import DOWN, LEFT, RIGHT, UP, pack_boards
+from dmplay.solvers.search import expectimax_2048, ntuple_network_2048
 from dmplay.transcript.format import resolve_turn_limit
-from dmplay.work_budget import report_progress_to
 
 GAME = Game2048()
 EARLY_BOARD = "2 . . 4/. 2 . ./. . 8 ./4 . . 2"

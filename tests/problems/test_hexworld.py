@@ -3,7 +3,7 @@ import pytest
 
 import dmplay
 from dmplay import SeededUniforms, Session
-from dmplay.hexgrid import DIRECTIONS
+from dmplay.problems.shared.hexgrid import DIRECTIONS
 
 PROBLEM = dmplay.load_problem("hexworld")
 

@@ -2,7 +2,6 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
 from dmplay.agents.machine_replacement import (
     EXAMINE,
     INTERRUPT,
@@ -12,10 +11,12 @@ from dmplay.agents.machine_replacement import (
     Qmdp,
     Threshold,
 )
-from dmplay.core import Percept, enumerate_outcomes
+from dmplay.core import belief
+from dmplay.core.policy import Percept
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.session import Session
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.session import Session
-from dmplay.solvers import mdp_values
+from dmplay.solvers.mdp import mdp_values
 from tests.support.returns import assert_policy_earns
 
 MACHINE = MachineReplacement()

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
-from dmplay.core import Percept
+from dmplay.core import belief
+from dmplay.core.policy import Percept
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter, BadPolicy
-from dmplay.problems._baby_care import FEED, IGNORE, SING
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
+from dmplay.problems.shared.baby_care import FEED, IGNORE, SING
 from dmplay.registry.agents import load_roster
-from dmplay.session import Session
 
 PROBLEM = MulticaregiverCryingBaby()
 SATED, HUNGRY = 0, 1

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core import Problem
-from dmplay.uniforms import generate_uniforms
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import generate_uniforms
 
 NO_UNIFORMS = np.zeros((1, 0))
 TOLERANCE = 1e-13  # the last bits of sin and cos differ between the two

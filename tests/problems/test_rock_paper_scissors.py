@@ -3,9 +3,9 @@ import pytest
 
 import dmplay
 from dmplay.agents._matrix_game_agents import FictitiousPlay
+from dmplay.core.session import Session
 from dmplay.problems.rock_paper_scissors import RockPaperScissors
 from dmplay.registry.agents import load_roster
-from dmplay.session import Session
 
 GAME = RockPaperScissors()
 ROCK, PAPER, SCISSORS = range(3)

@@ -2,11 +2,11 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.core.session import Session
 from dmplay.errors import BadParameter
 from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.session import Session
-from dmplay.solvers import linear_gaussian_evaluation
-from dmplay.solvers.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.solvers.mdp import linear_gaussian_evaluation
+from dmplay.solvers.mdp.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
 
 PROBLEM = SimpleRegulator()
 

@@ -7,8 +7,8 @@ from dmplay.agents.travelers_dilemma import FixedClaim
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.problems.travelers_dilemma import CLAIMS, TravelersDilemma
 from dmplay.registry.agents import load_roster
-from dmplay.solvers import bimatrix_game
-from dmplay.solvers.bimatrix_game import MixedProfile
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses
 
 GAME = TravelersDilemma()

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import dmplay
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.game.seats import load_verifiable_policies
 from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit

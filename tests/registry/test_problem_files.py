@@ -12,10 +12,10 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import rewrite_file, verify_file
-from dmplay.game_launcher import print_epilogue
 from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.registry.problems import load_problem, requires_trust, resolve_problem
 from dmplay.transcript.reader import read_transcript
+from dmplay.ui.game_launcher import print_epilogue
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, TIGER_TEXT, write_text_file
 
 

@@ -69,8 +69,16 @@ def test_every_built_in_problem_loads_under_its_name() -> None:
         ("2048", {"p_two": -0.1}, "p_two: got -0.1, expected a number"),
         ("./nothing.py:Game", {}, "no such file: ./nothing.py"),
         ("no.such.module:Game", {}, "no module 'no' for 'no.such.module:Game'"),
-        ("dmplay.core:Problm", {}, "dmplay.core: unknown attribute 'Problm'; did you mean Problem"),
-        ("dmplay.core:Labels", {}, "dmplay.core:Labels: got Labels, expected a dmplay Problem"),
+        (
+            "dmplay.core.problem:Problm",
+            {},
+            "dmplay.core.problem: unknown attribute 'Problm'; did you mean Problem",
+        ),
+        (
+            "dmplay.core.problem:Labels",
+            {},
+            "dmplay.core.problem:Labels: got Labels, expected a dmplay Problem",
+        ),
     ],
 )
 def test_a_wrong_name_or_value_is_one_clear_line(

@@ -11,25 +11,27 @@ import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.agents import point_based
 from dmplay.agents.point_based import PointBasedOptimalPolicy
-from dmplay.chance import Array, Bools, Categorical, Chance
-from dmplay.core import TextLine
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.session import Session
+from dmplay.core.spaces import TextLine
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.game.game import Game
-from dmplay.game.seats import HUMAN
-from dmplay.hints import hint_provider as advising
-from dmplay.matrix_game import MatrixGame
-from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
-from dmplay.session import Session
-from dmplay.solutions import method_choice
-from dmplay.solutions.simulated_returns import (
+from dmplay.evaluation.solutions import method_choice
+from dmplay.evaluation.solutions.simulated_returns import (
     SimulationOptions,
     solve_by_simulation,
     use_simulation_options,
 )
-from dmplay.solvers import exact_pomdp, mdp_values
-from dmplay.solvers import point_based as solver
-from dmplay.uniforms import SeededUniforms
-from dmplay.work_budget import limit_total_work
+from dmplay.game.game import Game
+from dmplay.game.hints import hint_provider as advising
+from dmplay.game.seats import HUMAN
+from dmplay.problems.shared.matrix_game import MatrixGame
+from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp import point_based as solver
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.interruption import run_with_call_limit
 from tests.support.literature_pomdps import make_four_by_three

@@ -3,7 +3,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from dmplay.solvers.double_description import Cone, cut_cone, find_facets, make_simplicial_cone
 
 ORTHANT = make_simplicial_cone(np.eye(3))

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import pytest
 
 from dmplay.cli import config_files, main
-from dmplay.registry.guide_topics import read_topic
+from dmplay.guide.topics import read_topic
 from tests.support.terminals import clean_environment
 
 PROJECT_ROOT = Path(__file__).parent.parent.parent

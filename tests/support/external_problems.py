@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.transcript_files import verify_file
-from dmplay.rollouts import rollout
+from dmplay.simulation.rollouts import rollout
 
 SEED = 3
 

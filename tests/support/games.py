@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 
 import dmplay
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.session import View
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.transcript_files import verify_file
-from dmplay.session import View
 from dmplay.transcript.reader import read_transcript
 
 

@@ -7,10 +7,11 @@ from itertools import product
 import numpy as np
 
 from dmplay import Categorical, Labels, Outcome, Problem, Tabular
-from dmplay.chance import Array, Bools, Chance
-from dmplay.core import parameter
-from dmplay.sparse_matrix import SparseMatrix
-from dmplay.tabular import SparseTables
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Chance
+from dmplay.core.parameters import parameter
+from dmplay.core.sparse_matrix import SparseMatrix
+from dmplay.core.tabular import SparseTables
 
 DIRECTIONS = np.array([[-1, 0], [0, 1], [1, 0], [0, -1]])  # changes of row and column
 WIND_PROBABILITIES = np.array([0.8, 0.1, 0.1])  # forward, to the right, to the left

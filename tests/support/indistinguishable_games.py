@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.chance import Array, Reals
-from dmplay.core import Problem
-from dmplay.uniforms import NATURE_STREAM, SeededUniforms
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from tests.support.problem_cases import (
     draw_uniforms,
     is_identical,

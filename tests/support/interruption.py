@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import TypeVar
 
-from dmplay.work_budget import report_progress_to
+from dmplay.core.work_budget import report_progress_to
 
 T = TypeVar("T")
 MAX_PROGRESS_CALLS = 10_000  # a few seconds at most

@@ -8,10 +8,10 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.core import Labels
+from dmplay.core.spaces import Labels
+from dmplay.core.sparse_matrix import SparseMatrix
+from dmplay.core.tabular import SparseTables, Tables
 from dmplay.formats.problem_classes import FileProblem, MarkovModel
-from dmplay.sparse_matrix import SparseMatrix
-from dmplay.tabular import SparseTables, Tables
 
 S = TypeVar("S", bound=Hashable)
 Distribution = dict[S, float]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from dmplay.game.playback import Playback
 from dmplay.output.transcript_export import DEFAULT_COLUMNS, ExportOptions, render_film, render_svg
-from dmplay.screen.frame_state import Viewport
+from dmplay.ui.screen.frame_state import Viewport
 from tests.support.document_examples import PROJECT_ROOT, README_TEXT
 
 PICTURE_PATHS = re.findall(r"\((transcripts/\S+\.svg)\)", README_TEXT)

@@ -9,13 +9,14 @@ import pytest
 
 import dmplay
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array, Reals
-from dmplay.core import Policy, Problem
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.seat_history import HistorySnapshot
+from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.seat_history import HistorySnapshot
-from dmplay.uniforms import NATURE_STREAM, generate_uniforms
-from dmplay.validation import random_play
+from dmplay.simulation import random_play
 
 SEED = random_play.SEED
 SHORT_GAME_TURNS = 3  # number of turns of a short game

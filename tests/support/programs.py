@@ -25,8 +25,9 @@ NO_VARIABLES: Mapping[str, str] = {}
 UNNAMED_USER_ID = 4242  # id of a user without an account
 PROGRAM_TIMEOUT_SECONDS = 60.0  # timeout of a program that does not exit
 PRELOADED_MODULES = (
-    "dmplay.cli.main", "dmplay.game.playback", "dmplay.agents.search", "dmplay.interactive_shell",
-    "dmplay.screen.play_screen", "importlib.metadata", "numpy.ma", "numpy.random",
+    "dmplay.cli.main", "dmplay.game.playback", "dmplay.agents.search",
+    "dmplay.ui.shell.interactive_shell",
+    "dmplay.ui.screen.play_screen", "importlib.metadata", "numpy.ma", "numpy.random",
 )  # fmt: skip
 root_command()  # build the command tree before the server forks
 FORK_SERVER = multiprocessing.get_context("forkserver")

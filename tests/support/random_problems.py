@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from dmplay import Labels, Outcome
-from dmplay.chance import Array, Bools, Categorical, Chance, Reals
-from dmplay.core import parameter
-from dmplay.matrix_game import MatrixGame
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.parameters import parameter
+from dmplay.problems.shared.matrix_game import MatrixGame
 from tests.support.user_problems import IntegerStateProblem
 
 with_two_or_ten_seeds = pytest.mark.parametrize(

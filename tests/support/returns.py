@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from dmplay.core import Policy, Problem
-from dmplay.rollouts import rollout
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.simulation.rollouts import rollout
 
 
 def assert_policy_earns(problem: Problem, policy: Policy, value: float, turns: int) -> None:

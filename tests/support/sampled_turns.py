@@ -3,10 +3,10 @@
 from collections.abc import Callable
 from functools import cache
 
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
+from dmplay.core.violation import CheckResults, Violation
+from dmplay.simulation.random_play import WALK_LENGTH, SampledTurns, sample_turns
 from dmplay.validation import invariants
-from dmplay.validation.random_play import WALK_LENGTH, SampledTurns, sample_turns
-from dmplay.validation.violation import CheckResults, Violation
 from tests.support.problem_cases import ROW_COUNT, load_problem, make_readonly, sample_actions
 
 

@@ -12,21 +12,21 @@ from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.key_binding.defaults import load_key_bindings
 from rich.text import Text
 
+from dmplay.core.session import EpisodeUniforms, Session
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
-from dmplay.key_maps.action_input import Keyboard
-from dmplay.key_maps.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.registry import problems
-from dmplay.rendering.painter import Painter
-from dmplay.screen import event_loop
-from dmplay.screen.frame_state import Viewport
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.session import EpisodeUniforms, Session
-from dmplay.shell.commands import PlayerQuit
-from dmplay.terminal_capabilities import Terminal
-from dmplay.uniforms import SeededUniforms
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter
+from dmplay.ui.screen import event_loop
+from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import PlayerQuit
 from tests.support.terminals import EmulatedRows
 
 # the same bindings for every screen

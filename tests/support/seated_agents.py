@@ -4,7 +4,8 @@ from functools import cache
 
 import dmplay
 from dmplay.agents.script import Script
-from dmplay.core import Memory, Percept, Policy, Problem
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import agents
 from dmplay.registry.agents import plan_for_turn_limit

@@ -5,9 +5,10 @@ from threading import Event
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Reals
-from dmplay.core import Memory, Percept
-from dmplay.work_budget import Budget
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.chance import Chance
+from dmplay.core.policy import Memory, Percept
+from dmplay.core.work_budget import Budget
 from tests.support.user_problems import Heap
 
 RELEASE_EVENT = Event()  # when set, endless computations return

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay import DiscreteUniform, Labels, Outcome, Problem
-from dmplay.chance import Array, Chance, Ints
+from dmplay.core.arrays import Array, Ints
+from dmplay.core.chance import Chance
 
 HEIGHT, WIDTH = 4, 5
 STEPS = np.array([[-1, 0], [0, 1], [1, 0], [0, -1], [0, 0]])  # changes of row and column

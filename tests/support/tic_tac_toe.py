@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, Ints
-from dmplay.core import WAIT_LABEL, Labels, Outcome, Problem
+from dmplay.core.arrays import Array, Bools, Ints
+from dmplay.core.chance import Chance
+from dmplay.core.problem import WAIT_LABEL, Outcome, Problem
+from dmplay.core.spaces import Labels
 
 CELL_ROWS = np.arange(9).reshape(3, 3)
 WINNING_LINES = np.vstack([CELL_ROWS, CELL_ROWS.T, [[0, 4, 8], [2, 4, 6]]])

@@ -4,8 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.chance import Array, Bools, Chance, DiscreteUniform
-from dmplay.core import WAIT_LABEL, Labels, Outcome, Problem
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Chance, DiscreteUniform
+from dmplay.core.problem import WAIT_LABEL, Outcome, Problem
+from dmplay.core.spaces import Labels
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from dmplay import Labels, Outcome, Problem, Tables, Tabular
-from dmplay.chance import Array, Bools, Categorical, Chance
+from dmplay.core.arrays import Array, Bools
+from dmplay.core.chance import Categorical, Chance
 
 
 @dataclass(frozen=True)
@@ -130,7 +131,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from dmplay import Categorical, Labels, Outcome, Problem
-from dmplay.core import ContinuousStates, RealVector, TextLine, parameter
+from dmplay.core.parameters import parameter
+from dmplay.core.problem import ContinuousStates
+from dmplay.core.spaces import RealVector, TextLine
 from dmplay.agents.base import ReactivePolicy
 from dmplay.agents.available_agents import Roster
 

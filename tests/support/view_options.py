@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from dmplay import belief
-from dmplay.chance import Array, Reals
-from dmplay.core import ContinuousStates, Problem, enumerate_outcomes
-from dmplay.session import Session
-from dmplay.uniforms import NATURE_STREAM, SeededUniforms
+from dmplay.core import belief
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.problem import ContinuousStates, Problem, enumerate_outcomes
+from dmplay.core.session import Session
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.views.protocol import Forecast
 
 SAMPLE_COUNT = 200

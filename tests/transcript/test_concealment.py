@@ -17,11 +17,11 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.transcript_files import format_reports, verify_file
-from dmplay.game_launcher import print_epilogue
-from dmplay.shell.commands import run_line
-from dmplay.shell.completion.name_lists import list_saved_seeds
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
+from dmplay.ui.game_launcher import print_epilogue
+from dmplay.ui.shell.commands import run_line
+from dmplay.ui.shell.completion.name_lists import list_saved_seeds
 from tests.support.games import read_values, record_game, replace_in_file
 from tests.support.programs import run_dmplay
 from tests.support.terminals import CTRL_C, Terminal

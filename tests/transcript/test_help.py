@@ -12,10 +12,10 @@ from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import verify_file
-from dmplay.screen.play_screen import PlayScreen
-from dmplay.shell.commands import run_line
-from dmplay.terminal_capabilities import Terminal
+from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.reader import read_transcript
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import run_line
 from tests.support.games import read_values, replace_in_file
 from tests.support.programs import run_dmplay
 from tests.support.screens import play_keys

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import pytest
 
-from dmplay import safe_files
+from dmplay.core import safe_files
 from dmplay.errors import BadTranscript, DmplayError
 from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest

@@ -11,14 +11,14 @@ from typing import Any
 import pytest
 
 import dmplay
-from dmplay import safe_files
+from dmplay.core import safe_files
+from dmplay.core.safe_files import is_locked_elsewhere
 from dmplay.errors import BadParameter
 from dmplay.game.game import Game
 from dmplay.game.game_setup import format_resume_command, start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN
 from dmplay.game.transcript_files import verify_file
-from dmplay.safe_files import is_locked_elsewhere
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import read_transcript
 from dmplay.transcript.recorder import Recorder

@@ -13,8 +13,10 @@ import pytest
 import dmplay
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.random_agent import Random as Anything
-from dmplay.chance import Array, Bools, Reals
-from dmplay.core import Memory, Outcome, Percept, Policy, Problem
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.policy import Memory, Percept, Policy
+from dmplay.core.problem import Outcome, Problem
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadTranscript
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.mountain_car import MountainCar
@@ -24,7 +26,6 @@ from dmplay.transcript.reader import Transcript, parse_transcript, read_transcri
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verify import verify
-from dmplay.uniforms import SeededUniforms
 from tests.fuzz.mutations import update_checksum
 from tests.support.games import record_game
 from tests.support.turn_based_games import Nim

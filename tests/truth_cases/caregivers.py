@@ -4,12 +4,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dmplay import belief
-from dmplay.core import enumerate_outcomes
+from dmplay.core import belief
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
-from dmplay.solvers import bimatrix_game, mdp_values
-from dmplay.tabular import Tables, tabulate
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind
 
 PROBLEM = MulticaregiverCryingBaby()

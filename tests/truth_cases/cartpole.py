@@ -3,7 +3,8 @@ from functools import cache
 import numpy as np
 
 import dmplay
-from dmplay.core import Policy, Problem
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
 from tests.truth_cases.case import Case, load_family, map_by_kind
 from tests.truth_cases.deterministic_trajectory import iterate_games
 

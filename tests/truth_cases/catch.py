@@ -2,13 +2,13 @@ from functools import cache
 
 import numpy as np
 
-from dmplay import belief
-from dmplay.chance import Reals
-from dmplay.core import enumerate_outcomes
+from dmplay.core import belief
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.tabular import tabulate
 from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
-from dmplay.solvers import mdp_values
-from dmplay.solvers.bounded_search import BoundedSearch
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 from tests.truth_cases.case import Case, map_by_kind
 
 PROBLEM = Catch()

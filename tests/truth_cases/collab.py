@@ -4,10 +4,10 @@ from functools import cache
 import numpy as np
 
 import dmplay
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from dmplay.problems.collaborative_predator_prey import SENSE_LABELS, CollaborativePredatorPrey
-from dmplay.solvers import sparse_mdp
-from dmplay.solvers.mdp_values import mark_best_actions
+from dmplay.solvers.mdp import sparse_mdp
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.hex_hunts import check_moves
 

@@ -4,18 +4,19 @@ from typing import Any
 import numpy as np
 
 import dmplay
-from dmplay.chance import Bools, Reals
-from dmplay.core import Percept, Policy, Problem, enumerate_outcomes
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.policy import Percept, Policy
+from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 from dmplay.problems.collision_avoidance import (
     ADVISED_RATES,
     START_HEIGHT_BOUND,
     START_RATE_BOUND,
     START_TIME,
 )
-from dmplay.solvers import collision_avoidance_grid
-from dmplay.solvers.collision_avoidance_grid import CLIMB_RATES, HEIGHTS
-from dmplay.solvers.mdp_values import VALUE_TOLERANCE, mark_best_actions
-from dmplay.uniforms import NATURE_STREAM, generate_uniforms
+from dmplay.solvers.mdp import collision_avoidance_grid
+from dmplay.solvers.mdp.collision_avoidance_grid import CLIMB_RATES, HEIGHTS
+from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE, mark_best_actions
 from tests.truth_cases.case import Case, map_by_kind
 
 LITERAL_PROBLEM = dmplay.load_problem("collision-avoidance")

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay import belief
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core import belief
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.crying_baby import CryingBaby
-from dmplay.solvers import exact_pomdp, mdp_values
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.solvers.upper_envelope import compute_upper_envelope
-from dmplay.tabular import Tables, tabulate
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 from tests.truth_cases.case import Case, map_by_kind
 
 STATE_NAMES = ("sated", "hungry")

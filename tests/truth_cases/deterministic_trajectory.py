@@ -4,7 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from dmplay.core import Percept, Policy, Problem
+from dmplay.core.policy import Percept, Policy
+from dmplay.core.problem import Problem
 
 
 def iterate_game(

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from dmplay.chance import Categorical, DiscreteUniform
-from dmplay.problems._hex_hunt import HexHunt
+from dmplay.core.chance import Categorical, DiscreteUniform
+from dmplay.problems.shared.hex_hunt import HexHunt
 from tests.truth_cases.case import Case, sum_probabilities
 
 

@@ -1,10 +1,10 @@
 import numpy as np
 
 import dmplay
-from dmplay import hexgrid
+from dmplay.core.tabular import tabulate
 from dmplay.problems.hexworld import HexWorld
-from dmplay.solvers import mdp_values
-from dmplay.tabular import tabulate
+from dmplay.problems.shared import hexgrid
+from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind, sum_probabilities
 
 

@@ -4,14 +4,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from dmplay import belief
-from dmplay.chance import Reals
-from dmplay.core import Problem
+from dmplay.core import belief
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.tabular import tabulate
 from dmplay.errors import ImpossibleObservation
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers import exact_pomdp, mdp_values
-from dmplay.solvers.exact_pomdp import AlphaVectorStage
-from dmplay.tabular import tabulate
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from tests.oracles.belief_regions import find_pieces
 from tests.truth_cases.case import Case, map_by_kind
 

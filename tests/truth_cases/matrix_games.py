@@ -1,6 +1,6 @@
 """Checks shared by the cases of matrix games."""
 
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
 from tests.oracles.best_responses import compute_correlated_gains
 from tests.truth_cases.case import Case
 

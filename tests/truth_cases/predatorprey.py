@@ -3,10 +3,10 @@ from functools import cache
 import numpy as np
 
 import dmplay
-from dmplay.chance import Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.tabular import Tables, tabulate
 from dmplay.problems.predator_prey import PredatorPrey
-from dmplay.solvers import mdp_values
-from dmplay.tabular import Tables, tabulate
+from dmplay.solvers.mdp import mdp_values
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.hex_hunts import check_moves
 

@@ -4,8 +4,8 @@ import numpy as np
 
 import dmplay
 from dmplay.problems.prisoners_dilemma import PrisonersDilemma
-from dmplay.solvers import bimatrix_game
-from dmplay.solvers.bimatrix_game import MixedProfile
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.matrix_games import check_correlated

@@ -2,10 +2,10 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.chance import Normal
+from dmplay.core.chance import Normal
 from dmplay.problems.simple_regulator import START_DEVIATION, START_MEAN, SimpleRegulator
-from dmplay.solvers import linear_gaussian_evaluation
-from dmplay.solvers.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
+from dmplay.solvers.mdp import linear_gaussian_evaluation
+from dmplay.solvers.mdp.linear_gaussian_evaluation import OPTIMAL_POLICY, LinearGaussianPolicy
 from tests.truth_cases.case import Case, map_by_kind
 
 START_SECOND_MOMENT = START_MEAN**2 + START_DEVIATION**2

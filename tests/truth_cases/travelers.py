@@ -2,10 +2,10 @@ import re
 
 import numpy as np
 
-from dmplay.core import enumerate_outcomes
+from dmplay.core.problem import enumerate_outcomes
 from dmplay.problems.travelers_dilemma import CLAIMS, MAX_CLAIM, MIN_CLAIM, TravelersDilemma
-from dmplay.solvers import bimatrix_game
-from dmplay.solvers.bimatrix_game import MixedProfile
+from dmplay.solvers.games import bimatrix_game
+from dmplay.solvers.games.bimatrix_game import MixedProfile
 from tests.oracles import best_responses
 from tests.truth_cases.case import Case, map_by_kind
 from tests.truth_cases.matrix_games import check_correlated

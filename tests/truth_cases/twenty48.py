@@ -88,7 +88,7 @@ def transition(case: Case) -> None:
 
 
 def initial_board(case: Case) -> None:
-    from dmplay.core import initial_state_distribution
+    from dmplay.core.problem import initial_state_distribution
 
     p, boards = initial_state_distribution(load_problem(case))
     assert ((boards > 0).sum(axis=(1, 2)) == case.expect["tiles"]).all()

@@ -7,9 +7,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from dmplay.chance import Array
+from dmplay.core.arrays import Array
+from dmplay.simulation.random_play import WALK_LENGTH, SampledTurns, slice_rows
 from dmplay.validation import invariants
-from dmplay.validation.random_play import WALK_LENGTH, SampledTurns, slice_rows
 from tests.support.problem_cases import (
     ROW_COUNT,
     every_problem,

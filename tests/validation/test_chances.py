@@ -6,9 +6,10 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from dmplay.chance import Array, Chance, Normal, Reals, Uniform
-from dmplay.core import enumerate_outcomes, initial_state_distribution
-from dmplay.validation.random_play import WALK_LENGTH, has_finite_outcomes
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.chance import Chance, Normal, Uniform
+from dmplay.core.problem import enumerate_outcomes, initial_state_distribution
+from dmplay.simulation.random_play import WALK_LENGTH, has_finite_outcomes
 from tests.support.problem_cases import draw_uniforms, every_problem, load_problem
 from tests.support.sampled_turns import make_turn_pool
 

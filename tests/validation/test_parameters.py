@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core import Problem
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import DmplayError
-from dmplay.hints.hint_provider import HintProvider
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.registry import agents, problems
-from dmplay.session import Session
-from dmplay.uniforms import SeededUniforms
 from tests.support.interruption import run_with_call_limit
 from tests.support.problem_cases import (
     CASE_NAMES,

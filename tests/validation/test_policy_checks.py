@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from dmplay.agents.random_agent import Random
-from dmplay.chance import Array
-from dmplay.core import Memory
+from dmplay.core.arrays import Array
+from dmplay.core.policy import Memory
 from dmplay.registry import agents
-from dmplay.rollouts import rollout
+from dmplay.simulation.rollouts import rollout
 from dmplay.validation.policy_checks import check_policy_choices
 from tests.support.problem_cases import every_problem, load_problem, load_small_problem
 from tests.support.sampled_turns import list_violations

@@ -6,11 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from dmplay.core import Interval
+from dmplay.core.session import Session
+from dmplay.core.spaces import Interval
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import IllegalAction
-from dmplay.rollouts import rollout
-from dmplay.session import Session
-from dmplay.uniforms import SeededUniforms
+from dmplay.simulation.rollouts import rollout
 from tests.support.problem_cases import (
     SEED,
     SHORT_GAME_TURNS,

@@ -3,7 +3,7 @@
 import pytest
 
 import dmplay
-from dmplay.session import Session
+from dmplay.core.session import Session
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session_from_state
 

@@ -7,8 +7,8 @@ import pytest
 
 import dmplay
 from dmplay.views import generic as module
-from dmplay.views._action_hints_and_outcomes import format_forecast_rows, format_regret
 from dmplay.views.protocol import DrawOptions, Forecast, ViewModule, fit_board, load_view_module
+from dmplay.views.toolkit.action_hints_and_outcomes import format_forecast_rows, format_regret
 from tests.support.games import make_view_after
 
 generic = cast(ViewModule, module)

@@ -3,9 +3,9 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.canvas import Canvas
 from dmplay.views.machine_replacement import _draw_small_triangle
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.toolkit.canvas import Canvas
 from tests.support import games
 
 machine_replacement = load_view_module(dmplay.load_problem("machine-replacement"))

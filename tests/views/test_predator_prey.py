@@ -4,8 +4,8 @@ from functools import partial
 import numpy as np
 
 import dmplay
-from dmplay.views.hexgrid import SECOND_PLAYER_KEYS
 from dmplay.views.protocol import DrawOptions, Overlay, fit_board, load_view_module
+from dmplay.views.toolkit.hexgrid import SECOND_PLAYER_KEYS
 from tests.support import games
 
 predator_prey = load_view_module(dmplay.load_problem("predator-prey"))

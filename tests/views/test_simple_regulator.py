@@ -7,8 +7,8 @@ from typing import overload
 import pytest
 
 import dmplay
-from dmplay.chance import Array
-from dmplay.session import Session
+from dmplay.core.arrays import Array
+from dmplay.core.session import Session
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.games import make_session_from_state
 

@@ -8,15 +8,15 @@ import pytest
 from wcwidth import wcswidth
 
 import dmplay
-from dmplay.core import Problem
-from dmplay.key_maps.action_input import find_action_by_key
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.tabular import tabulate
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.action_input import find_action_by_key
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
-from dmplay.session import Session
-from dmplay.solvers import mdp_values
-from dmplay.tabular import tabulate
-from dmplay.terminal_styles import palette_rgb
-from dmplay.uniforms import SeededUniforms
+from dmplay.solvers.mdp import mdp_values
+from dmplay.terminal.styles import palette_rgb
 from dmplay.views import game_2048 as tiles
 from dmplay.views import generic
 from dmplay.views import hexworld as exits

@@ -1,0 +1,508 @@
+"""Checks that a user-defined problem can be played: its attributes, its arrays and one turn."""
+
+import inspect
+import math
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import fields
+from functools import cached_property
+
+import numpy as np
+
+from dmplay.core import table_checks
+from dmplay.core.arrays import Array
+from dmplay.core.chance import Categorical, Chance, DiscreteUniform, Normal, Uniform, sample_all
+from dmplay.core.problem import ContinuousStates, Outcome, Problem
+from dmplay.core.spaces import Interval, Labels, RealVector, TextLine, normalize_label
+from dmplay.core.tabular import Tabular
+from dmplay.core.text import format_count
+from dmplay.core.violation import (
+    CheckResult,
+    CheckResults,
+    check_real_array,
+    has_shape,
+    make_violation,
+)
+from dmplay.errors import BadParameter
+
+TRIED_ROWS = 2  # rows of the turn that is tried
+MAX_LINE_CHARACTERS = 1000  # maximum characters of a name, or of a state in one line
+MAX_TEXT_CHARACTERS = 20_000  # maximum characters of an observation that is text
+MAX_COUNT = 2**63 - 1  # maximum number of states, and of turns
+FORBIDDEN_LABEL_CHARACTERS = ",;#"  # characters that a typed action cannot contain
+# commands of a game, which a typed word means unless an action has its name
+RESERVED_WORDS = frozenset({
+    "act", "agent", "agents", "auto", "belief", "branch", "exit", "export", "figure", "guide",
+    "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play", "policy",
+    "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save", "screen",
+    "seed", "set", "solve", "state", "step", "transcript", "undo", "value", "values", "whatif",
+})  # fmt: skip
+
+
+def check_playable(name: str, problem: Problem) -> None:
+    """Raise BadParameter if an attribute, an array or the first turn of a problem is invalid."""
+    results = (result for stage in CHECK_STAGES for check in stage for result in check(problem))
+    for result in results:
+        if not result.ok:
+            raise BadParameter(
+                make_violation(type(problem), result.attribute, result.message).format_with_name(
+                    name
+                )
+            )
+
+
+def _check_member_kinds(problem: Problem) -> CheckResults:
+    """Yield checks that methods of Problem are still methods, and values are not methods."""
+    for name, member in vars(Problem).items():
+        is_value = isinstance(member, property | cached_property)
+        if name.startswith("_") or not (is_value or inspect.isfunction(member)):
+            continue
+        if is_value:
+            is_method = inspect.isfunction(getattr(type(problem), name))
+            message = f"{name}: got a method, expected a value; put @property above it"
+            yield CheckResult(not is_method, name, message, independent=True)
+            continue
+        value = getattr(problem, name)
+        message = f"{name}: got {_describe_array(value)}, expected a method"
+        yield CheckResult(callable(value), name, message, independent=True)
+
+
+def _check_agents(problem: Problem) -> CheckResults:
+    """Yield a check that the agents have distinct names."""
+    agents = problem.agents
+    message = f"agents: got {agents!r}, expected names, each another"
+    yield CheckResult(_are_distinct_names(agents), "agents", message)
+
+
+def _check_actions(problem: Problem) -> CheckResults:
+    """Yield checks that there is a valid action set for each agent."""
+    agents, actions = problem.agents, problem.actions
+    is_tuple = isinstance(actions, tuple)
+    yield CheckResult(is_tuple, "actions", f"actions: got {actions!r}, expected (Labels(...),)")
+    message = (
+        f"got {format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
+    )
+    yield CheckResult(
+        len(actions) == len(agents), "actions", f"actions: {message}, expected one each"
+    )
+    for space in actions:
+        message = f"actions: got {space!r}, expected Labels of names, each another, or an Interval"
+        yield CheckResult(
+            isinstance(space, Interval) or _are_distinct_labels(space), "actions", message
+        )
+        yield from (
+            _check_interval(space)
+            if isinstance(space, Interval)
+            else check_typable_labels("actions", space)
+        )
+
+
+def _check_interval(interval: Interval) -> CheckResults:
+    """Yield a check that an interval has two finite bounds, the lower first."""
+    low, high = interval.low, interval.high
+    is_valid = math.isfinite(low) and math.isfinite(high) and low < high
+    yield CheckResult(
+        is_valid, "actions", f"actions: got {interval!r}, expected two numbers, the lower first"
+    )
+
+
+def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
+    """Yield checks that action labels can be typed and cannot be mistaken for something else."""
+    for label in labels:
+        if label.lower() in RESERVED_WORDS:
+            message = (
+                f"{attribute}: got {label!r}, which is a command in a game; expected another name"
+            )
+            yield CheckResult(False, attribute, message, independent=True)
+        if label != label.strip() or any(
+            character in label for character in FORBIDDEN_LABEL_CHARACTERS
+        ):
+            message = (
+                f"{attribute}: got {label!r}, expected no "
+                f"'{FORBIDDEN_LABEL_CHARACTERS}' in it and no blanks around it"
+            )
+            yield CheckResult(False, attribute, message, independent=True)
+    counts = Counter(map(normalize_label, labels))
+    duplicates = [label for label in labels if counts[normalize_label(label)] > 1]
+    message = (
+        f"{attribute}: got {', '.join(duplicates)}, which are typed alike; expected each another"
+    )
+    yield CheckResult(not duplicates, attribute, message)
+
+
+def _check_observations(problem: Problem) -> CheckResults:
+    """Yield checks that the observation spaces are valid and all of one kind."""
+    agents, spaces = problem.agents, problem.observations
+    is_valid = isinstance(spaces, tuple) and all(
+        _are_distinct_labels(space) or _is_observation_space(space) for space in spaces
+    )
+    message = (
+        f"observations: got {spaces!r}, expected Labels, "
+        "RealVector or TextLine for each agent, or ()"
+    )
+    yield CheckResult(is_valid and len(spaces) in (0, len(agents)), "observations", message)
+    kinds = {(type(space), space.shape) for space in spaces}
+    message = f"observations: got {spaces!r}, expected the same kind for all agents"
+    yield CheckResult(len(kinds) <= 1, "observations", message)
+
+
+def _check_spaces(problem: Problem) -> CheckResults:
+    """Yield checks of the state names, the horizon, the states, the discount and the bounds."""
+    if isinstance(problem, Tabular):
+        message = f"state_names: got {problem.state_names!r}, expected names, each another"
+        yield CheckResult(_are_distinct_names(problem.state_names), "state_names", message)
+    horizon, states, discount = problem.horizon, problem.state_count, problem.discount
+    message = f"horizon: got {horizon!r}, expected a number of turns, or None"
+    yield CheckResult(horizon is None or _is_count(horizon), "horizon", message)
+    is_valid = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
+    message = f"state_count: got {states!r}, expected how many, math.inf or ContinuousStates(...)"
+    yield CheckResult(is_valid, "state_count", message)
+    is_valid = type(discount) in (int, float) and 0 <= discount <= 1
+    yield CheckResult(
+        is_valid,
+        "discount",
+        f"discount: got {discount!r}, expected a number from 0 to 1",
+        independent=True,
+    )
+    yield from _check_bounds(problem)
+
+
+def _check_bounds(problem: Problem) -> CheckResults:
+    """Yield checks that declared bounds are pairs of a lower and an upper one."""
+    for name in ("reward_bounds", "state_bounds"):
+        bounds = getattr(problem, name)
+        is_valid = bounds is None or (
+            isinstance(bounds, tuple) and len(bounds) == 2 and bool(np.less_equal(*bounds).all())
+        )
+        message = f"{name}: got {bounds!r}, expected the lower and the upper, or None"
+        yield CheckResult(is_valid, name, message, independent=True)
+
+
+def _check_parameters(problem: Problem) -> CheckResults:
+    """Yield checks that parameters can be written into a transcript and read again."""
+    for parameter in (parameter for parameter in fields(problem) if parameter.repr):
+        value = getattr(problem, parameter.name)
+        is_valid = isinstance(value, bool | int | float | str | tuple | list)
+        message = (
+            f"{parameter.name}: got {type(value).__name__}, expected a number, text, flag or list"
+        )
+        yield CheckResult(is_valid, parameter.name, message, independent=True)
+
+
+def _check_start(problem: Problem) -> CheckResults:
+    """Yield checks of sampled start states."""
+    chances = problem.initial_chance(TRIED_ROWS)
+    yield from _check_chances("initial_chance", chances)
+    s = problem.initial_states(TRIED_ROWS, _sample_median_events(chances))
+    expectation = f"expected an array, a state for each of {TRIED_ROWS} rows"
+    yield CheckResult(
+        _has_tried_rows(s), "initial_states", lambda: f"initial_states: got {s!r}, {expectation}"
+    )
+    is_valid = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
+    message = (
+        "state_count: got 1, expected how many, as initial_states "
+        f"gives {_describe_array(s)}; ContinuousStates(n) for reals"
+    )
+    yield CheckResult(is_valid, "state_count", message)
+    if isinstance(problem.state_count, ContinuousStates):
+        shape = (TRIED_ROWS, problem.state_count.dimensions)
+        message = (
+            f"initial_states: got {_describe_array(s)}, expected "
+            f"reals of shape {shape}, as state_count says"
+        )
+        yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", message)
+    yield from _check_state_indices(problem, "initial_states", s)
+    yield from _check_state_text(problem, s)
+
+
+def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckResults:
+    """Yield checks that state indices are whole numbers below the number of states."""
+    if isinstance(problem.state_count, int) and len(s):
+        indices, last = problem.state_indices(s), problem.state_count - 1
+        expectation = "expected whole numbers, where states are counted"
+        yield CheckResult(
+            indices.dtype.kind in "iu", attribute, lambda: f"{attribute}: got {s!r}, {expectation}"
+        )
+        out_of_range = [index for index in (indices.min(), indices.max()) if not 0 <= index <= last]
+        message = (
+            f"{attribute}: got state {[*out_of_range, 0][0]}, "
+            f"expected 0 to {last}, as state_count says"
+        )
+        message_for_one_state = (
+            "state_count: got 1, expected how many, as "
+            f"{attribute} gives state {[*out_of_range, 0][0]}"
+        )
+        yield CheckResult(
+            not out_of_range,
+            attribute if last else "state_count",
+            message if last else message_for_one_state,
+        )
+
+
+def _check_state_text(problem: Problem, s: Array) -> CheckResults:
+    """Yield checks that a state is written as one line and parsed again without loss."""
+    text = problem.format_state(s[0])
+    message = (
+        f"format_state: got {text!r}, expected a line of at most {MAX_LINE_CHARACTERS} characters"
+    )
+    yield CheckResult(_is_one_line(text), "format_state", message)
+    parsed = np.asarray(problem.parse_state(text))
+    yield CheckResult(
+        parsed.shape == s[0].shape and bool(np.all(parsed == s[0])),
+        "parse_state",
+        lambda: (
+            f"parse_state: got {parsed!r} from {text!r}, "
+            f"expected {s[0]!r}, which format_state wrote"
+        ),
+    )
+
+
+def _check_first_turn(problem: Problem) -> CheckResults:
+    """Yield checks of a first turn: terminal states, legal actions, chances and the outcome."""
+    s = problem.initial_states(
+        TRIED_ROWS, _sample_median_events(problem.initial_chance(TRIED_ROWS))
+    )
+    is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
+    is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
+    expectation = f"expected true or false for each of {TRIED_ROWS} rows"
+    yield CheckResult(is_valid, "terminal", lambda: f"terminal: got {is_over!r}, {expectation}")
+    shape = (TRIED_ROWS, len(problem.agents), max(problem.action_counts))
+    is_valid = legal is None or (
+        has_shape(legal, shape) and legal.dtype == bool and _has_legal_actions(legal, is_over)
+    )
+    legal_expectation = f"expected None, or one action at least, of shape {shape}"
+    yield CheckResult(
+        is_valid,
+        "legal_actions_mask",
+        lambda: f"legal_actions_mask: got {legal!r}, {legal_expectation}",
+    )
+    a = np.tile([space.candidate_actions()[0] for space in problem.actions], (TRIED_ROWS, 1))
+    if legal is not None:
+        a = legal.argmax(axis=2)
+    chances = problem.chance(s, a)
+    yield from _check_chances("chance", chances)
+    outcome = problem.resolve_events(s, a, _sample_median_events(chances))
+    yield CheckResult(
+        isinstance(outcome, tuple) and len(outcome) == len(Outcome._fields),
+        "resolve_events",
+        lambda: f"resolve_events: got {outcome!r}, expected Outcome(state, rewards, observations)",
+    )
+    yield from check_outcome(problem, s, outcome)
+
+
+def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
+    """Yield checks that an outcome has the shapes and ranges that the problem declares."""
+    next_states, rewards, observations = outcome
+    is_valid = has_shape(next_states, s.shape) and next_states.dtype.kind == s.dtype.kind
+    states_expectation = f"expected them of shape {s.shape}, as from initial_states"
+    yield CheckResult(
+        is_valid,
+        "resolve_events",
+        lambda: f"resolve_events: got the states {next_states!r}, {states_expectation}",
+    )
+    yield from _check_state_indices(problem, "resolve_events", next_states)
+    reward_shape = len(s), len(problem.agents)
+    yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
+    if problem.shared_reward:
+        message = (
+            "resolve_events: got rewards that differ, "
+            "expected the same for all, as shared_reward says"
+        )
+        yield CheckResult(bool((rewards == rewards[:, :1]).all()), "resolve_events", message)
+    yield from _check_within_bounds("reward_bounds", problem.reward_bounds, rewards)
+    yield from _check_within_bounds("state_bounds", problem.state_bounds, next_states)
+    if not problem.partially_observable:
+        is_valid = (
+            has_shape(observations, s.shape)
+            and observations.dtype == next_states.dtype
+            and (observations == next_states).all()
+        )
+        observations_expectation = "expected the new states"
+        yield CheckResult(
+            bool(is_valid),
+            "resolve_events",
+            lambda: f"resolve_events: got {observations!r} to be seen, {observations_expectation}",
+        )
+        return
+    yield from _check_observation_array(problem, reward_shape, observations)
+
+
+def _check_within_bounds(
+    name: str, bounds: tuple[Array, Array] | tuple[float, float] | None, values: Array
+) -> CheckResults:
+    """Yield a check that numbers are within the bounds that the problem declares."""
+    if bounds is not None:
+        low, high = bounds
+        message = (
+            f"resolve_events: got {values.min():g} to "
+            f"{values.max():g}, expected {name}, {low} to {high}"
+        )
+        yield CheckResult(
+            bool(((values >= low) & (values <= high)).all()), "resolve_events", message
+        )
+
+
+def _check_observation_array(
+    problem: Problem, leading_shape: tuple[int, int], observations: Array
+) -> CheckResults:
+    """Yield checks that observations have the declared kind, shape and range."""
+    kind = problem.observations[0]
+    shape = (*leading_shape, *kind.shape)
+    dtype_kinds, description = {Labels: ("iu", "whole numbers"), RealVector: ("f", "reals")}.get(
+        type(kind), ("U", "an array of text")
+    )
+    is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
+    yield _observation_result(is_valid, observations, f"expected {description} of shape {shape}")
+    if isinstance(kind, RealVector):
+        yield _observation_result(
+            bool(np.isfinite(observations).all()), observations, "expected none infinite or NaN"
+        )
+    elif isinstance(kind, Labels):
+        is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
+        yield _observation_result(is_valid, observations, "expected the numbers of their labels")
+    else:
+        invalid = [str(text) for text in observations.flat if not _is_printable_text(text)]
+        expectation = (
+            f"expected printable text, not empty, of at most {MAX_TEXT_CHARACTERS:,} characters"
+        )
+        message = f"resolve_events: got the observation {invalid[0]!r:.99}" if invalid else ""
+        yield CheckResult(not invalid, "resolve_events", f"{message}, {expectation}")
+
+
+def _observation_result(holds: bool, observations: Array, expected: str) -> CheckResult:
+    """Return the result of a check of observations."""
+    return CheckResult(
+        holds,
+        "resolve_events",
+        lambda: f"resolve_events: got the observations {observations!r}, {expected}",
+    )
+
+
+CHECK_STAGES: tuple[
+    tuple[Callable[[Problem], CheckResults], ...], ...
+] = (  # each stage relies on those before it
+    (_check_member_kinds,),
+    (_check_agents,),
+    (_check_actions, _check_observations, _check_spaces, _check_parameters),
+    (table_checks.check_tables,),
+    (
+        table_checks.check_transition,
+        table_checks.check_rewards,
+        table_checks.check_observations,
+        table_checks.check_start_belief,
+    ),
+    (_check_start,),
+    (_check_first_turn,),
+)
+
+
+def _are_distinct_names(value: object) -> bool:
+    """Return whether a value is a non-empty sequence of distinct names, each of one line."""
+    return (
+        isinstance(value, tuple | list)
+        and bool(value)
+        and all(_is_one_line(name) for name in value)
+        and len(set(value)) == len(value)
+    )
+
+
+def _is_one_line(value: object) -> bool:
+    """Return whether a value is printable text of one line."""
+    return (
+        isinstance(value, str)
+        and value.isprintable()
+        and 0 < len(value.strip()) <= MAX_LINE_CHARACTERS
+    )
+
+
+def _is_printable_text(value: object) -> bool:
+    """Return whether a value is printable text, of one line or several."""
+    lines = value.split("\n") if isinstance(value, str) else []
+    printable = all(row.isprintable() for row in lines)
+    return printable and isinstance(value, str) and 0 < len(value.strip()) <= MAX_TEXT_CHARACTERS
+
+
+def _are_distinct_labels(value: object) -> bool:
+    """Return whether a value is Labels with distinct names."""
+    return isinstance(value, Labels) and _are_distinct_names(value)
+
+
+def _is_observation_space(value: object) -> bool:
+    """Return whether a value is an observation space of text or of real numbers."""
+    return isinstance(value, TextLine) or (isinstance(value, RealVector) and _is_count(value.size))
+
+
+def _is_count(value: object) -> bool:
+    """Return whether a value is a whole number from 1 to MAX_COUNT."""
+    return type(value) is int and 0 < value <= MAX_COUNT
+
+
+def _has_tried_rows(value: object) -> bool:
+    """Return whether a value is an array with TRIED_ROWS rows."""
+    return isinstance(value, np.ndarray) and value.shape[:1] == (TRIED_ROWS,)
+
+
+def _describe_array(value: object) -> str:
+    """Return the dtype and shape of an array as text, or the repr of another value."""
+    if not isinstance(value, np.ndarray):
+        return repr(value)
+    return f"{value.dtype} of shape {value.shape}"
+
+
+def _has_legal_actions(legal: Array, over: Array) -> bool:
+    """Return whether each agent has a legal action in every row that is not over."""
+    has_action = np.all(np.any(legal, axis=2), axis=1)
+    return bool(np.all(has_action | over))
+
+
+def _check_chances(attribute: str, value: object) -> CheckResults:
+    """Yield checks that a value is a tuple of distributions from which can be sampled."""
+    types = Categorical | DiscreteUniform | Uniform | Normal
+    is_tuple = isinstance(value, tuple) and all(isinstance(chance, types) for chance in value)
+    yield CheckResult(
+        is_tuple,
+        attribute,
+        f"{attribute}: got {value!r}, expected (DiscreteUniform(...),), a tuple, or ()",
+    )
+    assert isinstance(value, tuple)
+    for chance in value:
+        if isinstance(chance, Categorical):
+            yield from _check_categorical(attribute, np.asarray(chance.cumulative))
+        message = f"{attribute}: got {chance!r}, expected what can be drawn"
+        yield CheckResult(_can_be_sampled(chance), attribute, message)
+
+
+def _check_categorical(attribute: str, cumulative: Array) -> CheckResults:
+    """Yield checks of an array of cumulative probabilities, with a row each or one for all."""
+    is_valid = (
+        cumulative.ndim == 2
+        and len(cumulative) in (1, TRIED_ROWS)
+        and cumulative.dtype.kind in "fiu"
+    )
+    message = (
+        f"{attribute}: got a Categorical of {_describe_array(cumulative)}, "
+        "expected rows of cumulative probabilities"
+    )
+    yield CheckResult(is_valid, attribute, message)
+    p = np.diff(cumulative, prepend=0, append=1)
+    message = f"{attribute}: got probabilities {p.min():g} to {p.max():g}, expected 0 to 1"
+    yield CheckResult(bool((p >= -table_checks.PROBABILITY_TOLERANCE).all()), attribute, message)
+
+
+def _can_be_sampled(chance: object) -> bool:
+    """Return whether the numbers of a distribution are valid, so that it can be sampled."""
+    match chance:
+        case DiscreteUniform(n, max_n):
+            return bool(((np.asarray(n) >= 1) & (np.asarray(n) <= max_n)).all())
+        case Uniform(low, high):
+            return bool(np.isfinite(low).all() and np.isfinite(high).all())
+        case Normal():
+            return all(np.isfinite(array).all() for array in vars(chance).values())
+    return True
+
+
+def _sample_median_events(chances: tuple[Chance, ...]) -> tuple[Array, ...]:
+    """Return the events that uniforms of 0.5 give, in the middle of their range."""
+    return sample_all(
+        chances, np.full((TRIED_ROWS, sum(chance.uniform_count for chance in chances)), 0.5)
+    )

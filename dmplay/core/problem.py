@@ -1,0 +1,528 @@
+"""The base class of problems, and the exact enumeration of their outcomes."""
+
+import inspect
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, fields
+from functools import cached_property
+from itertools import product
+from typing import NamedTuple, Self
+
+import numpy as np
+
+from dmplay.core import user_code_locations
+from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy, select_seat_observations
+from dmplay.core.chance import Chance, FiniteChance, sample_all
+from dmplay.core.parameters import INTEGER_TYPES, check_parameters, parameter
+from dmplay.core.policy import FIELD_OMITTED, Percept
+from dmplay.core.spaces import Interval, Labels, ObservationSpace, normalize_label
+from dmplay.core.work_budget import Budget
+from dmplay.errors import BadParameter, UnknownName
+
+MAX_LISTING_BYTES = 384 * 2**20  # maximum bytes of an array over all states, or over their outcomes
+INIT_REFUSED_MESSAGE = (
+    "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
+)
+WAIT_LABEL = "wait"  # label of the only legal action of an inactive agent
+
+
+class ContinuousStates(NamedTuple):
+    """A state space that is part of R^dimensions."""
+
+    dimensions: int
+
+
+class UniformCounts(NamedTuple):
+    """The number of uniforms that one row consumes at the start, and in each turn."""
+
+    start: int
+    step: int
+
+
+class Outcome(NamedTuple):
+    """The outcome of one joint action, for B rows and n agents.
+
+    The arrays are `state` `[B, ...]` and `rewards` `[B, n]`. In a partially observable problem,
+    `observations` are label indices or texts `[B, n]`, or numbers `[B, n, size]`; else they are the
+    next state itself.
+    """
+
+    state: Array  # [B, ...]
+    rewards: Reals  # [B, n]
+    observations: Array  # [B, n, ...]; the next state itself if it is fully observable
+
+
+def check_problem(problem: object, turn_limit: int | None) -> None:
+    """Raise BadParameter unless this is a Problem and the turn limit is None, or 0 or more."""
+    if not isinstance(problem, Problem):
+        source = "dmplay.load_problem(NAME)"
+        if isinstance(problem, type) and issubclass(problem, Problem):
+            source = f"{problem.__name__}()"
+        raise BadParameter(f"got {problem!r}, expected a problem, such as {source}")
+    if turn_limit is not None and (not isinstance(turn_limit, INTEGER_TYPES) or turn_limit < 0):
+        raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
+
+
+def check_rewards(problem: "Problem", rewards: Reals) -> None:
+    """Raise BadParameter if a reward `[B, n]` is NaN, infinite or too large to be summed.
+
+    The error names the line of user-defined code. Without it, a NaN would be written into files
+    that no reader accepts.
+    """
+    if (
+        rewards.min(initial=0.0) >= -MAX_REWARD  # False for NaN
+        and rewards.max(initial=0.0) <= MAX_REWARD
+    ):
+        return
+    invalid = ~(np.abs(rewards) <= MAX_REWARD)
+    name = user_code_locations.locate_definition(type(problem), "resolve_events")
+    raise BadParameter(
+        f"{name or type(problem).__name__} resolve_events: got the reward {rewards[invalid][0]:g} "
+        f"of {problem.agents[int(invalid.nonzero()[1][0])]}, expected a number "
+        f"from {-MAX_REWARD:g} to {MAX_REWARD:g}"
+    )
+
+
+MAX_REWARD = 1e290  # of one turn; the sum over any game is finite, too
+
+
+@dataclass(frozen=True)
+class Problem(ABC):
+    """A decision problem with n agents and one Markov state.
+
+    Arrays are batch-first and C-ordered. An attribute that never varies is a plain class attribute;
+    one that depends on the parameters is a property. The dynamics are `chance` and
+    `resolve_events`; everything else is derived from these two.
+    """
+
+    discount: float = parameter(1.0, "factor on the rewards of each later turn", 0.0, 1.0)
+
+    def __init_subclass__(cls) -> None:
+        """Use a class attribute with a parameter's name, such as `discount = 0.95`, as its
+        default.
+        """
+        super().__init_subclass__()
+        if "__init__" in vars(cls):
+            location = user_code_locations.locate_definition(cls, "__init__")
+            raise BadParameter(f"{location} __init__: {INIT_REFUSED_MESSAGE}")
+        bases = [_ensure_dataclass(base) for base in cls.__bases__ if issubclass(base, Problem)]
+        inherited_types = {
+            base_field.name: base_field.type for base in bases for base_field in fields(base)
+        }
+        annotations = inspect.get_annotations(cls)
+        new_default_types = {
+            name: inherited_types[name]
+            for name in inherited_types
+            if name in vars(cls) and name not in annotations
+        }
+        if new_default_types:
+            cls.__annotations__ = new_default_types | annotations
+
+    def __new__(cls, *args: object, **kwargs: object) -> Self:
+        """Return an instance; a subclass without a decorator becomes a dataclass first."""
+        _ensure_dataclass(cls)
+        return super().__new__(cls)
+
+    @property
+    def agents(self) -> tuple[str, ...]:
+        """The names of the agents, in seat order."""
+        return ("agent",)
+
+    @property
+    @abstractmethod
+    def actions(self) -> tuple[Labels | Interval, ...]:
+        """The action set of each agent."""
+
+    @cached_property
+    def action_counts(self) -> tuple[int, ...]:
+        """The number of actions of each agent; 0 if its actions are real numbers."""
+        return tuple(len(action_set.labels) for action_set in self.actions)
+
+    @property
+    def observations(self) -> tuple[ObservationSpace, ...]:
+        """The observation space of each agent, all of one type; () if agents see the state."""
+        return ()
+
+    @cached_property
+    def observation_counts(self) -> tuple[int, ...]:
+        """The number of possible observations of each agent; BadParameter if they have no
+        labels.
+        """
+        labels = [space for space in self.observations if isinstance(space, Labels)]
+        if len(labels) < len(self.observations):
+            name = type(self).__name__
+            raise BadParameter(f"{name} has observations without labels: they cannot be listed")
+        return tuple(map(len, labels))
+
+    @cached_property
+    def partially_observable(self) -> bool:
+        """True if agents see less than the state."""
+        return bool(self.observations)
+
+    @property
+    def state_count(self) -> int | float | ContinuousStates:
+        """The number of states, `math.inf`, or a part of R^dimensions; 1 for simple games."""
+        return 1
+
+    @property
+    def horizon(self) -> int | None:
+        """The default number of turns in play, or None; the dynamics have no horizon."""
+        return None
+
+    @property
+    def can_run_forever(self) -> bool:
+        """True if a game may never end, so that games of agents alone need a turn limit."""
+        return True
+
+    @property
+    def shared_reward(self) -> bool:
+        """True if all agents always receive the same reward."""
+        return False
+
+    @property
+    def reward_bounds(self) -> tuple[float, float] | None:
+        """The smallest and the largest reward of a turn, or None if unknown."""
+        return None
+
+    @property
+    def state_bounds(self) -> tuple[Array, Array] | None:
+        """The smallest and the largest value of each number of a state, or None if unknown."""
+        return None
+
+    @property
+    def rewards_observable(self) -> bool:
+        """True if a seat may see its reward each turn; by default only if states are not hidden."""
+        return not self.partially_observable
+
+    @property
+    def action_aliases(self) -> Mapping[str, str]:
+        """Other names of actions: alias -> label."""
+        return {}
+
+    def __post_init__(self) -> None:
+        """Raise BadParameter if a parameter has a wrong type or is out of bounds."""
+        check_parameters(self)
+
+    @abstractmethod
+    def initial_chance(self, rows: int) -> tuple[Chance, ...]:
+        """Return the independent chances that are sampled before the game."""
+
+    @abstractmethod
+    def initial_states(self, rows: int, events: tuple[Array, ...]) -> Array:
+        """Return the initial states `[rows, ...]` for the sampled events."""
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        """Return the independent chances that are sampled in this turn; none unless overridden."""
+        return ()
+
+    @abstractmethod
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        """Return the outcome of the joint actions `a` in the states `s` for the sampled events."""
+
+    @abstractmethod
+    def format_state(self, s: Array) -> str:
+        """Return one state, without the batch axis, as a line of text that loses nothing."""
+
+    @abstractmethod
+    def parse_state(self, text: str) -> Array:
+        """Return the state that `format_state` wrote."""
+
+    def terminal(self, s: Array) -> Bools:
+        """Return a mask `[B]` of the terminal states, which absorb and have reward 0."""
+        return np.zeros(len(s), bool)
+
+    def legal_actions_mask(self, s: Array) -> Bools | None:
+        """Return the mask `[B, n, A]` of the legal actions; None if all are legal."""
+        return None
+
+    def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
+        """Return the action labels of each agent in one state, or None if they do not depend on it.
+
+        There are as many as in `actions`, whose labels mean the same in every state and are those
+        that transcripts record. A seat reads its labels, so they must reveal only what the seat may
+        know.
+        """
+        return None
+
+    def inactive_agents(self, s: Array) -> Bools:
+        """Return a mask `[B, n]` of the inactive agents, whose only legal action is to wait."""
+        inactive = np.zeros((len(s), len(self.agents)), bool)
+        legal = self.legal_actions_mask(s) if len(self.agents) > 1 else None
+        if legal is None:
+            return inactive
+        for seat, action_set in enumerate(self.actions):
+            if WAIT_LABEL in action_set.labels:
+                seat_legal = legal[:, seat]
+                inactive[:, seat] = seat_legal[:, action_set.labels.index(WAIT_LABEL)] & (
+                    seat_legal.sum(axis=1) == 1
+                )
+        return inactive
+
+    def wait_action(self, seat: int) -> int:
+        """Return the index of the wait action of a seat."""
+        return self.actions[seat].labels.index(WAIT_LABEL)
+
+    def format_transcript_state(self, s: Array) -> str:
+        """Return the state as transcripts record it: `format_state`, unless it grows with the
+        game.
+        """
+        return self.format_state(s)
+
+    def description(self) -> str:
+        """Return the description of the problem: the docstring of its class."""
+        return inspect.getdoc(type(self)) or ""
+
+    def enumerate_states(self) -> Array:
+        """Return all states of a finite problem `[S, ...]` in index order; else raise
+        BadParameter.
+        """
+        if not isinstance(self.state_count, int):
+            raise BadParameter(f"{type(self).__name__} has no finite list of states")
+        check_listing_size(self, self.state_count)
+        return np.arange(self.state_count)
+
+    def state_indices(self, s: Array) -> Ints:
+        """Return the index `[B]` of each state in `enumerate_states`."""
+        return s
+
+    def joint_belief_update(
+        self, belief: Reals, actions: Sequence[int | None], observations: Sequence[int | None]
+    ) -> Reals:
+        """Return the joint probability `[S]` of these observations and each next state.
+
+        The current state has the distribution `belief` `[S]`. None means unknown: an unknown action
+        is taken to be uniformly random, an unknown observation is ignored.
+        """
+        support = np.flatnonzero(belief)
+        pairs = zip(actions, self.action_counts, strict=True)
+        options = [range(action_count) if a is None else (a,) for a, action_count in pairs]
+        joint_actions = np.array(list(product(*options)))
+        states = self.enumerate_states()[support]
+        p, outcome = enumerate_outcomes(
+            self,
+            np.repeat(states, len(joint_actions), axis=0),
+            np.tile(joint_actions, (len(states), 1)),
+        )
+        weight = p * np.repeat(belief[support] / len(joint_actions), len(joint_actions))[:, None]
+        for seat, observation in enumerate(observations):
+            if observation is not None:
+                weight = weight * (outcome.observations[:, :, seat] == observation)
+        next_states = next_state_indices(self, outcome).reshape(-1)
+        return np.bincount(next_states, weight.reshape(-1), minlength=len(belief)).astype(float)
+
+    @cached_property
+    def uniform_counts(self) -> UniformCounts:
+        """The number of uniforms that one row consumes at the start, and in each turn."""
+        initial_chances = self.initial_chance(1)
+        start_count = sum(chance.uniform_count for chance in initial_chances)
+        s = self.initial_states(1, sample_all(initial_chances, np.zeros((1, start_count))))
+        a = np.array([[action_set.candidate_actions()[0] for action_set in self.actions]])
+        return UniformCounts(start_count, sum(chance.uniform_count for chance in self.chance(s, a)))
+
+    def sample_initial_states(self, u: Reals) -> Array:
+        """Return initial states `[B, ...]` from uniforms `[B, uniform_counts.start]`."""
+        return self.initial_states(len(u), sample_all(self.initial_chance(len(u)), u))
+
+    def step(self, s: Array, a: Array, u: Reals) -> Outcome:
+        """Return the outcome of one turn of B rows.
+
+        The states are `s`, the joint actions `a` `[B, n]`, the uniforms `u` `[B,
+        uniform_counts.step]`.
+        """
+        return self.resolve_events(s, a, sample_all(self.chance(s, a), u))
+
+    def initial_observations(self, s: Array) -> Array:
+        """Return the observations `[B, n, ...]` of hidden initial states; null unless
+        overridden.
+        """
+        return np.stack([space.null_observation(len(s)) for space in self.observations], axis=1)
+
+    def initial_observation(self, s: Array, seat: int) -> Array:
+        """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
+        return readonly_copy(
+            select_seat_observations(self.initial_observations(s), seat)
+            if self.partially_observable
+            else s
+        )
+
+    def build_percept(
+        self,
+        seat: int,
+        actions: Array,
+        outcome: Outcome,
+        field_names: Collection[str] = Percept._fields,
+    ) -> Percept:
+        """Return the information that a turn with joint actions `[B, n]` gives a seat, as copies.
+
+        Only the fields in `field_names` are copied; the others are empty.
+        """
+
+        def copy_if_required(name: str, array: Array) -> Array:
+            """Return a copy of an array if its field is required, else FIELD_OMITTED."""
+            return readonly_copy(array) if name in field_names else FIELD_OMITTED
+
+        observation = (
+            select_seat_observations(outcome.observations, seat)
+            if self.partially_observable
+            else outcome.observations
+        )
+        return Percept(
+            copy_if_required("action", actions[:, seat]),
+            copy_if_required("observation", observation),
+            None if self.partially_observable else copy_if_required("actions", actions),
+            copy_if_required("reward", outcome.rewards[:, seat])
+            if self.rewards_observable
+            else None,
+        )
+
+    @property
+    def kind(self) -> str:
+        """The class of problem, such as MDP, POMDP or Markov game, derived from its attributes."""
+        if self.state_count == 1:
+            return "simple game"
+        if len(self.agents) == 1:
+            return "POMDP" if self.partially_observable else "MDP"
+        if not self.partially_observable:
+            return "Markov game"
+        return "Dec-POMDP" if self.shared_reward else "POMG"
+
+    def seat_index(self, name: str) -> int:
+        """Return the index of the agent with this name; raise UnknownName if there is none."""
+        if name not in self.agents:
+            raise UnknownName("seat", name, self.agents)
+        return int(self.agents.index(name))
+
+    def parse_action(self, seat: int, text: str) -> float:
+        """Return the action that a typed text names: an index, or a number of the interval."""
+        return self.actions[seat].parse_action(self.action_aliases.get(normalize_label(text), text))
+
+    def format_action(self, seat: int, action: float) -> str:
+        """Return the label of an action, or its number as text."""
+        return self.actions[seat].format_action(action)
+
+
+def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:
+    """Return a subclass as a frozen dataclass, applying the decorator if it is missing."""
+    return (
+        problem_class
+        if "__dataclass_fields__" in vars(problem_class)
+        else dataclass(frozen=True)(problem_class)
+    )
+
+
+class OutcomeDistribution(NamedTuple):
+    """Every outcome of a turn with its probability, for B rows and K joint events."""
+
+    probabilities: Reals  # [B, K]
+    outcomes: Outcome  # arrays [B, K, ...]
+
+
+def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribution:
+    """Return every outcome of joint actions in these states, with its probability.
+
+    The states `s` are `[B, ...]`, the joint actions `a` `[B, n]`, given as indices. The
+    probabilities are `[B, K]`, the arrays of the outcomes `[B, K, ...]`. Raise IllegalAction for an
+    index without an action, BadParameter if chance samples real numbers, BudgetExceeded if there
+    are too many outcomes to list. The states, and the legality of the actions in them, are not
+    checked.
+    """
+    check_problem(problem, None)
+    for agent, action_set, seat_actions in zip(problem.agents, problem.actions, a.T, strict=True):
+        for action in (
+            (seat_actions.min(), seat_actions.max()) if action_set.labels and len(a) else ()
+        ):
+            action_set.validate_action(action.item(), agent)
+    chances = _require_finite_chances(problem, problem.chance(s, a))
+    row_count = len(s)
+    probabilities, events = _enumerate_joint_events(chances, row_count)
+    event_count = probabilities.shape[1]
+    outcome = problem.resolve_events(
+        np.repeat(s, event_count, axis=0), np.repeat(a, event_count, axis=0), events
+    )
+    check_rewards(problem, outcome.rewards)
+    arrays = [array.reshape(row_count, event_count, *array.shape[1:]) for array in outcome]
+    return OutcomeDistribution(probabilities, Outcome(*arrays))
+
+
+def enumerate_possible_outcomes(
+    problem: Problem, s: Array, a: Array
+) -> tuple[Ints, Reals, Outcome]:
+    """Return the N outcomes of positive probability: their rows, probabilities and outcomes."""
+    probabilities, events = _enumerate_joint_events(
+        _require_finite_chances(problem, problem.chance(s, a)), len(s)
+    )
+    row, _ = nonzero = np.nonzero(probabilities)
+    possible_events = tuple(event.reshape(probabilities.shape)[nonzero] for event in events)
+    outcome = problem.resolve_events(s[row], a[row], possible_events)
+    check_rewards(problem, outcome.rewards)
+    return row, probabilities[nonzero], outcome
+
+
+def check_listing_size(problem: Problem, number_count: float) -> None:
+    """Raise BudgetExceeded if a list of this many numbers over the states would be too large."""
+    task = f"{type(problem).__name__}: a list of its states"
+    Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
+        24.0 * number_count
+    )
+
+
+def next_state_indices(problem: Problem, outcome: Outcome) -> Ints:
+    """Return the indices `[B, K]` of the next states that `enumerate_outcomes` lists."""
+    row_count, event_count, *state_shape = outcome.state.shape
+    return checked_state_indices(
+        problem, outcome.state.reshape(row_count * event_count, *state_shape)
+    ).reshape(row_count, event_count)
+
+
+def checked_state_indices(problem: Problem, s: Array) -> Ints:
+    """Return the index `[B]` of each state; raise BadParameter for an invalid state."""
+    indices, count = problem.state_indices(s), problem.state_count
+    if isinstance(count, int) and len(s) and not 0 <= indices.min() <= indices.max() < count:
+        index_range = f"{indices.min()} to {indices.max()}"
+        raise BadParameter(
+            f"got states {index_range}, expected 0 to {count - 1}, as many as there are"
+        )
+    return indices
+
+
+def initial_state_distribution(problem: Problem) -> tuple[Reals, Array]:
+    """Return the probabilities `[K]` and the initial states `[K, ...]`; a state may occur twice."""
+    probabilities, events = _enumerate_joint_events(
+        _require_finite_chances(problem, problem.initial_chance(1)), 1
+    )
+    return probabilities[0], problem.initial_states(probabilities.shape[1], events)
+
+
+def _require_finite_chances(
+    problem: Problem, chances: tuple[Chance, ...]
+) -> tuple[FiniteChance, ...]:
+    """Return the chances; raise BadParameter if one of them samples real numbers."""
+    finite = tuple(chance for chance in chances if isinstance(chance, FiniteChance))
+    if len(finite) < len(chances):
+        name = type(problem).__name__
+        raise BadParameter(f"{name} draws real numbers: its outcomes cannot be listed")
+    return finite
+
+
+def _enumerate_joint_events(
+    chances: tuple[FiniteChance, ...], rows: int
+) -> tuple[Reals, tuple[Array, ...]]:
+    """Return the probabilities `[B, K]` of all joint events, and the events, each `[B * K]`."""
+    distributions = [
+        np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)
+    ]
+    joint_count = math.prod(p.shape[1] for p in distributions)
+    task = f"listing {rows * joint_count} outcomes one by one"
+    budget = Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
+    budget.check_memory(8.0 * rows * joint_count * (4 + 3 * len(distributions)))
+    event_grid = np.indices([p.shape[1] for p in distributions]).reshape(
+        len(distributions), joint_count
+    )
+    probabilities = np.ones((rows, joint_count))
+    events = []
+    for indices, p in zip(event_grid, distributions, strict=True):
+        probabilities = probabilities * p[:, indices]
+        # An impossible event is replaced by the first one; its weight is 0 in any case.
+        events.append(np.where(p[:, indices] > 0, indices, 0).reshape(-1))
+    return probabilities, tuple(events)

@@ -1,0 +1,97 @@
+"""The history of what one seat has observed, and the beliefs computed from it."""
+
+from collections.abc import Sequence
+from threading import Lock
+from typing import NamedTuple, TypeVar, overload
+
+from dmplay.core import belief as beliefs
+from dmplay.core.arrays import Array, Reals, readonly_copy
+from dmplay.core.problem import Problem
+
+# Held while beliefs are computed, because a view may be drawn during a background task.
+BELIEF_LOCK = Lock()
+
+T = TypeVar("T")
+
+
+class HistorySnapshot(Sequence[T]):
+    """The items of a list at one moment; items that are appended later are not included."""
+
+    def __init__(self, items: list[T]) -> None:
+        self._items, self._length = items, len(items)
+
+    def __len__(self) -> int:
+        return self._length
+
+    @overload
+    def __getitem__(self, index: int) -> T: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[T, ...]: ...
+    def __getitem__(self, index: int | slice) -> T | tuple[T, ...]:
+        if isinstance(index, slice):
+            return tuple(self._items[position] for position in range(self._length)[index])
+        position = index + self._length if index < 0 else index
+        if not 0 <= position < self._length:
+            raise IndexError(f"got {index}, expected one of {self._length}")
+        return self._items[position]
+
+
+class SeatHistory(NamedTuple):
+    """The full history of one seat, in lists of its own that give no access to the game."""
+
+    observations: list[Array]  # one more than turns
+    actions: list[float]
+    joint_actions: list[Array]
+    rewards: list[float]
+    beliefs: list[Reals]  # those computed so far, at most one more than turns
+    action_labels: list[str]  # labels of the seat's actions, if labels depend on the state
+
+    def copy_until_turn(self, turns: int) -> "SeatHistory":
+        """Return the history up to a turn."""
+        return SeatHistory(
+            self.observations[: turns + 1],
+            self.actions[:turns],
+            self.joint_actions[:turns],
+            self.rewards[:turns],
+            self.beliefs[: turns + 1],
+            self.action_labels[:turns],
+        )
+
+
+class BeliefHistory(HistorySnapshot[Reals]):
+    """The beliefs of a seat before the first turn and after each, computed when they are read.
+
+    They are computed from the seat's history alone.
+    """
+
+    def __init__(self, problem: Problem, seat: int, history: SeatHistory) -> None:
+        super().__init__(history.beliefs)
+        self._length = len(history.observations)
+        self._problem, self._seat, self._history = problem, seat, history
+
+    @overload
+    def __getitem__(self, index: int) -> Reals: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Reals, ...]: ...
+    def __getitem__(self, index: int | slice) -> Reals | tuple[Reals, ...]:
+        indices = range(self._length)[index]
+        last = max(indices, default=-1) if isinstance(indices, range) else indices
+        cached = self._history.beliefs
+        with BELIEF_LOCK:
+            for turn in range(len(cached), last + 1):
+                cached.append(readonly_copy(self._belief_after(turn)))
+        return super().__getitem__(index)
+
+    def _belief_after(self, turn: int) -> Reals:
+        """Return the belief after a turn, computed from the belief before it."""
+        if not turn:
+            return beliefs.initial_seat_belief(
+                self._problem, self._seat, self._history.observations[0]
+            )
+        joint_action: list[int | None] = [None] * len(self._problem.agents)
+        joint_observation = list(joint_action)
+        joint_action[self._seat] = int(self._history.actions[turn - 1])
+        joint_observation[self._seat] = int(self._history.observations[turn])
+        return beliefs.update_belief(
+            self._problem, self._history.beliefs[turn - 1], joint_action, joint_observation
+        ).belief

@@ -1,0 +1,140 @@
+"""Checks of a problem that is made of arrays: shapes, numbers, rows that sum to 1."""
+
+import math
+from collections.abc import Sequence
+from itertools import product
+
+import numpy as np
+
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Labels
+from dmplay.core.sparse_matrix import SparseMatrix
+from dmplay.core.tabular import SparseTables, Tables, Tabular
+from dmplay.core.violation import CheckResult, CheckResults, check_real_array
+
+PROBABILITY_TOLERANCE = 1e-6  # tolerance of probabilities and of their sums
+MAX_REPORTED_ROWS = 3  # maximum number of rows reported
+
+
+def check_tables(problem: Problem) -> CheckResults:
+    """Yield checks that a problem made of arrays has them, with labels for rows and columns."""
+    if not isinstance(problem, Tabular):
+        return
+    message = "actions: expected Labels, which are rows of the arrays"
+    yield CheckResult(all(problem.action_counts), "actions", message)
+    has_labels = all(isinstance(space, Labels) for space in problem.observations)
+    message = "observations: expected Labels, which are columns of the array"
+    yield CheckResult(has_labels, "observations", message)
+    message = f"tables: got {type(problem.tables).__name__}, expected Tables(...)"
+    yield CheckResult(isinstance(problem.tables, Tables | SparseTables), "tables", message)
+
+
+def check_transition(problem: Problem) -> CheckResults:
+    """Yield checks of the transition array T of a problem made of arrays."""
+    if not isinstance(problem, Tabular):
+        return
+    tables, names = problem.tables, list(problem.state_names)
+    joint_actions = _joint_labels([space.labels for space in problem.actions])
+    yield from _check_distributions(
+        "tables.transition", tables.transition, [names, joint_actions, names]
+    )
+
+
+def check_rewards(problem: Problem) -> CheckResults:
+    """Yield checks of the reward array R of a problem made of arrays.
+
+    R is indexed by state and action, and optionally by the next state and the observation.
+    """
+    if not isinstance(problem, Tabular):
+        return
+    tables, agents = problem.tables, len(problem.agents)
+    state_count, joint_action_count = len(problem.state_names), math.prod(problem.action_counts)
+    observation_count = math.prod(problem.observation_counts)
+    shapes = [
+        (state_count, joint_action_count, agents),
+        (state_count, joint_action_count, state_count, agents),
+        (state_count, joint_action_count, state_count, observation_count, agents),
+    ]
+    if isinstance(tables, SparseTables):
+        entry_count = len(tables.transition.columns)
+        shapes = [
+            (state_count * joint_action_count, agents),
+            (entry_count, agents),
+            (entry_count * observation_count, agents),
+        ]
+    matching = [shape for shape in shapes if np.shape(tables.rewards) == shape]
+    yield from check_real_array(
+        "tables.rewards", "tables.rewards", tables.rewards, *(matching or shapes)[:1]
+    )
+
+
+def check_observations(problem: Problem) -> CheckResults:
+    """Yield checks of the observation array O of a problem made of arrays."""
+    if not isinstance(problem, Tabular):
+        return
+    array = problem.tables.observation
+    if not problem.partially_observable:
+        message = "tables.observation: expected None where no observations are named"
+        yield CheckResult(array is None, "tables.observation", message)
+        return
+    labels = [space for space in problem.observations if isinstance(space, Labels)]
+    joint_actions = _joint_labels([space.labels for space in problem.actions])
+    yield from _check_distributions(
+        "tables.observation",
+        array,
+        [joint_actions, list(problem.state_names), _joint_labels(labels)],
+    )
+
+
+def check_start_belief(problem: Problem) -> CheckResults:
+    """Yield checks of the initial belief of a problem made of arrays."""
+    if isinstance(problem, Tabular):
+        names = list(problem.state_names)
+        yield from _check_distributions("initial_belief", problem.initial_belief, [names])
+
+
+def _joint_labels(labels: Sequence[Sequence[str]]) -> list[str]:
+    """Return the joint labels of several agents; the first agent's varies slowest."""
+    return [" ".join(combination) for combination in product(*labels)]
+
+
+def _check_distributions(
+    attribute: str, table: object, names: Sequence[Sequence[str]]
+) -> CheckResults:
+    """Yield checks that the rows of an array or a sparse matrix are probabilities.
+
+    `names` has the labels of each axis.
+    """
+    sizes = tuple(map(len, names))
+    if isinstance(table, SparseMatrix):
+        has_no_negative_column, shape = table.columns.min() >= 0, (math.prod(sizes[:-1]) + 1,)
+        is_valid = (
+            table.row_starts.shape == shape
+            and has_no_negative_column
+            and table.columns.max() < sizes[-1]
+        )
+        yield CheckResult(
+            is_valid, attribute, f"{attribute}: got other rows or columns than there are names"
+        )
+        yield from check_real_array(attribute, attribute, table.values, table.columns.shape)
+        sums, lowest = table.row_sums(table.values).reshape(sizes[:-1]), table.values.min()
+        message = f"{attribute}: got {lowest:g}, expected no negative probability"
+        yield CheckResult(bool(lowest >= 0), attribute, message)
+    else:
+        yield from check_real_array(attribute, attribute, table, sizes)
+        array = np.asarray(table)
+        sums = array.sum(axis=-1)
+        for index in np.argwhere(array < 0)[:MAX_REPORTED_ROWS]:
+            got = f"{attribute}{_format_index(names, index)} is {array[tuple(index)]:g}"
+            yield CheckResult(
+                False, attribute, f"{got}, expected no negative probability", independent=True
+            )
+    for index in np.argwhere(abs(sums - 1) > PROBABILITY_TOLERANCE)[:MAX_REPORTED_ROWS]:
+        got = f"{attribute}{_format_index(names, index)} sums to {sums[tuple(index)]:g}"
+        yield CheckResult(False, attribute, f"{got}, expected 1", independent=True)
+
+
+def _format_index(names: Sequence[Sequence[str]], index: Sequence[int]) -> str:
+    """Return a position in an array as labels in brackets; '' if it has no axes."""
+    labels = ", ".join(axis[position] for axis, position in zip(names, index, strict=False))
+    return f"[{labels}]" if labels else ""

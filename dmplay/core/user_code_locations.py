@@ -1,0 +1,140 @@
+"""The file and line of definitions and errors in user-defined code."""
+
+import ast
+import inspect
+import os
+import sysconfig
+import traceback
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+from dmplay.errors import clip_message
+
+PACKAGE_FOLDER = str(Path(__file__).parents[1])
+STDLIB_FOLDER = sysconfig.get_path("stdlib")
+INSTALLED_PREFIXES = (
+    PACKAGE_FOLDER,
+    STDLIB_FOLDER,
+    *map(sysconfig.get_path, ("purelib", "platlib")),
+    "<",
+)
+# folders of installed packages, also in other environments
+LIBRARY_FOLDERS = {"site-packages", "dist-packages"}
+
+
+def describe_error_location(error: BaseException) -> str:
+    """Return the line of user-defined code that an error comes from, and the error; "" if none.
+
+    User-defined is all code outside of dmplay, the standard library and installed packages.
+    """
+    frames = traceback.extract_tb(error.__traceback__)
+    user_frames = [frame for frame in frames if not _is_installed(frame.filename)]
+    if not user_frames:
+        return ""
+    error_text = f"{type(error).__name__}: {error}".partition("\n")[0].removesuffix(": ")
+    location = format_location(user_frames[-1].filename, user_frames[-1].lineno)
+    return f"{location}: {clip_message(error_text)}"
+
+
+def describe_exit_location(error: SystemExit) -> str:
+    """Return the line of user-defined code that raised SystemExit, and the error; "" if none.
+
+    The result is "" if dmplay itself ends the program, as it does for signals.
+    """
+    last_frame = traceback.extract_tb(error.__traceback__)[-1]
+    return "" if _is_installed(last_frame.filename) else describe_error_location(error)
+
+
+def _is_installed(file: str) -> bool:
+    """Return whether a file belongs to dmplay, the standard library or an installed package."""
+    return file.startswith(INSTALLED_PREFIXES) or not LIBRARY_FOLDERS.isdisjoint(Path(file).parts)
+
+
+def locate_definition(
+    user_class: type, name: str = "", argument: str = "", order: Sequence[str] = ()
+) -> str:
+    """Return the file and line where a user-defined class defines a name.
+
+    If the value is a call, `argument` selects the line of this argument; `order` names the
+    positional ones. If the class leaves the name to dmplay, return the line where the class begins;
+    "" for a class without a file.
+    """
+    for base in user_class.__mro__:
+        if name in vars(base) and not _class_file(base).startswith(PACKAGE_FOLDER):
+            return _definition_line(base, name, argument, order)
+    class_node = _find_class_node(user_class)
+    return format_location(_class_file(user_class), class_node.lineno) if class_node else ""
+
+
+def format_location(file: str, line: int | None) -> str:
+    """Return a file and a line as a person types them: `./tiger.py:14`."""
+    path = os.path.relpath(file)
+    path = file if path.startswith(os.path.join("..", "..")) else path
+    path = path if path.startswith((".", os.sep)) else os.path.join(".", path)
+    return f"{path}:{line}" if line else path
+
+
+def _class_file(kind: type) -> str:
+    """Return the source file of a class; "" if it has none, or one of the standard library."""
+    try:
+        file = inspect.getsourcefile(kind) or ""
+    except (TypeError, OSError):  # built in, or defined at a prompt
+        return ""
+    return "" if file.startswith(STDLIB_FOLDER) else file
+
+
+@cache
+def _parse_source(file: str, changed: float) -> ast.Module:
+    """Return the syntax tree of a file, cached by its modification time."""
+    # bytes, so that the encoding declaration is respected
+    return ast.parse(Path(file).read_bytes())
+
+
+def _find_class_node(kind: type) -> ast.ClassDef | None:
+    """Return the syntax node of a class in its file; None if the file or the class is missing."""
+    file = _class_file(kind)
+    if not os.path.isfile(file):
+        return None
+    nodes = ast.walk(_parse_source(file, os.path.getmtime(file)))
+    classes = (node for node in nodes if isinstance(node, ast.ClassDef))
+    return next((node for node in classes if node.name == kind.__name__), None)
+
+
+def _definition_line(kind: type, name: str, argument: str, order: Sequence[str]) -> str:
+    """Return the file and line of a method or a value that a class itself defines."""
+    attribute = vars(kind)[name]
+    function = getattr(attribute, "fget", None) or getattr(attribute, "func", None) or attribute
+    if inspect.isfunction(function):
+        code = function.__code__
+        return format_location(code.co_filename, code.co_firstlineno)
+    class_node = _find_class_node(kind)
+    for node in class_node.body if class_node else ():
+        if any(
+            isinstance(target, ast.Name) and target.id == name
+            for target in _assignment_targets(node)
+        ):
+            return format_location(_class_file(kind), _argument_line(node, argument, order))
+    return locate_definition(kind)
+
+
+def _assignment_targets(node: ast.stmt) -> list[ast.AST]:
+    """Return the nodes of the targets that an assignment assigns to; empty for other statements."""
+    targets = node.targets if isinstance(node, ast.Assign) else [getattr(node, "target", node)]
+    assignment_types = ast.Assign | ast.AnnAssign
+    return (
+        [child for target in targets for child in ast.walk(target)]
+        if isinstance(node, assignment_types)
+        else []
+    )
+
+
+def _argument_line(node: ast.stmt, argument: str, order: Sequence[str]) -> int:
+    """Return the line of an argument of the assigned call, else the line of the statement."""
+    call = getattr(node, "value", None)
+    if not argument or not isinstance(call, ast.Call):
+        return node.lineno
+    arguments = dict(zip(order, call.args, strict=False)) | {
+        keyword.arg: keyword.value for keyword in call.keywords
+    }
+    return arguments[argument].lineno if argument in arguments else node.lineno

@@ -1,0 +1,186 @@
+"""Solutions of games in which every agent observes the state: their equilibria."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.agents import fully_observable_problems
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.text import format_count, format_upper_bound
+from dmplay.evaluation.solutions.mdps import format_start_values, select_listed_states
+from dmplay.evaluation.solutions.simulated_returns import resolve_horizon
+from dmplay.evaluation.solutions.solution import Row, Solution, format_mixed_strategy
+from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.solvers.games import (
+    best_response_dynamics,
+    bimatrix_game,
+    extreme_equilibria,
+    lemke_howson,
+    markov_game_policy_iteration,
+    regret_matching,
+)
+from dmplay.solvers.games.bimatrix_game import MixedProfile
+from dmplay.solvers.mdp import transition_graph
+
+
+def solve_nash_equilibria(problem: Problem) -> Solution:
+    """Return every Nash equilibrium of one round of two agents, or one if they are too many.
+
+    If there are infinitely many, these are the extreme equilibria, of which all others are
+    mixtures.
+    """
+    payoffs = bimatrix_game.build_payoffs(problem)
+    extreme = extreme_equilibria.find_extreme_equilibria(payoffs)
+    profiles = extreme or bimatrix_game.enumerate_equilibria_if_small(payoffs)
+    if not profiles:
+        profile = lemke_howson.find_equilibrium(payoffs)
+        largest_gain = max(float(bimatrix_game.compute_regrets(payoffs, profile).max()), 0.0)
+        rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
+        summary = (
+            "a Nash equilibrium of one round; by another "
+            f"action nobody gains {_format_gain(largest_gain)}"
+        )
+        return Solution(
+            "Lemke and Howson's pivoting", summary, [_build_strategy_row(problem, profile, rewards)]
+        )
+    rows = [
+        _build_strategy_row(
+            problem, profile, bimatrix_game.compute_utilities(payoffs, profile).tolist()
+        )
+        for profile in profiles
+    ]
+    method = f"{'vertex' if extreme else 'support'} enumeration"
+    if _has_mixtures(extreme):
+        count_text = (
+            f"{len(rows)} extreme Nash equilibria of one round; all others are mixtures of these"
+        )
+        return Solution(method, count_text, rows)
+    count_text = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
+    return Solution(method, count_text, rows)
+
+
+def _has_mixtures(extreme: Sequence[MixedProfile]) -> bool:
+    """Return whether mixtures of some of these equilibria are equilibria too.
+
+    They are if an agent plays the same strategy in two of them.
+    """
+    return any(
+        len({strategy.tobytes() for strategy in strategies}) < len(extreme)
+        for strategies in zip(*extreme, strict=True)
+    )
+
+
+def solve_many_player_game(problem: Problem) -> Solution:
+    """Return near-equilibrium strategies of more than two agents in one round."""
+    payoffs = bimatrix_game.build_payoffs(problem)
+    result = regret_matching.find_equilibrium(payoffs)
+    numbered_strategies = enumerate(result.mixed_strategies)
+    rewards = [
+        float(
+            strategy
+            @ regret_matching.compute_response_values(payoffs, result.mixed_strategies, seat)
+        )
+        for seat, strategy in numbered_strategies
+    ]
+    rounds = format_count(result.round_count, "round")
+    method = f"regret matching, {rounds}" if result.round_count else "pure actions"
+    summary = (
+        f"one round; by another action nobody gains {_format_gain(float(result.regrets.max()))}"
+    )
+    return Solution(
+        method, summary, [_build_strategy_row(problem, result.mixed_strategies, rewards)]
+    )
+
+
+def _format_gain(gain: float) -> str:
+    """Return a phrase for the most that an agent gains."""
+    return f"more than {format_upper_bound(gain)}" if gain > 0 else "anything"
+
+
+def _build_strategy_row(
+    problem: Problem, strategies: Sequence[Reals], payoffs: Sequence[float]
+) -> Row:
+    """Return a row with the strategy and the payoff of each agent."""
+    row: Row = {}
+    for seat, (agent, strategy) in enumerate(zip(problem.agents, strategies, strict=True)):
+        row[agent] = format_mixed_strategy(problem, seat, strategy)
+        row[f"pays {agent}"] = float(payoffs[seat])
+    return row
+
+
+def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
+    """Return the equilibrium of one predator and one prey, state by state."""
+    result = markov_game_policy_iteration.find_equilibrium(problem)
+    rows: list[Row] = []
+    for index, s in enumerate(problem.enumerate_states()):
+        row: Row = {"state": problem.format_state(s)}
+        for seat, agent in enumerate(problem.agents):
+            row[f"value {agent}"] = float(result.action_values[seat][index])
+        for seat, agent in enumerate(problem.agents):
+            row[agent] = format_mixed_strategy(problem, seat, result.policies[seat][index])
+        rows.append(row)
+    gaps = " and ".join(map(format_upper_bound, result.regrets))
+    rounds = format_count(len(result.value_changes), "round")
+    summary = (
+        f"change {result.value_changes[-1]:.1g} after {rounds}; by any other policy "
+        f"predator and prey gain at most {gaps}"
+    )
+    return Solution("equilibrium, by policy iteration over matrix games", summary, rows)
+
+
+def solve_zero_sum_game(problem: Problem) -> Solution:
+    """Return the values and strategies of a Markov game of two agents with opposed rewards."""
+    horizon = resolve_horizon(problem.horizon)
+    result = fully_observable_problems.solve_zero_sum(problem, horizon)
+    turns_left = None if horizon is None else horizon - 1
+    listed = select_listed_states(problem, result.graph)
+    listed_live = listed[np.isin(listed, result.graph.nonterminal_states)]
+    _, solutions = result.solve_rounded_games(listed_live, problem.discount, turns_left)
+    rows: list[Row] = []
+    for index, state_index in enumerate(listed_live.tolist()):
+        value = float(solutions.values[index])
+        row: Row = {"state": problem.format_state(result.graph.states[state_index])}
+        for seat, agent in enumerate(problem.agents):
+            row[f"value {agent}"] = value if seat == 0 else -result.loss_ratio * value + 0.0
+        for seat, agent in enumerate(problem.agents):
+            row[agent] = format_mixed_strategy(problem, seat, solutions[1 + seat][index])
+        rows.append(row)
+    start_values = result.get_values(horizon)
+    values = np.stack([start_values, -result.loss_ratio * start_values + 0.0], axis=1)
+    span = "without end" if horizon is None else format_count(horizon, "turn")
+    precision = (
+        f"at most {format_upper_bound(result.gap)} from the value of the game"
+        if result.gap
+        else "exact"
+    )
+    method = f"Shapley's iteration over {format_count(len(start_values), 'state')}, {span}"
+    return Solution(
+        method, f"{format_start_values(problem, result.graph, values)}, {precision}", rows
+    )
+
+
+def solve_best_replies(problem: Problem) -> Solution:
+    """Return the result of best replies in a Markov game of several agents."""
+    result = best_response_dynamics.find_equilibrium(
+        problem, transition_graph.build_reachable_graph(problem)
+    )
+    rows: list[Row] = []
+    for state_index in select_listed_states(problem, result.graph).tolist():
+        row: Row = {"state": problem.format_state(result.graph.states[state_index])}
+        for seat, agent in enumerate(problem.agents):
+            row[f"value {agent}"] = float(result.values[state_index, seat])
+        for seat, agent in enumerate(problem.agents):
+            row[agent] = format_mixed_strategy(problem, seat, result.policies[seat][state_index])
+        rows.append(row)
+    seat_gains = zip(result.regrets, problem.agents, strict=True)
+    gains = ", ".join(f"{gain:.2g} by {agent}" for gain, agent in seat_gains)
+    summary = (
+        f"{format_start_values(problem, result.graph, result.values)}; "
+        f"to be gained by another policy: {gains}"
+    )
+    states, rounds = (
+        format_count(len(result.values), "state"),
+        format_count(result.round_count, "round"),
+    )
+    return Solution(f"best replies over {states}, {rounds}", summary, rows)

@@ -1,0 +1,235 @@
+"""Solutions of finite, fully observed problems in which one agent at a time decides."""
+
+from math import ceil, log
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.agents import fully_observable_problems
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.problem import Problem, initial_state_distribution
+from dmplay.core.tabular import tabulate
+from dmplay.core.text import format_count, format_upper_bound
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
+from dmplay.errors import BadParameter
+from dmplay.evaluation.solutions.simulated_returns import resolve_horizon
+from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.solvers.mdp import (
+    backward_induction,
+    large_mdp_value_iteration,
+    mdp_values,
+    transition_graph,
+)
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
+from dmplay.solvers.mdp.transition_graph import TransitionGraph
+
+MAX_SWEEPS = 10_000
+CONVERGENCE_THRESHOLD = 1e-10  # change of the values below which sweeps stop
+VALUE_DECIMALS = 9  # of the value at the start
+MAX_STATE_TURNS = 10_000_000  # up to which the value of a finite game is reported too
+MAX_LISTED_STATES = 1000  # If there are more states, only the start states are listed.
+
+
+def solve_mdp(problem: Problem) -> Solution:
+    """Return the values of games of the requested turns, else the values without a last turn.
+
+    Without a discount, a problem with a horizon is solved only for that. With a discount, the
+    value at the start of its horizon follows the values without a last turn.
+    """
+    horizon, requested_turns = resolve_horizon(problem.horizon), resolve_horizon(None)
+    if horizon is not None and problem.discount == 1.0:
+        return solve_finite_horizon(problem)
+    if requested_turns is not None and requested_turns < _effective_horizon(problem.discount):
+        _check_turns(problem, requested_turns)
+        return solve_finite_horizon(problem)
+    is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_LISTED_STATES
+    solution = solve_by_value_iteration(problem) if is_small else solve_infinite_horizon(problem)
+    if horizon is None:
+        return solution
+    span = format_count(horizon, "turn")
+    effective_turns = min(horizon, _effective_horizon(problem.discount))
+    if len(problem.enumerate_states()) * effective_turns > MAX_STATE_TURNS:
+        value_text = f"what {span} are worth takes too much to tell; try fewer"
+    else:
+        finite = fully_observable_problems.solve_by_backward_induction(problem, effective_turns)
+        value_text = (
+            f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
+            f"of {span}"
+        )
+    return solution._replace(
+        method=f"{solution.method}, without end", result=f"{solution.result}; {value_text}"
+    )
+
+
+def _check_turns(problem: Problem, turns: int) -> None:
+    """Raise BadParameter if the values of games of `turns` turns take too much to compute."""
+    state_count = len(problem.enumerate_states())
+    max_turns = min(backward_induction.MAX_TURNS, MAX_STATE_TURNS // state_count)
+    if turns > max_turns:
+        raise BadParameter(
+            f"--turns: got {turns}, expected at most {max_turns} "
+            f"for {format_count(state_count, 'state')}; without it games have no end"
+        )
+
+
+def _effective_horizon(discount: float) -> int:
+    """Return the number of turns after which discounted rewards are negligible.
+
+    `discount` is below 1.
+    """
+    return ceil(log(CONVERGENCE_THRESHOLD) / log(discount)) if discount else 1
+
+
+def solve_by_value_iteration(problem: Problem) -> Solution:
+    """Return the values and best actions of every state, by value iteration."""
+    tables = tabulate(problem)
+    values = np.zeros(len(tables.transition))
+    done, change = 0, np.inf
+    budget = Budget("value iteration", "try fewer states, or play search", 1e10)
+    while change >= CONVERGENCE_THRESHOLD and done < MAX_SWEEPS:
+        budget.spend_work(ARRAY_CALL_WORK + tables.transition.size, done / MAX_SWEEPS)
+        next_values = mdp_values.compute_action_values(tables, problem.discount, values).max(axis=1)
+        change = float(abs(next_values - values).max())
+        values = next_values
+        done += 1
+    q = mdp_values.compute_optimal_q(tables, problem.discount)
+    distance = float(abs(q.max(axis=1) - values).max())
+    states = problem.enumerate_states()
+    legal = problem.legal_actions_mask(states)
+    if legal is not None:  # Without a legal action the game is over.
+        q = np.where(legal[:, 0] | ~legal[:, 0].any(axis=1, keepdims=True), q, -np.inf)
+    rows: list[Row] = [
+        {
+            "state": problem.format_state(s),
+            "value": float(row.max()),
+            "best": format_action_names(problem, mark_best_actions(row)),
+        }
+        for s, row in zip(states, q, strict=True)
+    ]
+    change_text = (
+        f"below {CONVERGENCE_THRESHOLD:g}" if change < CONVERGENCE_THRESHOLD else f"{change:.3g}"
+    )
+    summary = f"change {change_text} after {format_count(done, 'sweep')}"
+    if problem.discount < 1.0:
+        summary += f"; {distance:.1g} from policy iteration"
+    return Solution("value iteration", summary, rows)
+
+
+class _GraphValues(NamedTuple):
+    """The values of the states and joint actions of a graph."""
+
+    graph: TransitionGraph
+    values: Reals  # [S, n]
+    deciding_seat: Ints  # [S]
+    decider_q: Reals  # [R], of each joint action to the seat that decides
+
+
+def solve_infinite_horizon(problem: Problem) -> Solution:
+    """Return the values and best actions of one agent in many states, without a last turn."""
+    with scale_progress(0.0, 0.3):
+        graphs = [transition_graph.build_full_graph(problem)]
+    with scale_progress(0.3, 1.0):
+        optimum = large_mdp_value_iteration.run_backward_value_iteration(
+            graphs.pop(), problem.discount
+        )
+    state_graph = optimum.graph
+    single_seat = np.zeros(len(state_graph.states), np.int64)
+    graph_values = _GraphValues(state_graph, optimum.values[:, None], single_seat, optimum.q)
+    gap = format_upper_bound(optimum.gap)
+    precision = f"at most {gap} from the optimum" if optimum.gap else "exact"
+    if problem.discount == 1.0:
+        precision = f"the last change {gap}"
+    value = format_start_values(problem, state_graph, graph_values.values)
+    summary = f"{value}, {precision}, {format_count(optimum.sweep_count, 'sweep')}"
+    method = f"value iteration over {format_count(len(state_graph.states), 'state')}"
+    if len(state_graph.nonterminal_states) < len(state_graph.states):
+        method += ", backwards from where games end"
+    return Solution(method, summary, _build_rows(problem, graph_values))
+
+
+def solve_finite_horizon(problem: Problem) -> Solution:
+    """Return the values and best actions of a game that ends, for the seat that decides."""
+    horizon = resolve_horizon(problem.horizon)
+    result = fully_observable_problems.solve_by_backward_induction(problem, horizon)
+    next_values = result.get_values(None if horizon is None else horizon - 1)
+    q = result.graph.compute_action_values(
+        np.arange(len(result.graph.rewards)), problem.discount, next_values
+    )
+    decider_q = q[np.arange(len(q)), result.deciding_seats[result.graph.source_states]]
+    graph_values = _GraphValues(
+        result.graph, result.get_values(horizon), result.deciding_seats, decider_q
+    )
+    precision = (
+        f"at most {format_upper_bound(result.gap)} from that of longer games"
+        if result.gap
+        else "exact"
+    )
+    span = "without end" if horizon is None else format_count(horizon, "turn")
+    method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
+    return Solution(
+        method,
+        f"{format_start_values(problem, graph_values.graph, graph_values.values)}, {precision}",
+        _build_rows(problem, graph_values),
+    )
+
+
+def format_start_values(problem: Problem, state_graph: TransitionGraph, values: Reals) -> str:
+    """Return a text with the value of the start to each agent, from values `[S, n]`."""
+    probabilities, states = initial_state_distribution(problem)
+    means = (
+        np.round(
+            probabilities @ values[state_graph.find_state_indices(problem, states)], VALUE_DECIMALS
+        )
+        + 0.0
+    )
+    if len(means) == 1:
+        return f"value {means[0]:.6g} at the start"
+    agent_means = zip(means, problem.agents, strict=True)
+    return (
+        f"value {', '.join(f'{value:.6g} to {agent}' for value, agent in agent_means)} at the start"
+    )
+
+
+def select_listed_states(problem: Problem, state_graph: TransitionGraph) -> Ints:
+    """Return the indices of the states to list: all or, if many, those in which games start."""
+    if len(state_graph.states) <= MAX_LISTED_STATES:
+        return np.arange(len(state_graph.states))
+    return np.unique(
+        state_graph.find_state_indices(problem, initial_state_distribution(problem)[1])
+    )[:MAX_LISTED_STATES]
+
+
+def _build_rows(problem: Problem, graph_values: _GraphValues) -> list[Row]:
+    """Return the rows of the listed states, with their values and best actions."""
+    return [
+        _build_row(problem, graph_values, state_index)
+        for state_index in select_listed_states(problem, graph_values.graph).tolist()
+    ]
+
+
+def _build_row(problem: Problem, graph_values: _GraphValues, state_index: int) -> Row:
+    """Return the row of one state: its values, the agent that decides and the best actions."""
+    state_graph, deciding_seat = graph_values.graph, int(graph_values.deciding_seat[state_index])
+    row: Row = {"state": problem.format_transcript_state(state_graph.states[state_index])}
+    action_rows = slice(
+        state_graph.action_starts[state_index], state_graph.action_starts[state_index + 1]
+    )
+    mask = np.zeros(problem.action_counts[deciding_seat], bool)
+    if len(graph_values.decider_q[action_rows]):
+        mask[
+            state_graph.joint_actions[action_rows, deciding_seat][
+                mark_best_actions(graph_values.decider_q[action_rows])
+            ]
+        ] = True
+    state_values = graph_values.values[state_index].tolist()
+    if len(state_values) == 1:
+        return row | {"value": state_values[0], "best": format_action_names(problem, mask)}
+    value_columns = {
+        f"value {agent}": value for agent, value in zip(problem.agents, state_values, strict=True)
+    }
+    decider = problem.agents[deciding_seat] if mask.any() else ""
+    return (
+        row
+        | value_columns
+        | {"to decide": decider, "best": format_action_names(problem, mask, deciding_seat)}
+    )

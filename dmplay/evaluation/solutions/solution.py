@@ -1,0 +1,34 @@
+"""The solution of a problem, and the formatting of its actions."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.problem import Problem
+
+MIN_SHOWN_PROBABILITY = 1e-4  # Smaller probabilities are not printed.
+
+Row = dict[str, object]
+
+
+class Solution(NamedTuple):
+    """A method, its result, and one row per state, vector, plan or equilibrium."""
+
+    method: str
+    result: str
+    rows: list[Row]
+
+
+def format_action_names(problem: Problem, marked_actions: Bools, seat: int = 0) -> str:
+    """Return the names of a seat's marked actions, separated by spaces."""
+    return " ".join(problem.actions[seat].labels[a] for a in np.flatnonzero(marked_actions))
+
+
+def format_mixed_strategy(problem: Problem, seat: int, probabilities: Reals) -> str:
+    """Return a strategy as the names of its actions, with their probabilities if below 1."""
+    return " ".join(
+        problem.format_action(seat, float(a))
+        + (f" {probabilities[a]:.4g}" if probabilities[a] < 1 - MIN_SHOWN_PROBABILITY else "")
+        for a in np.flatnonzero(probabilities > MIN_SHOWN_PROBABILITY)
+    )

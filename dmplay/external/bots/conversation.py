@@ -1,0 +1,230 @@
+"""The game's side of the bot protocol: a bot receives its seat's information, and requests."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.problem import Problem
+from dmplay.core.spaces import Labels
+from dmplay.errors import DmplayError, Forfeit
+from dmplay.external.bots.protocol import (
+    MANY_GAMES_OFFER,
+    PROTOCOL_VERSION,
+    JsonObject,
+    decode_message,
+    describe_choices,
+    encode_message,
+)
+
+MIN_HELLO_SECONDS = 10.0  # minimum time limit for the answer to hello
+MAX_IGNORED_LINES = 1000  # maximum lines between a request and its answer
+MAX_UNIFORMS = 1000  # per choice
+MAX_QUOTED_CHARACTERS = 60  # maximum characters of a bad line in an error message
+MAX_OPEN_REQUESTS = 16  # requests that are sent before the first one is answered
+
+
+class HistoryNode(NamedTuple):
+    """A seat's percept and belief in one turn, linked to the node of the previous turn."""
+
+    previous: "HistoryNode | None"
+    turn: int
+    facts: JsonObject
+    belief: Reals | None
+    game_number: int = 0  # index among the games that are played at once
+
+    def nodes_after(self, last_sent: "HistoryNode | None") -> "list[HistoryNode]":
+        """Return the nodes after another one, oldest first; all if that is not in this history."""
+        nodes, node = [self], self
+        while node is not last_sent and node.previous is not None:
+            node = node.previous
+            nodes.append(node)
+        return [*reversed(nodes[:-1] if node is last_sent else nodes)]
+
+    @property
+    def turn_message(self) -> JsonObject:
+        """The turn as the fields of a message."""
+        return {"turn": self.turn, **self.facts}
+
+
+class ActionRequest(NamedTuple):
+    """A request for an action in a game with a certain history."""
+
+    history: HistoryNode
+    legal_actions_mask: Bools | None
+    uniforms: Reals
+
+
+class BotChannel(Protocol):
+    """A connection that exchanges lines with a program."""
+
+    log: bytes
+
+    def send(self, text: str, seconds: float) -> None:
+        """Send lines, which must be answered within `seconds`."""
+
+    def read_line(self) -> str:
+        """Return the next line from the program."""
+
+    def close(self, farewell: str = "") -> None:
+        """End the program, after these last lines or at once."""
+
+
+class BotConversation:
+    """A conversation with one program; Forfeit is raised if it violates the protocol."""
+
+    def __init__(self, channel: BotChannel, problem: Problem, seat: int, clock: float) -> None:
+        self.channel = channel
+        self.uniform_count = 0  # number that the program requests for each choice
+        self._problem, self._seat, self._clock = problem, seat, clock
+        self._wants: list[str] = []
+        self._last_sent: dict[
+            int, HistoryNode
+            # node of the last turn that was sent, by game; 0 for all games if there is one at a
+            # time
+        ] = {}
+        self._last_id = 0
+
+    def exchange_hello(self, game_facts: JsonObject, offers: list[str]) -> None:
+        """Send hello with the facts of a game, and store the requests in the program's answer."""
+        problem, seat = self._problem, self._seat
+        facts = {
+            "seat": problem.agents[seat],
+            "agents": problem.agents,
+            "actions": describe_choices(problem, seat),
+            "observations": _observation_labels(problem, seat),
+            "discount": problem.discount,
+            "horizon": problem.horizon,
+            "clock": self._clock,
+            "offers": offers,
+        }
+        hello = encode_message("hello", {"protocol": PROTOCOL_VERSION, **game_facts, **facts})
+        self.channel.send(hello, max(self._clock, MIN_HELLO_SECONDS))
+        answer = self._read_answer("hello")
+        if answer.get("protocol") != PROTOCOL_VERSION:
+            explanation = f"speaks protocol {answer.get('protocol')!r}, expected {PROTOCOL_VERSION}"
+            raise Forfeit("garbled", explanation)
+        uniform_count, wants = answer.get("draws", 0), answer.get("wants", [])
+        if type(uniform_count) is not int or not 0 <= uniform_count <= MAX_UNIFORMS:
+            raise Forfeit("garbled", f"wants {uniform_count!r} draws, expected 0 to {MAX_UNIFORMS}")
+        if not isinstance(wants, list) or not all(request in offers for request in wants):
+            raise Forfeit("garbled", f"wants {wants!r}, expected some of {', '.join(offers)}")
+        self.uniform_count, self._wants = uniform_count, wants
+
+    def request_actions(self, requests: Sequence[ActionRequest]) -> list[float]:
+        """Return the program's action for each request.
+
+        If it plays many games at once, several requests are sent before the first is answered.
+        """
+        batch_size = MAX_OPEN_REQUESTS if MANY_GAMES_OFFER in self._wants else 1
+        batches = (
+            requests[start : start + batch_size] for start in range(0, len(requests), batch_size)
+        )
+        return [action for batch in batches for action in self._request_batch(batch)]
+
+    def _request_batch(self, requests: Sequence[ActionRequest]) -> Iterator[float]:
+        """Yield the actions for several requests; each answer restarts the time limit."""
+        first_id, self._last_id = self._last_id + 1, self._last_id + len(requests)
+        messages = [
+            self._encode_request(request_id, request)
+            for request_id, request in enumerate(requests, first_id)
+        ]
+        for request_id, request in enumerate(requests, first_id):
+            try:
+                self.channel.send("".join(messages), self._clock)
+                messages.clear()
+                answer = self._read_answer("act", request_id).get("action")
+                yield self._parse_action(answer, request.legal_actions_mask)
+            except Forfeit as error:
+                error.episode = request.history.game_number
+                raise
+
+    def _encode_request(self, request_id: int, request: ActionRequest) -> str:
+        """Return the messages of a request: the game's new turns, then `act`."""
+        history, legal, uniforms = request
+        turn_messages = self._encode_new_turns(history)
+        fields: JsonObject = {"id": request_id, **self._game_field(history)}
+        fields |= {"turn": history.turn + 1, "observation": history.facts["observation"]}
+        fields["legal"] = describe_choices(self._problem, self._seat, legal)
+        if len(uniforms):
+            fields["luck"] = uniforms.tolist()
+        if "history" in self._wants:
+            turn_messages, fields["history"] = (
+                "",
+                [node.turn_message for node in history.nodes_after(None)],
+            )
+        if "belief" in self._wants and history.belief is not None:
+            fields["belief"] = self._encode_belief(history.belief)
+        return turn_messages + encode_message("act", fields)
+
+    def _game_field(self, history: HistoryNode) -> JsonObject:
+        """Return the index of the game as a field if the program plays many at once, else {}."""
+        return {"game": history.game_number} if MANY_GAMES_OFFER in self._wants else {}
+
+    def _encode_new_turns(self, history: HistoryNode) -> str:
+        """Return messages for the turns that were not sent yet, and record them as sent."""
+        game_field = self._game_field(history)
+        key = history.game_number if game_field else 0
+        nodes = history.nodes_after(self._last_sent.get(key))
+        self._last_sent[key] = history
+        return "".join(encode_message("turn", game_field | node.turn_message) for node in nodes)
+
+    def _encode_belief(self, probabilities: Reals) -> JsonObject:
+        """Return the probability of each state that has one, by the state's text."""
+        problem = self._problem
+        pairs = zip(problem.enumerate_states(), probabilities.tolist(), strict=True)
+        return {problem.format_state(state): p for state, p in pairs if p}
+
+    def _read_answer(self, kind: str, request_id: int = 0) -> JsonObject:
+        """Return the answer to a request; skip answers to earlier ones and other messages.
+
+        Raises Forfeit for a malformed line, a wrong id, or too many other lines.
+        """
+        for _ in range(MAX_IGNORED_LINES):
+            text = self.channel.read_line()
+            try:
+                answer = decode_message(text)
+            except ValueError as error:
+                raise Forfeit(
+                    "garbled", f"said {text[:MAX_QUOTED_CHARACTERS]!r}: {error}"
+                ) from None
+            answer_id = answer.get("id")
+            if answer["type"] == kind and (kind == "hello" or answer_id == request_id):
+                return answer
+            if answer["type"] == kind and (
+                type(answer_id) is not int or not 0 < answer_id < request_id
+            ):
+                raise Forfeit("garbled", f"answered id {answer_id!r}, expected {request_id}")
+        raise Forfeit("garbled", f"said {MAX_IGNORED_LINES} lines that answer nothing")
+
+    def _parse_action(self, answer: object, legal: Bools | None) -> float:
+        """Return the action in an answer; raise Forfeit if it is malformed or illegal."""
+        space = self._problem.actions[self._seat]
+        if type(answer) not in space.json_types:
+            raise Forfeit("garbled", f"answered action {answer!r}")
+        try:
+            action = self._problem.parse_action(self._seat, str(answer))
+        except DmplayError as error:
+            raise Forfeit("illegal", str(error)) from None
+        if legal is not None and space.labels and not legal[int(action)]:
+            raise Forfeit(
+                "illegal", f"got {answer}, expected one of {space.describe_actions(legal)}"
+            )
+        return action
+
+    def close(self, end_facts: JsonObject | None, last: HistoryNode | None) -> bytes:
+        """End the conversation, with the result if there is one, and return the program's log."""
+        farewell = ""
+        if end_facts is not None and last is not None:
+            farewell = (
+                self._encode_new_turns(last)
+                + encode_message("over", end_facts)
+                + encode_message("quit", {})
+            )
+        self.channel.close(farewell)
+        return self.channel.log
+
+
+def _observation_labels(problem: Problem, seat: int) -> Labels | None:
+    """Return a seat's observation labels; None if it observes states, numbers or text."""
+    space = problem.observations[seat] if problem.partially_observable else None
+    return space if isinstance(space, Labels) else None

@@ -1,0 +1,187 @@
+"""The ghost: an agent that plays a copy of a person's game with the same uniforms."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
+from dmplay.core.text import escape_unprintable
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
+from dmplay.core.work_budget import Budget
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.registry import agents
+
+GHOST_NOTE_PREFIX = "# ghost: "  # beginning of the transcript note
+
+
+class Ghost:
+    """An agent in the people's seats of a copied game, with the same uniforms and other agents."""
+
+    def __init__(self, name: str, player_session: Session, policies: Mapping[int, Policy]) -> None:
+        self.name = name
+        self.seat = min(policies)
+        self.player_session = player_session
+        others = {
+            seat: seated_policy.policy
+            for seat, seated_policy in enumerate(player_session.seated_policies)
+            if seated_policy
+        }
+        policy_by_seat = {**others, **policies}
+        self.session = player_session.copy_at_start(
+            [*map(policy_by_seat.get, range(len(player_session.seated_policies)))]
+        )
+
+    @property
+    def is_shown_during_play(self) -> bool:
+        """True if its game reveals nothing: one agent and no hidden states."""
+        problem = self.player_session.problem
+        return not problem.partially_observable and len(problem.agents) == 1
+
+    def catch_up(self) -> None:
+        """Play or undo turns up to the player's current turn, with the uniforms of that game."""
+        ghost_turns, player_turns = self.session.turns, self.player_session.turns
+        while ghost_turns and not self._matches_turn(len(ghost_turns)):
+            self.session.undo()
+        while len(ghost_turns) < len(player_turns) and not self.session.over:
+            self._play_turn(len(ghost_turns) + 1)
+
+    def play_to_end(self) -> None:
+        """Play up to the end of the ghost's own game, which may be longer or shorter."""
+        self.catch_up()
+        while len(self.session.turns) < DEFAULT_TURN_LIMIT and not self.session.over:
+            self._play_turn(len(self.session.turns) + 1)
+
+    def _matches_turn(self, turn: int) -> bool:
+        """Return whether the player's game has this turn too, with the same uniforms."""
+        player_turns = self.player_session.turns[turn - 1 : turn]
+        return bool(player_turns) and np.array_equal(
+            player_turns[0].uniforms, self.session.turns[turn - 1].uniforms
+        )
+
+    def _play_turn(self, turn: int) -> None:
+        """Play one turn with the uniforms of the player's turn, or with its own if there is
+        none.
+        """
+        turn_limit = self.session.turn_limit or DEFAULT_TURN_LIMIT
+        Budget("the same dice", "a shorter game").spend_work(1.0, turn / turn_limit)
+        player_turns = self.player_session.turns[turn - 1 : turn]
+        self.session.advance((), player_turns[0].uniforms if player_turns else None)
+
+    @property
+    def score(self) -> float:
+        """The ghost's return so far."""
+        return float(self.session.returns()[self.seat])
+
+    @property
+    def player_lead(self) -> float:
+        """The player's return minus the ghost's."""
+        return float(self.player_session.returns()[self.seat]) - self.score
+
+    @property
+    def transcript_note(self) -> str:
+        """The transcript line that names the ghost."""
+        return f"{GHOST_NOTE_PREFIX}{' '.join(escape_unprintable(self.name).split())}"
+
+    def describe_comparison(self) -> str:
+        """Return a sentence that compares the returns of ghost and player."""
+        player_return = float(self.player_session.returns()[self.seat])
+        return f"{self.name} on the same dice: {self.score:.6g}; you {player_return:.6g}"
+
+
+def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Ghost:
+    """Return the named agent as ghost of these seats.
+
+    Raise BadParameter if no person plays, several people have different rewards, or the name is
+    unknown.
+    """
+    if not human_seats:
+        raise BadParameter("--ghost: it plays beside a person, and here agents play alone")
+    if not _have_common_reward(session.problem, human_seats):
+        raise BadParameter("--ghost: it plays beside one person, and here several play")
+    agent_names = agents.load_roster(session.problem).agents
+    if name.partition(":")[0] not in agent_names and not agents.names_user_code(
+        session.problem, 0, name
+    ):
+        raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
+    return Ghost(
+        name,
+        session,
+        {seat: agents.load_agent(session.problem, seat, name) for seat in human_seats},
+    )
+
+
+def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
+    """Return the last ghost that the notes name, if it is a built-in agent; else ''.
+
+    User-defined agents are not loaded from notes.
+    """
+    ghost_names = [
+        row.removeprefix(GHOST_NOTE_PREFIX) for row in notes if row.startswith(GHOST_NOTE_PREFIX)
+    ]
+    agent_names = agents.load_roster(problem).agents
+    return (
+        ghost_names[-1] if ghost_names and ghost_names[-1].partition(":")[0] in agent_names else ""
+    )
+
+
+def create_best_ghost(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str]
+) -> Ghost | None:
+    """Return the best available agent as ghost of these seats of a finished game.
+
+    None if there is no such agent, if people have different rewards, or if the uniforms are not
+    those of the seed.
+    """
+    if not (_have_common_reward(session.problem, human_seats) and _uses_seed_uniforms(session)):
+        return None
+    candidates = {
+        seat: agents.find_hint_provider(session.problem, seat, session.turn_limit, player_names)
+        for seat in human_seats
+    }
+    policies = {seat: candidate[1] for seat, candidate in candidates.items() if candidate}
+    first_candidate = candidates[min(human_seats)]
+    return (
+        Ghost(first_candidate[0], session, policies)
+        if first_candidate and len(policies) == len(human_seats)
+        else None
+    )
+
+
+def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:
+    """Return whether these people have the same reward."""
+    return len(human_seats) == 1 or problem.shared_reward
+
+
+def _uses_seed_uniforms(session: Session) -> bool:
+    """Return whether all uniforms of a session are generated by its seed, without rerolls."""
+    if not isinstance(session.uniform_source, SeededUniforms):
+        return False
+    uniform_counts = session.problem.uniform_counts
+    used_uniforms = [session.initial_uniforms, *(turn.uniforms for turn in session.turns)]
+    counts = [uniform_counts.start, *[uniform_counts.step] * len(session.turns)]
+    return all(
+        np.array_equal(
+            used, session.uniform_source.generate_uniforms(NATURE_STREAM, turn, 0, count)[0]
+        )
+        for turn, (used, count) in enumerate(zip(used_uniforms, counts, strict=True))
+    )
+
+
+def describe_ghost_result(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str], ghost: Ghost | None
+) -> str:
+    """Return a comparison with the ghost, or the best agent, on the uniforms of a finished game.
+
+    '' if there is no such agent or it fails.
+    """
+    try:
+        opponent = ghost or create_best_ghost(session, human_seats, player_names)
+        if opponent is None:
+            return ""
+        run_cancellable(TaskInfo(f"{opponent.name} plays the same dice"), opponent.play_to_end)
+    except DmplayError:
+        return ""
+    return opponent.describe_comparison()

@@ -1,0 +1,398 @@
+"""Hints: the recommended action of a strong agent for a seat, and that agent's action values."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from math import ceil, floor, isfinite, isnan, log10
+from typing import TypeVar
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.session import SeatedPolicy, Session, Turn
+from dmplay.core.spaces import Interval
+from dmplay.core.work_budget import limit_total_work
+from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.game.hints.outcome_forecast import forecast_outcomes, format_forecast
+from dmplay.registry import agents
+from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
+from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
+
+T = TypeVar("T")
+MAX_LISTED_VALUES = 10  # maximum number of listed action values
+HINT_WORK_LIMIT = 1.5e9  # operations per hint, about one second
+SEARCH_AGENT = "search"  # this agent limits its own work
+MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
+WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed without decimals
+INTERVAL_RESOLUTION = 1e-4  # resolution of a printed real-valued action, as a share of its interval
+
+
+def count_decimals(values: Sequence[float]) -> int:
+    """Return the number of decimals, 2 to 6, at which the largest difference of the values shows.
+
+    Equal values are compared with zero instead; nan and infinite values are ignored.
+    """
+    spread = _value_spread(values)
+    return (
+        min(max(1 - floor(log10(spread)), MIN_DECIMALS), MAX_DECIMALS) if spread else MIN_DECIMALS
+    )
+
+
+def count_hint_decimals(values: Sequence[float]) -> int:
+    """Return the decimals for values: 0 for whole numbers and for spreads of 100 or more.
+
+    Otherwise it is that of `count_decimals`.
+    """
+    are_integers = all(
+        abs(value - round(value)) < REGRET_TOLERANCE for value in values if isfinite(value)
+    )
+    return (
+        0
+        if are_integers or _value_spread(values) >= WHOLE_NUMBER_SPREAD
+        else count_decimals(values)
+    )
+
+
+def _value_spread(values: Sequence[float]) -> float:
+    """Return the range of the finite values, or the absolute value if they are all equal."""
+    finite = [value for value in values if isfinite(value)] or [0.0]
+    spread = max(finite) - min(finite)
+    return spread if spread > REGRET_TOLERANCE else abs(finite[0])
+
+
+def format_fixed(value: float, decimals: int) -> str:
+    """Return a value as text with this number of decimals, never as a negative zero."""
+    return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+@dataclass(frozen=True, eq=False)
+class Hint:
+    """The recommended action before a turn, and the action values if the agent has them."""
+
+    recommendation: str
+    labels: Sequence[str]
+    values: Reals | None  # [A], nan for illegal actions
+    action: float | None = None  # the recommended action; None if several are equally good
+    action_name: str = ""  # the name of `action` with all digits
+    scope: str = ""  # the game that the values are about, '' if it is this one
+    has_regrets: bool = True  # False if its values guess what the others play
+
+    def __str__(self) -> str:
+        """Return the hint on one line."""
+        return ". ".join(filter(None, (self.summary, self.values_text)))
+
+    @property
+    def recommended_action(self) -> str:
+        """The recommended action without the name of the agent."""
+        return self.recommendation.rpartition(": ")[2]
+
+    @property
+    def summary(self) -> str:
+        """The hint without values, for a screen that already marks them."""
+        return f"hint {self.recommendation}"
+
+    @cached_property
+    def values_text(self) -> str:
+        """The list of action values as text; '' if there are none."""
+        value_list = ", ".join(
+            f"{label} {number}" for label, number in self._format_values(ordered=False)
+        )
+        return value_list and f"values: {value_list}"
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The hint as data: the agent, the action, and the finite values by action."""
+        by, _, _ = self.recommendation.rpartition(": ")
+        numbers = [] if self.values is None else self.values.tolist()
+        finite_values = {
+            name: value
+            for name, value in zip(self.labels, numbers, strict=False)
+            if isfinite(value)
+        }
+        return {"by": by.strip("()"), "action": self.action_name, "values": finite_values}
+
+    @property
+    def regrets(self) -> Reals | None:
+        """The best value minus the value of each action `[A]`; nan for illegal actions.
+
+        None if the agent has no values, or if they guess what the others play.
+        """
+        return self._value_gaps if self.has_regrets else None
+
+    @cached_property
+    def _value_gaps(self) -> Reals | None:
+        """The best value minus the value of each action `[A]`; None if there are no values."""
+        if self.values is None or not np.isfinite(self.values).any():
+            return None
+        finite = np.where(np.isfinite(self.values), self.values, np.nan)
+        differences: Reals = np.nanmax(finite) - finite
+        return differences
+
+    @property
+    def ranked_actions(self) -> list[tuple[int, float]]:
+        """The legal actions with their regrets, smallest first; of equals, the recommended one
+        first. Empty if there are no regrets.
+        """
+        return self._actions_by_value if self.has_regrets else []
+
+    @cached_property
+    def _actions_by_value(self) -> list[tuple[int, float]]:
+        """The legal actions with the differences of their values to the best one, best first."""
+        regret_list = [] if self._value_gaps is None else self._value_gaps.tolist()
+        pairs = [
+            (action, 0.0 if regret <= REGRET_TOLERANCE else regret)
+            for action, regret in enumerate(regret_list)
+        ]
+        legal_pairs = [pair for pair in pairs if not isnan(pair[1])]
+        return sorted(legal_pairs, key=lambda pair: (pair[1], pair[0] != self.action))
+
+    @cached_property
+    def value_rows(self) -> list[tuple[str, str]]:
+        """The best actions with their values as text, best first."""
+        return self._format_values(ordered=True)
+
+    def _format_values(self, *, ordered: bool) -> list[tuple[str, str]]:
+        """Return (action, value) texts with enough decimals to distinguish the values.
+
+        At most the 10 best actions are listed, by value if `ordered` is true or some are omitted,
+        else in the problem's order.
+        """
+        best_first = [action for action, _ in self._actions_by_value]
+        if self.values is None or not best_first:
+            return []
+        order = (
+            best_first[:MAX_LISTED_VALUES]
+            if ordered or len(best_first) > MAX_LISTED_VALUES
+            else sorted(best_first)
+        )
+        pairs = [(self.labels[action], float(self.values[action])) for action in order]
+        decimal_count = (count_hint_decimals if ordered else count_decimals)(
+            [value for _, value in pairs]
+        )
+        return [(label, format_fixed(value, decimal_count)) for label, value in pairs]
+
+
+class HintProvider:
+    """An agent that gives hints for one seat of a session without playing in it."""
+
+    def __init__(self, session: Session, seat: int, player_names: Sequence[str] = ()) -> None:
+        self.session = session
+        self.seat = seat
+        self.player_names = player_names  # names of the players
+        # with turn count and last turn
+        self._cached_hint: tuple[int, Turn | None, Hint] | None = None
+        self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
+        self._cached_state_values: tuple[int, Reals | None] | None = None  # with turn count
+
+    @cached_property
+    def _hint_agent(self) -> agents.HintAgent | None:
+        """The agent that gives the hints, or None; loaded lazily, for a faster first frame."""
+        return agents.find_hint_provider(
+            self.session.problem, self.seat, self.session.turn_limit, self.player_names
+        )
+
+    @property
+    def name(self) -> str | None:
+        """The name of the hint agent; None if there is none."""
+        return self._hint_agent and self._hint_agent.name
+
+    @cached_property
+    def _follower(self) -> SeatedPolicy | None:
+        """The hint agent with its memory of this seat; None if there is no agent."""
+        return (
+            SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
+            if self._hint_agent
+            else None
+        )
+
+    def explain_unavailable(self) -> str:
+        """Return the reason why no hints are available; '' if they are."""
+        if self.session.over:
+            return "the game is over"
+        return "" if self._follower else "no agent here knows values; dmplay info lists the agents"
+
+    def _query_agent(self, query: Callable[[SeatedPolicy], T]) -> T:
+        """Return the result of a query to the hint agent.
+
+        If planning takes too much work or the agent fails, a tree search replaces it from now on.
+        """
+        assert self._follower
+        if self.name != SEARCH_AGENT:
+            try:
+                with limit_total_work(HINT_WORK_LIMIT):
+                    return query(self._follower)
+            except (BadPolicy, BudgetExceeded):
+                self._hint_agent = agents.load_hint_agent(
+                    self.session.problem,
+                    self.seat,
+                    SEARCH_AGENT,
+                    self.session.turn_limit,
+                    self.player_names,
+                )
+                self._follower = SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
+        return query(self._follower)
+
+    def create_hint(self) -> str:
+        """Return a hint for this turn as text: the recommended action and the value of each legal
+        one.
+        """
+        reason = self.explain_unavailable()
+        if reason:
+            return f"no hint: {reason}"
+        action = self._choose_action()
+        labels, action_name = (
+            self.session.action_labels(self.seat),
+            self.session.format_action(self.seat, action),
+        )
+        assert self._hint_agent
+        hint = Hint(
+            self._format_recommendation(action),
+            labels,
+            self._legal_values(),
+            action,
+            action_name,
+            self._hint_agent.scope,
+            self._hint_agent.has_regrets,
+        )
+        self._cached_hint = (*self._turn_key, hint)
+        return str(hint)
+
+    @property
+    def current_hint(self) -> Hint | None:
+        """The hint that was created for this turn; None if there is none."""
+        return self._if_current(self._cached_hint)
+
+    def forecast_action(self, action: float) -> str:
+        """Return the possible outcomes of an action as text, and store them for the board.
+
+        Raise BadParameter if the game is over.
+        """
+        if self.session.over:
+            raise BadParameter("whatif: the game is over")
+        result = forecast_outcomes(self.session, self.seat, action)
+        self._cached_forecast = (*self._turn_key, result)
+        return format_forecast(self.session, self.seat, result)
+
+    def clear_forecast(self) -> None:
+        """Remove the stored forecast."""
+        self._cached_forecast = None
+
+    @property
+    def current_forecast(self) -> Forecast | None:
+        """The forecast that was created for this turn; None if there is none."""
+        return self._if_current(self._cached_forecast)
+
+    def _if_current(self, cached: tuple[int, Turn | None, T] | None) -> T | None:
+        """Return the cached value if its turn is still to be played; else None."""
+        if cached is None or self.session.over:
+            return None
+        turn_count, last_turn, value = cached
+        current_key = self._turn_key
+        return value if turn_count == current_key[0] and last_turn is current_key[1] else None
+
+    @property
+    def _turn_key(self) -> tuple[int, Turn | None]:
+        """The turn count and the last turn, which identify the current turn."""
+        turns = self.session.turns
+        return len(turns), turns[-1] if turns else None
+
+    def describe_choice(self) -> str:
+        """Return the name of the hint agent and its recommended action."""
+        return self._format_recommendation(self._choose_action())
+
+    def _choose_action(self) -> float:
+        """Return the action that the hint agent chooses."""
+        return self._query_agent(SeatedPolicy.choose)
+
+    def _format_recommendation(self, action: float) -> str:
+        """Return the hint agent's name and an action as text; a real action is rounded.
+
+        The rounding error is less than 1e-4 of the action's interval.
+        """
+        action_set = self.session.problem.actions[self.seat]
+        with limit_total_work(HINT_WORK_LIMIT):
+            basis = self._describe_basis()
+        action_text = self.session.format_action(self.seat, action)
+        if isinstance(action_set, Interval) and action_set.high > action_set.low:
+            action_text = format_fixed(
+                action,
+                max(ceil(-log10((action_set.high - action_set.low) * INTERVAL_RESOLUTION)), 0),
+            )
+        return f"({basis}): {action_text}"
+
+    def _describe_basis(self) -> str:
+        """Return the hint agent, the game that its values are about, and its rule for ties."""
+        assert self._hint_agent
+        policy = self._hint_agent.policy
+        values = self._legal_values() if policy.tie_rule else None
+        is_tie = values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
+        parts = [
+            policy.hint_basis or self._hint_agent.label,
+            self._hint_agent.scope,
+            policy.tie_rule if is_tie else "",
+        ]
+        return ", ".join(filter(None, parts))
+
+    def describe_values(self) -> str:
+        """Return the value of each legal action as text; '' if the hint agent has no values."""
+        labels = self.session.action_labels(self.seat)
+        scope = self.scope
+        text = Hint("", labels, self._legal_values()).values_text
+        return text and text.replace("values:", f"values {scope}:" if scope else "values:", 1)
+
+    def values_by_action(self) -> dict[str, float]:
+        """Return the value of each legal action by label; {} if the hint agent has no values."""
+        values = self._legal_values()
+        labels = self.session.action_labels(self.seat)
+        pairs = [] if values is None else zip(labels, values.tolist(), strict=True)
+        return {label: value for label, value in pairs if math.isfinite(value)}
+
+    def _legal_values(self) -> Reals | None:
+        """Return the value of each action `[A]`, nan if illegal; None if there are no values."""
+        values = self._query_agent(SeatedPolicy.action_values) if self._follower else None
+        if values is None or not self.session.problem.actions[self.seat].labels:
+            return None
+        legal = self.session.legal_actions_mask(self.seat)
+        return values if legal is None else np.where(legal, values, np.nan)
+
+    def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
+        """Return an overlay of this kind with the values of all states; None if there are none.
+
+        They are the values after `turns_done` turns, by default those of the session.
+        """
+        values = self._compute_all_state_values(turns_done) if kind else None
+        return None if values is None else Overlay(kind, values)
+
+    @property
+    def is_overlay_ready(self) -> bool:
+        """True if the values of all states have been computed."""
+        return self._cached_state_values is not None
+
+    def prepare_overlay(self) -> None:
+        """Compute the values of all states, for overlays."""
+        self._compute_all_state_values(None)
+
+    @property
+    def scope(self) -> str:
+        """The game that all values are about, '' if it is this one."""
+        return self._hint_agent.scope if self._hint_agent else ""
+
+    def _compute_all_state_values(self, turns_done: int | None) -> Reals | None:
+        """Return the value of every action in every state `[S, A]` after `turns_done` turns.
+
+        None if states are hidden or not enumerable, or if there is no hint agent.
+        """
+        turn_count = len(self.session.turns) if turns_done is None else turns_done
+        if self._cached_state_values is None or self._cached_state_values[0] != turn_count:
+            self._cached_state_values = turn_count, self._query_all_state_values(turn_count)
+        return self._cached_state_values[1]
+
+    def _query_all_state_values(self, turn_count: int) -> Reals | None:
+        """Return the value of every action in every state `[S, A]`, not cached."""
+        problem = self.session.problem
+        finite = isinstance(problem.state_count, int) and problem.state_count > 1
+        if not finite or problem.observations or self._hint_agent is None:
+            return None
+        policy = self._hint_agent.policy
+        return policy.action_values(policy.memory_at_turn(problem.enumerate_states(), turn_count))

@@ -1,0 +1,173 @@
+"""The review of a person's choices: each action's value, the best action and the regret."""
+
+from collections.abc import Iterator, Sequence
+from math import ceil
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.text import align_columns, format_count
+from dmplay.core.work_budget import Budget, scale_progress_part
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.hints.hint_provider import count_decimals, format_fixed
+from dmplay.registry import agents
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
+
+REVIEW_NOTE_PREFIX = "# review "
+MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
+REVIEW_TASK = TaskInfo("looking back at your moves")
+
+
+class ReviewedAction(NamedTuple):
+    """One choice of a person, with the action values and its regret.
+
+    The regret is None if the values guess what the others play.
+    """
+
+    turn: int
+    seat: str
+    chosen: str
+    best: tuple[str, ...]
+    regret: float | None
+    values: dict[str, float]
+    scope: str = ""  # the game that the values are about, '' if it is this one
+
+    def __str__(self) -> str:
+        """Return the review of this choice on one line."""
+        beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
+        decimal_count = count_decimals([*self.values.values()])
+        value_list = ", ".join(
+            f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
+        )
+        best = append_scope("best", self.scope)
+        if self.chosen in self.best:
+            return f"{beginning}, the {best}. values: {value_list}"
+        regret = (
+            "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
+        )
+        return f"{beginning}, {best} {' or '.join(self.best)}{regret}. values: {value_list}"
+
+
+def append_scope(text: str, scope: str) -> str:
+    """Return a text followed by the game that it is about, if that is not this one."""
+    return f"{text} {scope}".strip()
+
+
+def review_actions(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str] = ()
+) -> Iterator[ReviewedAction]:
+    """Yield a review of every choice of these people that the hint provider can value, in order.
+
+    The turns are replayed in a copy of the session. `player_names` helps to choose the hint
+    provider.
+    """
+    problem = session.problem
+    replayed = session.copy_at_start()
+    hint_agents: dict[int, tuple[agents.HintAgent, SeatedPolicy]] = {}
+    for seat in human_seats:
+        hint_agent = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
+        if hint_agent and problem.actions[seat].labels:
+            hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
+    budget = Budget("the review", "a shorter game")
+    for number, turn in enumerate(session.turns, 1):
+        budget.spend_work(1.0, (number - 1) / len(session.turns))
+        for seat, (hint_agent, hint_policy) in hint_agents.items():
+            with scale_progress_part(number - 1, len(session.turns)):
+                values = hint_policy.action_values()
+            if values is not None and not replayed.is_inactive(seat):
+                reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
+                yield reviewed._replace(
+                    regret=reviewed.regret if hint_agent.has_regrets else None,
+                    scope=hint_agent.scope,
+                )
+        replayed.append_turns([turn])
+
+
+def _review_action(
+    session: Session, seat: int, turn: int, action: int, values: Reals
+) -> ReviewedAction:
+    """Return the review of an action against the best legal action."""
+    labels = session.action_labels(seat)
+    legal = session.legal_actions_mask(seat)
+    legal_mask = np.ones(len(labels), bool) if legal is None else legal
+    legal_values = np.where(legal_mask, values, -np.inf)
+    best_labels = tuple(labels[a] for a in np.flatnonzero(mark_best_actions(legal_values)))
+    values_by_label = {labels[a]: float(legal_values[a]) for a in np.flatnonzero(legal_mask)}
+    regret = (
+        0.0 if labels[action] in best_labels else float(legal_values.max() - legal_values[action])
+    )
+    return ReviewedAction(
+        turn, session.problem.agents[seat], labels[action], best_labels, regret, values_by_label
+    )
+
+
+def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
+    """Return one line: the number of best choices, the total regret and the worst turn."""
+    if not reviewed_actions:
+        return "review: no agent here knows the values of these moves"
+    best_count = sum(move.chosen in move.best for move in reviewed_actions)
+    best = append_scope("the best", reviewed_actions[0].scope)
+    text = f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} {best}"
+    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
+    if len(regrets) < len(reviewed_actions):
+        return f"{text}; no regret, as the other's play is a guess"
+    total_regret = sum(regrets)
+    worst = max(reviewed_actions, key=_regret_or_zero)
+    regret_text = format_fixed(total_regret, count_decimals([total_regret]))
+    text = f"{text}, regret {regret_text} in all"
+    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
+
+
+def _regret_or_zero(move: ReviewedAction) -> float:
+    """Return the regret of a choice, 0 if it has none."""
+    return move.regret or 0.0
+
+
+def run_review(
+    session: Session, human_seats: Sequence[int], player_names: Sequence[str]
+) -> list[ReviewedAction]:
+    """Return all reviewed choices of these people, computed in a cancellable task."""
+    return run_cancellable(
+        REVIEW_TASK, lambda: [*review_actions(session, human_seats, player_names)]
+    )
+
+
+def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as an aligned table, largest regret first, with a summary line.
+
+    The columns are turn, seat (if several), choice, best actions, and regret with a bar, unless
+    there is none.
+    """
+    regrets = [move.regret for move in reviewed_actions if move.regret is not None]
+    max_regret, decimal_count = max(regrets, default=0.0), count_decimals(regrets)
+    best_heading = append_scope("best", reviewed_actions[0].scope if reviewed_actions else "")
+    has_several_seats = len({move.seat for move in reviewed_actions}) > 1
+    rows = [
+        ["turn", *["seat"] * has_several_seats, "yours", best_heading, *["regret"] * bool(regrets)]
+    ]
+    for move in sorted(reviewed_actions, key=lambda move: -_regret_or_zero(move)):
+        bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""
+        regret = (
+            []
+            if move.regret is None
+            else [f"{format_fixed(move.regret, decimal_count)} {bar}".strip()]
+        )
+        seat = [move.seat] * has_several_seats
+        best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
+        rows.append([str(move.turn), *seat, move.chosen, best, *regret])
+    return [*(align_columns(rows) if reviewed_actions else []), format_summary(reviewed_actions)]
+
+
+def format_lines(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as one line per choice, and a summary line."""
+    return [*map(str, reviewed_actions), format_summary(reviewed_actions)]
+
+
+def format_notes(reviewed_actions: list[ReviewedAction]) -> list[str]:
+    """Return the review as note lines for the end of a transcript."""
+    return [
+        f"{REVIEW_NOTE_PREFIX}{line.removeprefix('review: ')}\n"
+        for line in format_lines(reviewed_actions)
+    ]

@@ -1,0 +1,126 @@
+"""Manual play of one game from Python, with actions and observations as words and numbers."""
+
+import os
+from collections.abc import Sequence
+
+from dmplay.core.notebook_display import NotebookDisplay
+from dmplay.core.policy import Policy, is_policy_sequence
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.session import Session
+from dmplay.core.text import format_count
+from dmplay.core.uniforms import SeededUniforms, new_seed
+from dmplay.errors import BadPolicy, IllegalAction
+from dmplay.external.bots.protocol import (
+    JsonObject,
+    describe_choices,
+    encode_observation,
+    encode_percept,
+)
+from dmplay.external.bots.shutdown import close_bots
+from dmplay.registry import agents as known
+from dmplay.registry import problems
+
+
+class ManualGame(NotebookDisplay):
+    """A game whose manual seats are played from Python; a notebook shows its board."""
+
+    def __init__(self, session: Session) -> None:
+        self.session = session
+        self._manual_seats = [
+            seat for seat, policy in enumerate(session.seated_policies) if policy is None
+        ]
+
+    def _repr_mimebundle_(self, include: object = None, exclude: object = None) -> dict[str, str]:
+        return self.session._repr_mimebundle_()
+
+    @property
+    def over(self) -> bool:
+        """True if no more turns can be played."""
+        return self.session.over
+
+    def _seat_index(self, agent: str) -> int:
+        """Return the seat of the agent with this name; by default the first manual seat."""
+        return self.session.problem.seat_index(agent) if agent else (self._manual_seats or [0])[0]
+
+    def legal_actions(self, agent: str = "") -> object:
+        """Return the legal actions of a seat by name, or the bounds of a number."""
+        seat = self._seat_index(agent)
+        return describe_choices(self.session.problem, seat, self.session.legal_actions_mask(seat))
+
+    def last_observation(self, agent: str = "") -> object:
+        """Return the last observation of a seat, or the state if agents see it."""
+        seat = self._seat_index(agent)
+        observation = self.session.observation_after(seat, len(self.session.turns))
+        return encode_observation(self.session.problem, seat, observation)
+
+    def act(self, *actions: str | float) -> JsonObject:
+        """Play a turn with one action for each manual seat; return what the first of them
+        observes.
+        """
+        if len(actions) != len(self._manual_seats):
+            names = ", ".join(self.session.problem.agents[seat] for seat in self._manual_seats)
+            expected = f"expected one for each of {names}" if names else "agents play every seat"
+            raise BadPolicy(f"got {format_count(len(actions), 'action')}, {expected}")
+        joint_action: list[float | None] = [None] * len(self.session.seated_policies)
+        for seat, action in zip(self._manual_seats, actions, strict=True):
+            joint_action[seat] = self.session.problem.parse_action(seat, str(action))
+        self.session.advance(joint_action)
+        if self.over:
+            close_bots(self.session, type(self.session.problem).__name__)
+        return self.last_percept()
+
+    def last_percept(self, agent: str = "") -> JsonObject:
+        """Return the information that a seat got in its last turn, or raise IllegalAction if
+        none.
+        """
+        seat = self._seat_index(agent)
+        if not self.session.turns:
+            raise IllegalAction("no turn was played that could teach anything")
+        percept = self.session.build_percept(seat, len(self.session.turns))
+        return encode_percept(self.session.problem, seat, percept, 0)
+
+    def undo(self, turns: int = 1) -> None:
+        """Undo turns; the same actions then meet the same random events."""
+        self.session.undo(turns)
+
+    @property
+    def returns(self) -> dict[str, float]:
+        """The discounted sum of rewards of each agent so far.
+
+        It is empty until the game is over if rewards would reveal a hidden state.
+        """
+        session = self.session
+        if not (self.over or session.problem.rewards_observable):
+            return {}
+        return dict(zip(session.problem.agents, session.returns().tolist(), strict=True))
+
+
+def play(
+    problem: str | os.PathLike[str] | Problem,
+    agents: Sequence[str | Policy | None] = (),
+    seed: int | None = None,
+    *,
+    turns: int | None = None,
+) -> ManualGame:
+    """Return a game to play from Python, with an agent or None (manual) for each seat.
+
+    Without agents, all seats are manual.
+    """
+    loaded = problems.load_problem(problem) if isinstance(problem, str | os.PathLike) else problem
+    check_problem(loaded, turns)
+    if not is_policy_sequence(agents):
+        raise BadPolicy(
+            f"got {agents!r}, expected one agent for each of {', '.join(loaded.agents)}"
+        )
+    players = list(agents) or [None] * len(loaded.agents)
+    if len(players) != len(loaded.agents):
+        raise BadPolicy(
+            f"got {format_count(len(players), 'agent')}, "
+            f"expected one for each of {', '.join(loaded.agents)}"
+        )
+    policies = [
+        known.load_agent(loaded, seat, player) if isinstance(player, str) else player
+        for seat, player in enumerate(players)
+    ]
+    seed = new_seed() if seed is None else seed
+    return ManualGame(Session(loaded, SeededUniforms(seed), policies, turn_limit=turns))

@@ -1,1 +1,0 @@
-"""The keys and words that play actions."""

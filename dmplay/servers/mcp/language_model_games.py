@@ -1,0 +1,304 @@
+"""The games of a language model, which plays one seat in each and knows them only by ids."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TypedDict
+
+from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.external.bots.protocol import (
+    JsonObject,
+    describe_choices,
+    encode_observation,
+    encode_percept,
+)
+from dmplay.game import saves
+from dmplay.game.command_line_results import McpServerConfig
+from dmplay.game.game import Game
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
+from dmplay.output.problem_and_agent_reports import load_problem_info
+from dmplay.registry import agents, problems
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
+from dmplay.transcript.format import HUMAN_PLAYER, MODEL_PLAYER
+from dmplay.transcript.recorder import Recorder
+
+MAX_GAMES = 16  # including finished games whose result can still be requested
+
+
+class GameStatus(TypedDict):
+    """The status of a game for the model, and the turns since the last report."""
+
+    game: str
+    seat: str
+    turn: int  # number of turns played
+    turns: list[JsonObject]  # turns not reported yet, with the keys of `encode_percept`
+    seen: object  # a label, numbers or a state as text; null before the first observation
+    legal: object  # names of actions, or the bounds of a number
+    words: str  # the situation as text; '' if that would reveal a belief
+    ending: str  # result of the game; '' until it is over
+
+
+@dataclass
+class ModelSeat:
+    """A game, the model's seat in it, and the last turn that was reported."""
+
+    game: Game
+    seat: int
+    last_reported_turn: int = -1  # -1 for none; turn 0 is the initial observation
+
+
+class ModelGames:
+    """The operations that a model can request; DmplayError is raised for invalid requests."""
+
+    def __init__(self, config: McpServerConfig) -> None:
+        self.config = config
+        self.failed_recorders: list[Recorder] = []  # of games with turns that could not be written
+        self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
+        self._problem_names: dict[str, str] = {}
+        for name in config.problems or _builtin_problem_names():
+            problems.resolve_problem(name, {})  # raises UnknownName before a client connects
+            if self._problem_names.setdefault(_problem_id(name), name) != name:
+                raise BadParameter(
+                    f"{name}: {_problem_id(name)} is "
+                    f"{self._problem_names[_problem_id(name)]} already"
+                )
+        if config.transcript_folder:
+            _make_folder(config.transcript_folder)
+        self._seats: dict[str, ModelSeat] = {}
+        self._started_count = 0
+
+    def list_problems(self) -> list[dict[str, str]]:
+        """Return the id, the kind and a short description of each problem."""
+        loaded_problems = (
+            (name, problems.load_problem(problem_name))
+            for name, problem_name in self._problem_names.items()
+        )
+        return [
+            {
+                "problem": name,
+                "kind": problem.kind,
+                "about": problems.full_description(problem).partition("\n")[0],
+            }
+            for name, problem in loaded_problems
+        ]
+
+    def problem_info(self, problem: str) -> dict[str, object]:
+        """Return the facts of a problem that a player may know before a game."""
+        facts = load_problem_info(self._problem_name(problem))._asdict()
+        del facts["keys"], facts["variants"]  # A model presses no keys, and variants have ids.
+        return facts | {"problem": problem}
+
+    def start_game(self, problem: str, seat: str = "", others: str = "") -> GameStatus:
+        """Start a game and return its status.
+
+        The model plays the first seat unless it names another. `others` is the agent in all other
+        seats; by default, each is played by the usual agent.
+        """
+        name = self._problem_name(problem)
+        game_problem = problems.load_problem(name)
+        model_seat = game_problem.seat_index(seat) if seat else 0
+        players = _assign_players(game_problem, model_seat, others)
+        self._discard_finished_game()
+        config, episode = self.config, self._started_count
+        never_ends = config.turn_limit is None and game_problem.horizon is None
+        request = GameRequest(
+            name,
+            seats=[
+                f"{agent}={player}"
+                for agent, player in zip(game_problem.agents, players, strict=True)
+            ],
+            seed=config.seed,
+            episode=0 if config.seed is None else episode,
+            turns=DEFAULT_TURN_LIMIT if never_ends else config.turn_limit,
+            record_path=config.transcript_folder
+            and saves.create_game_file(config.transcript_folder, problem),
+            kept_megabytes=config.kept_megabytes,
+            strict=config.strict,
+            person_label=MODEL_PLAYER,
+            is_seed_visible=False,
+        )
+        self._started_count += 1
+        seat_of_game = self._seats[f"g{self._started_count}"] = ModelSeat(
+            start_new_game(request), model_seat
+        )
+        self.save_removal = self.save_removal.followed_by(seat_of_game.game.save_removal)
+        seat_of_game.game.play_until_choice()
+        return self._report_status(f"g{self._started_count}")
+
+    def game_status(self, game: str, *, history: bool = False) -> GameStatus:
+        """Return the status of a game, with all turns again if `history` is True."""
+        seat = self._seat_of_game(game)
+        seat.last_reported_turn = -1 if history else seat.last_reported_turn
+        return self._report_status(game)
+
+    def play_action(self, game: str, action: str, turn: int = 0) -> GameStatus:
+        """Play an action and return the status; raise BadParameter if `turn` is not the next one.
+
+        A `turn` of 0 stands for any.
+        """
+        seat = self._seat_of_game(game)
+        current_game, view = seat.game, seat.game.view()
+        next_turn = len(current_game.session.turns) + 1
+        if turn and turn != next_turn and not current_game.session.over:
+            raise BadParameter(f"turn: got {turn}, expected {next_turn}")
+        space = (
+            view.action_labels
+            if view.state_action_labels
+            else current_game.problem.actions[seat.seat]
+        )
+        current_game.choose(space.parse_action(action))
+        return self._report_status(game)
+
+    def get_hint(self, game: str) -> JsonObject:
+        """Return a hint as data, and record in the transcript that the model requested it."""
+        current_game = self._seat_of_game(game).game
+        current_game.check_hints_allowed("hint")
+        message = current_game.hint_provider.create_hint()
+        hint = current_game.hint_provider.current_hint
+        if hint is None:
+            raise BadParameter(message)
+        current_game.record_hint()
+        return hint.data
+
+    def undo_turns(self, game: str, turns: int = 1) -> GameStatus:
+        """Undo the model's last choices and the turns since, and return the status."""
+        seat = self._seat_of_game(game)
+        if seat.game.session.over:
+            raise BadParameter("undo: the game is over")
+        seat.game.undo(turns)
+        seat.last_reported_turn = len(seat.game.session.turns)
+        return self._report_status(game)
+
+    def end_game(self, game: str) -> JsonObject:
+        """End a game, and return its result and the hidden information of every turn."""
+        seat = self._seat_of_game(game)
+        self._finish_game(seat, "quit")
+        return seat.game.narrator.result_facts()
+
+    def end_all_games(self, reason: str = "interrupted") -> None:
+        """End all games, when the client has disconnected."""
+        for seat in self._seats.values():
+            self._finish_game(seat, reason)
+
+    def _finish_game(self, seat: ModelSeat, reason: str) -> None:
+        """Finish a game and its transcript, if it is not finished yet."""
+        recorder = seat.game.recorder
+        was_open = recorder and recorder.is_open
+        seat.game.finish(reason)
+        if (
+            recorder
+            and was_open
+            and not saves.remove_unplayed_save(recorder)
+            and recorder.write_error
+        ):
+            self.failed_recorders.append(recorder)
+
+    def _problem_name(self, problem: str) -> str:
+        """Return the name of the problem with an id; raise UnknownName if there is none."""
+        if problem not in self._problem_names:
+            raise UnknownName("problem", problem, self._problem_names)
+        return self._problem_names[problem]
+
+    def _seat_of_game(self, game: str) -> ModelSeat:
+        """Return the model's seat in the game with an id; raise UnknownName if there is none."""
+        if game not in self._seats:
+            raise UnknownName("game", game, self._seats)
+        return self._seats[game]
+
+    def _discard_finished_game(self) -> None:
+        """Discard the oldest finished game if there are MAX_GAMES.
+
+        Raises BadParameter if all of them are still being played.
+        """
+        if len(self._seats) < MAX_GAMES:
+            return
+        finished = [name for name, seat in self._seats.items() if seat.game.session.over]
+        if not finished:
+            raise BadParameter(f"new: {MAX_GAMES} games are played; end one of them by over")
+        del self._seats[finished[0]]
+
+    def _report_status(self, game_id: str) -> GameStatus:
+        """Return a game's status with the turns not reported yet; finish the game if it is over."""
+        model_seat = self._seats[game_id]
+        game, seat, session = model_seat.game, model_seat.seat, model_seat.game.session
+        if session.over:
+            self._finish_game(model_seat, "")
+        new_turns = range(model_seat.last_reported_turn + 1, len(session.turns) + 1)
+        model_seat.last_reported_turn = len(session.turns)
+        legal = session.legal_actions_mask(seat)
+        shows_text = self.config.show_belief or not game.problem.partially_observable
+        return {
+            "game": game_id,
+            "seat": game.problem.agents[seat],
+            "turn": model_seat.last_reported_turn,
+            "turns": [_encode_turn_percept(model_seat, turn) for turn in new_turns],
+            "seen": encode_observation(
+                game.problem, seat, session.observation_after(seat, model_seat.last_reported_turn)
+            ),
+            "legal": describe_choices(game.problem, seat, legal, session.action_labels(seat)),
+            "words": game.narrator.describe_situation(game.snapshot(seat)) if shows_text else "",
+            "ending": game.narrator.describe_result() if session.over else "",
+        }
+
+
+def _encode_turn_percept(seat: ModelSeat, turn: int) -> JsonObject:
+    """Return the seat's percept of a turn as facts; of turn 0, the initial observation."""
+    session, seat_index = seat.game.session, seat.seat
+    if not turn:
+        facts = {
+            "observation": encode_observation(
+                session.problem, seat_index, session.observation_after(seat_index, 0)
+            )
+        }
+    else:
+        facts = encode_percept(
+            session.problem, seat_index, session.build_percept(seat_index, turn), 0
+        )
+    return {"turn": turn} | facts
+
+
+def _builtin_problem_names() -> list[str]:
+    """Return the names of the built-in problems and of their variants."""
+    return [
+        f"{name}:{variant}" if variant else name
+        for name in problem_names()
+        for variant in problems.load_variants(name)
+    ]
+
+
+def _make_folder(folder: Path) -> None:
+    """Create a folder if it does not exist; raise BadParameter if that fails."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise BadParameter(f"--output: {folder}: {error.strerror}") from None
+
+
+def _problem_id(name: str) -> str:
+    """Return the id of a problem: its name, or for a file, its name without the folder."""
+    if names_data_file(name):
+        return Path(name).stem
+    path, colon, suffix = name.partition(":")
+    return f"{Path(path).stem}{colon}{suffix}" if names_python_file(name) else name
+
+
+def _assign_players(problem: Problem, model_seat: int, other_agent: str) -> list[str]:
+    """Return the player of each seat: an agent, or "human" for the model's seat.
+
+    Raises UnknownName if a seat has no agent named `others`.
+    """
+    if other_agent and len(problem.agents) == 1:
+        raise BadParameter(f"others: got {other_agent!r}, expected none: there is one seat only")
+    players = []
+    for seat in range(len(problem.agents)):
+        seat_roster = agents.load_roster(problem, seat)
+        base_name = other_agent.partition(":")[0]
+        if other_agent and base_name not in seat_roster.agents:
+            raise UnknownName("agent", base_name, seat_roster.agents)
+        players.append(
+            HUMAN_PLAYER if seat == model_seat else other_agent or seat_roster.default_partner
+        )
+    return players

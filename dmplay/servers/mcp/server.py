@@ -1,0 +1,154 @@
+"""A server of the Model Context Protocol, which offers games to a language model as tools."""
+
+import sys
+from collections.abc import Callable, Sequence
+from typing import Any, cast
+
+from mcp.server import MCPServer
+from mcp.server.mcpserver import Context
+from mcp.server.mcpserver.exceptions import ToolError
+from mcp.server.stdio import stdio_server
+from pydantic import ValidationError
+
+from dmplay import __version__
+from dmplay.core.text import escape_newlines, escape_unprintable
+from dmplay.core.user_code_locations import describe_error_location
+from dmplay.errors import DmplayError, UnknownName
+from dmplay.external.bots.protocol import JsonObject
+from dmplay.servers.mcp.language_model_games import GameStatus, ModelGames
+from dmplay.servers.mcp.stdio_streams import StdioStreams
+from dmplay.terminal.signals import exit_on_signals
+from dmplay.ui.game_launcher import report_removed_saves, report_write_errors
+
+INSTRUCTIONS = """\
+Play decision problems. list names them, info tells the rules of one, new begins a game and gives
+its id; look tells where it stands, act plays a turn, over ends it. Act on what you are told: what
+is hidden comes out at the end."""
+MAX_ERROR_CHARACTERS = 1000
+TERMINAL_NOTICE = "dmplay mcp: a client speaks here, not a person; dmplay guide mcp tells how"
+
+
+class McpServer(MCPServer[None]):
+    """A server that reports each failed call in one line."""
+
+    async def call_tool(
+        self, name: str, arguments: dict[str, Any], context: Context[None, Any] | None = None
+    ) -> Any:
+        """Return the result of a call; raise ToolError with a message of one line."""
+        for tool in await self.list_tools():
+            properties = tool.input_schema["properties"]
+            unknown_names = [
+                argument
+                for argument in arguments
+                if tool.name == name and argument not in properties
+            ]
+            if unknown_names:
+                raise ToolError(
+                    _format_error(
+                        UnknownName("argument", unknown_names[0], properties, error_prefix=name)
+                    )
+                )
+        try:
+            return await super().call_tool(name, arguments, context)
+        except ToolError as error:
+            raise ToolError(_format_error(error.__cause__ or error)) from None
+
+    async def run_stdio_async(self) -> None:
+        """Serve a client on the standard streams until it disconnects or a signal arrives."""
+        streams, low_level = StdioStreams(), self._lowlevel_server
+        try:
+            async with stdio_server(cast(Any, streams), cast(Any, streams)) as (incoming, outgoing):
+                await low_level.run(incoming, outgoing, low_level.create_initialization_options())
+        finally:
+            streams.close()
+
+
+def _format_error(error: BaseException) -> str:
+    """Return an error's message in one line, without locations of files.
+
+    The location of an unexpected error is printed to stderr only: the client is not trusted with
+    it.
+    """
+    if isinstance(error, ValidationError):
+        messages = [f"{detail['loc'][0]}: {detail['msg']}" for detail in error.errors()]
+        return escape_newlines("; ".join(messages))
+    if isinstance(error, DmplayError | ToolError):
+        return escape_newlines(escape_unprintable(str(error)))[:MAX_ERROR_CHARACTERS]
+    print(
+        f"error: {escape_unprintable(describe_error_location(error) or repr(error))}",
+        file=sys.stderr,
+    )
+    return f"unexpected {type(error).__name__}; whoever runs dmplay can read where"
+
+
+def make_server(games: ModelGames) -> MCPServer[None]:
+    """Return a server with the tools of the games; hint and undo only if they are allowed."""
+    game_server = McpServer(
+        "dmplay", version=__version__, instructions=INSTRUCTIONS, log_level="CRITICAL"
+    )
+    config = games.config
+    is_allowed = {"hint": config.allow_hints, "undo": config.allow_undo}
+    for tool in _make_tools(games):
+        name = tool.__name__.rstrip("_")
+        if is_allowed.get(name, True):
+            game_server.add_tool(tool, name=name)
+    return game_server
+
+
+def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
+    """Return the tools; a model reads their names, parameters and docstrings."""
+
+    async def list_() -> list[dict[str, str]]:
+        """List the problems that can be played."""
+        return games.list_problems()
+
+    async def info(problem: str) -> JsonObject:
+        """Return the rules of a problem: its description, seats, actions, observations, parameters
+        and the agents that can play the other seats.
+        """
+        return games.problem_info(problem)
+
+    async def new(problem: str, seat: str = "", others: str = "") -> GameStatus:
+        """Start a game. You play the first seat unless you name another. Agents play the other
+        seats: the default ones unless you name one.
+        """
+        return games.start_game(problem, seat, others)
+
+    async def look(game: str, history: bool = False) -> GameStatus:
+        """Return the current situation of a game; with `history`, also all turns played."""
+        return games.game_status(game, history=history)
+
+    async def act(game: str, action: str | int | float, turn: int = 0) -> GameStatus:
+        """Play a turn with one of the legal actions. If you give the number of the turn, it is
+        played at most once.
+        """
+        return games.play_action(game, str(action), turn)
+
+    async def hint(game: str) -> JsonObject:
+        """Return the action that a good player would choose. The transcript records each hint."""
+        return games.get_hint(game)
+
+    async def undo(game: str, turns: int = 1) -> GameStatus:
+        """Take back your last turns. The same actions then lead to the same random events."""
+        return games.undo_turns(game, turns)
+
+    async def over(game: str) -> JsonObject:
+        """End a game. Return its result, its rewards and, turn by turn, what was hidden."""
+        return games.end_game(game)
+
+    return list_, info, new, look, act, hint, undo, over
+
+
+def serve(games: ModelGames) -> int:
+    """Serve a client on the standard streams until it disconnects, and return the exit code."""
+    if sys.stdin.isatty():
+        print(TERMINAL_NOTICE, file=sys.stderr)
+    try:
+        with exit_on_signals():
+            make_server(games).run()
+    except* ConnectionError:
+        pass  # the client is gone
+    finally:
+        games.end_all_games()
+        report_removed_saves(games.save_removal)
+    return report_write_errors(games.failed_recorders)

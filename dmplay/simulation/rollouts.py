@@ -1,0 +1,539 @@
+"""Rollouts: batches of games, played by policies without people, and their returns."""
+
+import math
+import sys
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Executor
+from contextlib import contextmanager, nullcontext
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy
+from dmplay.core.policy import Memory, Policy, call_policy, check_policies, required_fields
+from dmplay.core.problem import Outcome, Problem, check_problem, check_rewards
+from dmplay.core.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
+from dmplay.core.spaces import ACTION_DECIMALS, Interval, Labels
+from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
+from dmplay.core.work_budget import (
+    DEFAULT_MEMORY_BYTES,
+    Budget,
+    ProgressCallback,
+    report_progress_to,
+    scale_progress,
+    scale_progress_part,
+)
+from dmplay.errors import (
+    BadParameter,
+    DmplayError,
+    Forfeit,
+    LostGames,
+    UnknownName,
+)
+from dmplay.simulation.worker_pool import MAX_BLOCK_EPISODES, WorkerCount, run_blocks
+
+MIN_BLOCK_EPISODES, PROBE_EPISODES, PROBE_TURNS = (
+    8,
+    32,
+    2,
+)  # minimum episodes of a block; episodes and turns of a timing probe
+DISPATCH_SECONDS = 0.006  # seconds that an executor takes to dispatch a block to a worker
+MEMORY_COPIES = 8  # copies of a memory that a policy makes while it updates it
+# bytes that are freed at once, so that the allocator keeps them for the next arrays
+PREALLOCATED_BYTES = 2**24
+# seconds of the largest probe, so that the cold caches of a busy machine do not count
+MIN_LARGE_PROBE_SECONDS = 0.005
+MIN_GAME_SECONDS = 1e-9  # seconds that a probed game takes at least
+MAX_QUICK_PROBE_SECONDS = 0.005  # seconds of a probe of one game up to which larger probes are run
+
+
+class Rollout(NamedTuple):
+    """The results of E games of n agents; arrays that are not kept have no rows."""
+
+    returns: Reals  # [E, n], discounted sums of rewards
+    total_rewards: Reals  # [E, n], undiscounted sums of rewards
+    turn_counts: Ints  # [E]
+    terminated: Bools  # [E], whether the game ended in a terminal state
+    final_states: Array  # [E, ...], the final states
+    control_variates: Reals  # [E, n], discounted sums of the control variate
+
+
+# the luck [B, n] in the rewards of a turn
+ControlVariateFunction = Callable[[Array, Array, Outcome], Reals]
+DEFAULT_ARRAYS = (
+    "returns",
+    "total_rewards",
+    "turn_counts",
+    "terminated",
+    "final_states",
+)  # the arrays kept by default
+
+
+class RolloutSpec(NamedTuple):
+    """The settings of a rollout: episodes, turn limit, seed, workers, and the arrays to keep."""
+
+    episodes: range
+    turn_limit: int | None = None
+    seed: int = 0
+    workers: WorkerCount = 1
+    executor: Executor | None = None
+    progress: ProgressCallback | None = None
+    keep: Sequence[str] = DEFAULT_ARRAYS
+    control_variate: ControlVariateFunction | None = None
+
+
+class PartialResults(NamedTuple):
+    """The results of the games that were played before a rollout was cut short."""
+
+    rollouts: tuple[Rollout, ...]  # one for each entrant; empty if no games were played
+    episodes: Ints
+
+
+class RolloutInterrupted(KeyboardInterrupt):
+    """A KeyboardInterrupt (Ctrl-C) during a rollout, with the partial results."""
+
+    def __init__(self, partial_results: PartialResults) -> None:
+        super().__init__("interrupted")
+        self.partial_results = partial_results
+
+
+class RolloutBlocksLost(LostGames):
+    """Games that were lost with their workers, with the partial results of the others."""
+
+    def __init__(self, error: LostGames, partial_results: PartialResults) -> None:
+        super().__init__(error.blocks, error.reason)
+        self.partial_results = partial_results
+
+
+def rollout(  # noqa: PLR0913 - each is the caller's to choose
+    problem: Problem,
+    policies: Sequence[Policy],
+    *,
+    episodes: int,
+    turn_limit: int | None = None,
+    seed: int = 0,
+    first_episode: int = 0,
+    workers: WorkerCount = 1,
+    executor: Executor | None = None,
+    progress: ProgressCallback | None = None,
+    keep: Sequence[str] = DEFAULT_ARRAYS,
+) -> Rollout:
+    """Play consecutive episodes of a seed from `first_episode` on, with one policy per seat.
+
+    Row r is the game that a session plays with `SeededUniforms(seed, first_episode + r)`, whatever
+    the workers, the executor, the blocks and their order. `progress` is called with the share of
+    the games that is played. Raise RolloutBlocksLost if workers died again and again,
+    RolloutInterrupted on Ctrl-C, and BadPolicy, IllegalAction or BadParameter for what cannot be
+    played.
+    """
+    episode_range = range(first_episode, first_episode + episodes)
+    spec = RolloutSpec(episode_range, turn_limit, seed, workers, executor, progress, keep)
+    (result,) = rollout_entrants(problem, [policies], spec)
+    return result
+
+
+def rollout_entrants(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec
+) -> tuple[Rollout, ...]:
+    """Play the same games with each entrant (a policy per seat), and return a rollout for each.
+
+    The games are played block by block, so that after an interruption all entrants have played the
+    same games. `control_variate` computes the luck in the outcome of joint actions; without it the
+    luck is 0.
+    """
+    episode_range, keep, workers, progress = spec.episodes, spec.keep, spec.workers, spec.progress
+    if episode_range.stop < episode_range.start:
+        raise BadParameter(
+            f"episodes: got {episode_range.stop - episode_range.start}, expected 0 or more"
+        )
+    spec = spec._replace(seed=SeededUniforms(spec.seed, episode_range.start).seed)
+    check_problem(problem, spec.turn_limit)
+    for policies in entrants:
+        check_policies(problem.agents, policies)
+    for name in keep:
+        if name not in Rollout._fields:
+            raise UnknownName("array to keep", name, Rollout._fields)
+    block_function = partial(
+        _run_block_for_entrants, problem, entrants, spec._replace(executor=None, progress=None)
+    )
+    in_process = spec.executor is None and workers == 1 and progress is None
+    probe_workers = 0 if in_process else workers if isinstance(workers, int) else 1
+    block_size = (
+        MAX_BLOCK_EPISODES
+        if len(episode_range) <= MIN_BLOCK_EPISODES
+        else _block_size(problem, entrants, spec, probe_workers)
+    )
+    results: tuple[Rollout, ...] | None = None
+    finished = np.zeros(len(episode_range), bool)
+    with report_progress_to(progress) if progress else nullcontext():
+        budget = Budget("a rollout", "try fewer games at a time", math.inf)
+        try:
+            blocks = run_blocks(
+                block_function,
+                episode_range,
+                size=block_size,
+                workers=workers,
+                executor=spec.executor,
+            )
+            for block, block_results in blocks:
+                results = results or tuple(
+                    _allocate_rollout(block_result, keep, len(episode_range))
+                    for block_result in block_results
+                )
+                block_rows = slice(
+                    block.start - episode_range.start, block.stop - episode_range.start
+                )
+                for result, block_result in zip(results, block_results, strict=True):
+                    for name in keep:
+                        getattr(result, name)[block_rows] = getattr(block_result, name)
+                finished[block_rows] = True
+                budget.spend_work(0, float(finished.mean()))
+        except LostGames as error:
+            raise RolloutBlocksLost(
+                error, _partial_results(results, keep, episode_range.start, finished)
+            ) from None
+        except KeyboardInterrupt:
+            raise RolloutInterrupted(
+                _partial_results(results, keep, episode_range.start, finished)
+            ) from None
+    return results or block_function(episode_range)
+
+
+def _block_size(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec, workers: int
+) -> int:
+    """Return the episodes per block: few enough for memory, and not more than suits the workers."""
+    size = MAX_BLOCK_EPISODES
+    for index, policies in enumerate(entrants):
+        with _set_error_entrant(index):
+            size = min(size, _max_episodes_in_memory(problem, policies, spec.seed))
+            try:
+                if workers:
+                    size = min(size, _efficient_block_size(problem, policies, spec, workers))
+            except Forfeit:  # A game of the probe does not count.
+                size = MIN_BLOCK_EPISODES
+    return size
+
+
+def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: int) -> int:
+    """Return the largest number of episodes whose memories fit, measured by those of one game."""
+    state = problem.sample_initial_states(
+        generate_uniforms(
+            seed, NATURE_STREAM, 0, first_episode=0, rows=1, count=problem.uniform_counts.start
+        )
+    )
+    memory_bytes = sum(
+        array.nbytes
+        for seat, policy in enumerate(policies)
+        for array in call_memory_method(
+            "turn 1", policy.initial_memory, 1, problem.initial_observation(state, seat)
+        )
+    )
+    return int(
+        np.clip(
+            DEFAULT_MEMORY_BYTES / (MEMORY_COPIES * max(memory_bytes, 1)),
+            MIN_BLOCK_EPISODES,
+            MAX_BLOCK_EPISODES,
+        )
+    )
+
+
+def _efficient_block_size(
+    problem: Problem, policies: Sequence[Policy], spec: RolloutSpec, workers: int
+) -> int:
+    """Return the episodes per block for which at most a twentieth of the time is overhead.
+
+    A block also takes long enough to dispatch blocks to all workers in the meantime. Both are
+    measured by the first turns of one game and of several; of few if one game is slow.
+
+    The time is that of this thread, so that other programs do not count, or the waiting for them.
+    """
+
+    # A script may have no action after the last turn of the game.
+    limit = problem.horizon if spec.turn_limit is None else spec.turn_limit
+    turns = PROBE_TURNS if limit is None else min(PROBE_TURNS, limit)
+
+    def measure_seconds(episode_count: int) -> float:
+        """Return the seconds that the first turns of this many episodes take."""
+        start_time = time.thread_time()
+        _run_block(problem, policies, RolloutSpec(range(episode_count), turns, spec.seed, keep=()))
+        return time.thread_time() - start_time
+
+    measure_seconds(1)  # The first call computes what is cached later.
+    start_time = time.perf_counter()
+    measure_seconds(1)
+    is_quick = time.perf_counter() - start_time < MAX_QUICK_PROBE_SECONDS
+    small_count, large_count, repeats = (
+        (2, PROBE_EPISODES, 3) if is_quick else (1, MIN_BLOCK_EPISODES, 1)
+    )  # a single game may be unusual
+    small_seconds, large_seconds = (
+        min(measure_seconds(count) for _ in range(repeats)) for count in (small_count, large_count)
+    )
+    while (
+        is_quick
+        and large_seconds < max(2 * small_seconds, MIN_LARGE_PROBE_SECONDS)
+        and large_count < MAX_BLOCK_EPISODES
+    ):  # too few games to measure the cost of one more, beside that of cold caches
+        large_count = min(4 * large_count, MAX_BLOCK_EPISODES)
+        large_seconds = min(measure_seconds(large_count) for _ in range(repeats))
+    # The difference may be too small, and the clock of a thread too coarse.
+    seconds_per_game = max(
+        (large_seconds - small_seconds) / (large_count - small_count),
+        0.05 * large_seconds / large_count,
+        MIN_GAME_SECONDS,
+    )
+    block_size = (
+        max(19.0 * (small_seconds - small_count * seconds_per_game), DISPATCH_SECONDS * workers)
+        / seconds_per_game
+    )
+    return int(np.clip(block_size, MIN_BLOCK_EPISODES, MAX_BLOCK_EPISODES))
+
+
+def _allocate_rollout(template: Rollout, keep: Sequence[str], episodes: int) -> Rollout:
+    """Return uninitialized arrays for the episodes, without rows in those that are not kept."""
+    row_counts = [episodes if name in keep else 0 for name in Rollout._fields]
+    return Rollout(
+        *(
+            np.empty((row_count, *array.shape[1:]), array.dtype)
+            for row_count, array in zip(row_counts, template, strict=True)
+        )
+    )
+
+
+def _partial_results(
+    results: tuple[Rollout, ...] | None, keep: Sequence[str], first_episode: int, finished: Bools
+) -> PartialResults:
+    """Return the results and the numbers of the episodes that were finished."""
+    rollouts_so_far = (
+        result._replace(**{name: getattr(result, name)[finished] for name in keep})
+        for result in results or ()
+    )
+    return PartialResults(tuple(rollouts_so_far), first_episode + np.flatnonzero(finished))
+
+
+def _run_block_for_entrants(
+    problem: Problem, entrants: Sequence[Sequence[Policy]], spec: RolloutSpec, episodes: range
+) -> tuple[Rollout, ...]:
+    """Return the rollout of each entrant for one block of episodes."""
+    np.empty(
+        PREALLOCATED_BYTES, np.uint8
+    )  # Until this much is freed at once, glibc gives the memory of arrays back page by page.
+    spec = spec._replace(episodes=episodes)
+    results = []
+    for index, policies in enumerate(entrants):
+        with scale_progress_part(index, len(entrants)), _set_error_entrant(index):
+            try:
+                results.append(_run_block(problem, policies, spec))
+            except Forfeit as error:
+                if error.episode is not None:
+                    error.episode += episodes.start
+                raise
+    return tuple(results)
+
+
+@contextmanager
+def _set_error_entrant(entrant_index: int) -> Iterator[None]:
+    """Run the block and record the index of the entrant in errors that it raises."""
+    try:
+        yield
+    except DmplayError as error:
+        error.entrant_index = entrant_index
+        raise
+
+
+def _run_block(  # noqa: PLR0915 - the steps of one loop
+    problem: Problem, policies: Sequence[Policy], spec: RolloutSpec
+) -> Rollout:
+    """Play a block of games in parallel rows and return their rollout.
+
+    All rows consume uniforms every turn, finished or not, so that two policies meet the same random
+    events.
+    """
+    episodes, seed, control_variate, episode_count = (
+        spec.episodes,
+        spec.seed,
+        spec.control_variate,
+        len(spec.episodes),
+    )
+    default_limit = problem.horizon or (
+        DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize
+    )
+    limit = default_limit if spec.turn_limit is None else spec.turn_limit
+    budget = Budget("a rollout", "try fewer games at a time", math.inf)
+    budget.check_memory(
+        24.0
+        * episode_count
+        * max(*problem.uniform_counts, *(policy.uniform_count for policy in policies))
+    )
+
+    running = np.arange(episode_count)  # the games that are still running
+
+    def generate_block_uniforms(stream: int, turn: int, count: int) -> Reals:
+        """Return the uniforms of the running games."""
+        selected_rows = running if len(running) < episode_count else None
+        return generate_uniforms(
+            seed,
+            stream,
+            turn,
+            first_episode=episodes.start,
+            rows=episode_count,
+            count=count,
+            selected_rows=selected_rows,
+        )
+
+    state = problem.sample_initial_states(
+        generate_block_uniforms(NATURE_STREAM, 0, problem.uniform_counts.start)
+    )
+    discounted = problem.discount != 1.0
+    sums = [
+        np.zeros((episode_count, len(policies)))
+        for _ in range(1 + discounted + bool(control_variate))
+    ]
+    # turns played -> arrays of the games that ended then
+    finished_groups = list[tuple[int, Memory]]()
+    weight, turns_played = 1.0, 0
+    memories = [
+        call_memory_method(
+            "turn 1", player.initial_memory, episode_count, problem.initial_observation(state, seat)
+        )
+        for seat, player in enumerate(policies)
+    ]
+    for turn in range(1, limit + 1):
+        terminal = problem.terminal(state)
+        (finished_rows,) = terminal.nonzero()
+        if len(finished_rows):  # Finished games are stored, and the others continue.
+            arrays, (running_rows,) = (running, state, *sums), (~terminal).nonzero()
+            finished_groups.append((turns_played, _take_rows(arrays, finished_rows)))
+            running, state, *sums = _take_rows(arrays, running_rows)
+            memories = [_take_rows(memory, running_rows) for memory in memories]
+        if not len(running):
+            break
+        progress = (turn - 1) / (limit if limit < sys.maxsize else DEFAULT_TURN_LIMIT + turn)
+        # finished games count as fully played
+        share = 1.0 - (1.0 - progress) * len(running) / episode_count
+        budget.spend_work(0, share)
+        choice_uniforms = [
+            generate_block_uniforms(1 + seat, turn, policy.uniform_count)
+            for seat, policy in enumerate(policies)
+        ]
+        error_prefixes = [f"turn {turn}, {agent}" for agent in problem.agents]
+        players = zip(error_prefixes, policies, memories, strict=True)
+        choosers = [partial(_choose_for_seat, *player) for player in players]
+        with scale_progress(share, share):
+            actions = _choose_joint_actions(
+                problem, choosers, state, choice_uniforms, error_prefixes
+            )
+        outcome = problem.step(
+            state,
+            actions,
+            generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step),
+        )
+        check_rewards(problem, outcome.rewards)
+        memories = [
+            call_memory_method(
+                prefix,
+                player.update_memory,
+                len(running),
+                memory,
+                problem.build_percept(seat, actions, outcome, required_fields(player)),
+            )
+            for seat, (prefix, player, memory) in enumerate(
+                zip(error_prefixes, policies, memories, strict=True)
+            )
+        ]
+        sums[0] += outcome.rewards
+        if discounted:
+            sums[1] += weight * outcome.rewards
+        if control_variate:
+            sums[-1] += weight * control_variate(state, actions, outcome)
+        state, turns_played = outcome.state, turn
+        weight *= problem.discount
+    finished_groups.append((turns_played, (running, state, *sums)))
+    terminal = np.ones(episode_count, bool)
+    terminal[running] = problem.terminal(state)
+    turn_counts, state, totals, *other_sums = _merge_in_episode_order(finished_groups)
+    control_variates = other_sums.pop() if control_variate else np.zeros_like(totals)
+    returns = other_sums.pop() if discounted else totals.copy()
+    result = Rollout(returns, totals, turn_counts, terminal, state, control_variates)
+    omitted = {*Rollout._fields} - {*spec.keep}
+    return result._replace(**{name: getattr(result, name)[:0] for name in omitted})
+
+
+def _merge_in_episode_order(ended: Sequence[tuple[int, Memory]]) -> Memory:
+    """Return the turn counts and the arrays of all finished games, in episode order."""
+    turns_played, parts = zip(*ended, strict=True)
+    indices, *arrays = map(np.concatenate, zip(*parts, strict=True))
+    turn_counts = np.repeat(turns_played, [len(group[0]) for group in parts])
+    order = np.empty_like(indices)
+    order[indices] = np.arange(len(indices))
+    return _take_rows((turn_counts, *arrays), order)
+
+
+def _take_rows(arrays: Memory, indices: Ints) -> Memory:
+    """Return the rows at these indices of each array."""
+    return tuple([array.take(indices, axis=0) for array in arrays])
+
+
+def _choose_for_seat(
+    error_prefix: str, policy: Policy, memory: Memory, legal: Bools | None, u: Reals
+) -> Array:
+    """Return the actions that a policy chooses, one for each game; raise BadPolicy if invalid."""
+    return validate_policy_actions(
+        policy, call_policy(error_prefix, policy.choose, memory, legal, u), len(u), error_prefix
+    )
+
+
+def _validate_actions(
+    action_set: Labels | Interval, choices: Array, legal: Bools | None, error_prefix: str
+) -> Array:
+    """Return valid actions `[B]`, labels as integers; raise IllegalAction where a session would."""
+    if action_set.labels and choices.dtype.kind == "f":
+        for action in np.unique(choices):
+            action_set.validate_action(action.item(), error_prefix)
+    actions = choices.astype(np.int64, copy=False) if action_set.labels else choices
+    # As an unsigned number, a negative action is larger than the last index.
+    if not action_set.labels or np.maximum.reduce(actions.view(np.uint64)) >= len(
+        action_set.labels
+    ):
+        for action in (actions.min(), actions.max()):
+            action_set.validate_action(action.item(), error_prefix)
+    if action_set.labels and legal is not None:
+        is_legal = legal.reshape(-1).take(np.arange(0, legal.size, legal.shape[1]) + actions)
+        if not is_legal.all():
+            row = is_legal.argmin()
+            action_set.validate_action(actions[row].item(), error_prefix, legal[row])
+    return actions
+
+
+def _choose_joint_actions(
+    problem: Problem,
+    choosers: Sequence[Callable[[Bools | None, Reals], Array]],
+    state: Array,
+    uniforms: Sequence[Reals],
+    error_prefixes: Sequence[str],
+) -> Array:
+    """Return the joint actions `[B, n]` that the policies choose, real numbers rounded."""
+    legal = problem.legal_actions_mask(state)
+    choices = [
+        choose(None if legal is None else readonly_copy(legal[:, seat]), u)
+        for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
+    ]
+    if legal is not None:  # Inactive agents wait, whatever their policy chose.
+        inactive = problem.inactive_agents(state)
+        for seat, is_inactive in enumerate(inactive.T):
+            if is_inactive.any():
+                choices[seat] = np.where(is_inactive, problem.wait_action(seat), choices[seat])
+    valid_actions = [
+        _validate_actions(
+            problem.actions[seat],
+            seat_actions,
+            None if legal is None else legal[:, seat],
+            error_prefixes[seat],
+        )
+        for seat, seat_actions in enumerate(choices)
+    ]
+    actions = np.stack(valid_actions, axis=1).astype(int if all(problem.action_counts) else float)
+    # Rounded as in a session, so that the text of an action is exactly the action.
+    return np.round(actions, ACTION_DECIMALS) + 0.0 if actions.dtype.kind == "f" else actions

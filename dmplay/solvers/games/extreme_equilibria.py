@@ -1,0 +1,96 @@
+"""The extreme equilibria of a bimatrix game; all its equilibria are mixtures of them.
+
+They are pairs of vertices of the two best-response polyhedra, each of which has one agent's mixed
+strategies and an upper bound on the other's payoff. Two vertices are an equilibrium if every action
+is not played or a best reply. In degenerate games the agents may play different numbers of actions
+and there may be infinitely many equilibria; all vertices are enumerated here too. Source: Avis,
+Rosenberg, Savani and von Stengel, Enumeration of Nash equilibria for two-player games (2010).
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.work_budget import Budget
+from dmplay.solvers import double_description
+from dmplay.solvers.games.bimatrix_game import (
+    MixedProfile,
+    find_enumerable_actions,
+    normalize_payoffs,
+)
+
+
+class _ResponseVertices(NamedTuple):
+    """The vertices of one agent's mixed strategies, with the actions that are tight in each.
+
+    These are the agent's unplayed actions, and the best replies of the other agent.
+    """
+
+    mixed_strategies: Reals  # [N, A]
+    unplayed_actions: Bools  # [N, A], of its own actions
+    best_responses: Bools  # [N, B], best replies of the other agent
+
+
+def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
+    """Return the extreme equilibria, those with few played actions first.
+
+    Returns no equilibrium for a nondegenerate or too large game.
+    """
+    rows, columns = find_enumerable_actions(payoffs)
+    if not rows:
+        return []
+    reduced_payoffs = normalize_payoffs(payoffs)[np.ix_(rows, columns)]
+    budget = Budget("the corners of best replies", "try fewer actions, or search", 1e10)
+    first, second = (
+        _enumerate_vertices(reduced_payoffs[:, :, 1], budget),
+        _enumerate_vertices(reduced_payoffs[:, :, 0].T, budget),
+    )
+    if _is_nondegenerate(first) and _is_nondegenerate(second):
+        return []
+    first_missing = np.hstack([~first.unplayed_actions, ~first.best_responses]).astype(float)
+    second_missing = np.hstack([~second.best_responses, ~second.unplayed_actions]).astype(float)
+    budget.check_memory(16.0 * len(first_missing) * len(second_missing))
+    equilibria = []
+    for i, j in np.argwhere(first_missing @ second_missing.T == 0):
+        profile = MixedProfile(np.zeros(payoffs.shape[0]), np.zeros(payoffs.shape[1]))
+        profile.row_strategy[rows], profile.column_strategy[columns] = (
+            first.mixed_strategies[i],
+            second.mixed_strategies[j],
+        )
+        equilibria.append(profile)
+    return sorted(equilibria, key=_support_sort_key)
+
+
+def _enumerate_vertices(payoffs: Reals, budget: Budget) -> _ResponseVertices:
+    """Return the vertices of the row agent's mixed strategies, given the other's payoffs.
+
+    The payoffs `[A, B]` are those of the other agent, whose actions are the columns.
+    """
+    action_count = len(payoffs)
+    rays = np.eye(action_count + 1)
+    # upper bound on the other's payoff, from its first reply only
+    rays[:action_count, action_count] = payoffs[:, 0]
+    cone = double_description.make_simplicial_cone(rays)
+    for reply in payoffs.T[1:]:
+        cone = double_description.cut_cone(cone, np.append(-reply, 1.0), budget)
+    shares = cone.rays[:, :action_count].sum(axis=1)
+    rays, tight = cone.rays[shares > 0, :action_count], cone.tight_borders[shares > 0]
+    mixes = rays / shares[shares > 0, None]
+    return _ResponseVertices(
+        np.where(tight[:, :action_count], 0.0, mixes),
+        tight[:, :action_count],
+        tight[:, action_count:],
+    )
+
+
+def _is_nondegenerate(vertices: _ResponseVertices) -> bool:
+    """Return whether every vertex has as many tight labels as the agent has actions."""
+    label_counts = vertices.unplayed_actions.sum(axis=1) + vertices.best_responses.sum(axis=1)
+    return bool((label_counts == vertices.mixed_strategies.shape[1]).all())
+
+
+def _support_sort_key(profile: MixedProfile) -> tuple[int, list[bool], list[float]]:
+    """Return the sort key that orders profiles as support enumeration does."""
+    mix = np.concatenate(profile)
+    return int((mix > 0).sum()), (mix == 0).tolist(), (-mix).tolist()

@@ -1,0 +1,114 @@
+"""Simple games of any number of agents: a pure equilibrium, else regret matching+.
+
+In regret matching each agent plays in proportion to its nonnegative cumulative regrets (Hart and
+Mas-Colell, 2000; Tammelin, 2014, for the +). The result is the average strategy of all agents with
+their regrets; these vanish for two opposed agents, but not always for more.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
+from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
+
+MAX_ROUNDS = 4096
+
+
+class RegretMatchingResult(NamedTuple):
+    """A mixed strategy for each agent, and each agent's gain by its best action."""
+
+    mixed_strategies: tuple[Reals, ...]  # [A] of each agent
+    regrets: Reals  # [n]
+    round_count: int  # 0 for a pure equilibrium
+
+
+def find_equilibrium(payoffs: Reals) -> RegretMatchingResult:
+    """Return the best solution found for the payoffs `[A1, ..., An, n]`."""
+    pure = _find_pure_equilibrium(payoffs)
+    return pure or _run_regret_matching(payoffs)
+
+
+def compute_response_values(
+    payoffs: Reals, mixed_strategies: tuple[Reals, ...], seat: int
+) -> Reals:
+    """Return the expected payoff of each action `[A]` of a seat against the others' strategies."""
+    values = np.moveaxis(payoffs[..., seat], seat, 0)
+    for other_strategy in reversed(
+        [strategy for index, strategy in enumerate(mixed_strategies) if index != seat]
+    ):
+        values = values @ other_strategy
+    return np.asarray(values)
+
+
+def compute_regrets(payoffs: Reals, mixed_strategies: tuple[Reals, ...]) -> Reals:
+    """Return the gain `[n]` of each agent by its best action."""
+    response_values = [
+        compute_response_values(payoffs, mixed_strategies, seat)
+        for seat in range(len(mixed_strategies))
+    ]
+    return np.array(
+        [
+            values.max() - strategy @ values
+            for values, strategy in zip(response_values, mixed_strategies, strict=True)
+        ]
+    )
+
+
+def _find_pure_equilibrium(payoffs: Reals) -> RegretMatchingResult | None:
+    """Return the first equilibrium in pure actions, or None."""
+    agents = payoffs.shape[-1]
+    stable = np.ones(payoffs.shape[:-1], bool)
+    for seat in range(agents):
+        seat_payoffs = payoffs[..., seat]
+        stable &= seat_payoffs >= seat_payoffs.max(axis=seat, keepdims=True) - VALUE_TOLERANCE
+    if not stable.any():
+        return None
+    actions = np.argwhere(stable)[0]
+    strategies = tuple(np.eye(stable.shape[seat])[actions[seat]] for seat in range(agents))
+    return RegretMatchingResult(
+        strategies, np.maximum(compute_regrets(payoffs, strategies), 0.0), 0
+    )
+
+
+def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
+    """Return the average strategies with the least maximum regret.
+
+    They are checked after rounds 1, 2, 4, 8 and so on.
+    """
+    budget = Budget("matching regrets", "try fewer agents or actions")
+    agents = payoffs.shape[-1]
+    regrets = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
+    sums = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
+    best: RegretMatchingResult | None = None
+    for round_number in range(1, MAX_ROUNDS + 1):
+        budget.spend_work(
+            ARRAY_CALL_WORK * agents + 4.0 * payoffs.size * agents, round_number / MAX_ROUNDS
+        )
+        for seat in range(agents):  # Agents are updated one after another.
+            strategies = tuple(map(_compute_regret_strategy, regrets))
+            values = compute_response_values(payoffs, strategies, seat)
+            sums[seat] += round_number * strategies[seat]
+            regrets[seat] = np.maximum(regrets[seat] + values - strategies[seat] @ values, 0.0)
+        if round_number & (round_number - 1) == 0:
+            averages = tuple(weighted_sum / weighted_sum.sum() for weighted_sum in sums)
+            result = RegretMatchingResult(
+                averages, compute_regrets(payoffs, averages), round_number
+            )
+            if best is None or result.regrets.max() < best.regrets.max():
+                best = result
+            if best.regrets.max() <= VALUE_TOLERANCE:
+                break
+    assert best
+    return best
+
+
+def _compute_regret_strategy(cumulative_regret: Reals) -> Reals:
+    """Return a strategy in proportion to cumulative regrets, or the uniform one if all are 0."""
+    total = cumulative_regret.sum()
+    return np.asarray(
+        cumulative_regret / total
+        if total > 0
+        else np.full(len(cumulative_regret), 1.0 / len(cumulative_regret))
+    )

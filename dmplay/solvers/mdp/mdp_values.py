@@ -1,0 +1,120 @@
+"""Value iteration and policy evaluation for finite MDPs (sections 7.2 and 7.5)."""
+
+import numpy as np
+
+from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.tabular import Tables
+from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
+from dmplay.errors import BudgetExceeded
+
+MAX_SWEEPS = 10_000  # without a discount
+CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop
+# Values this close count as equal, because the last bits differ between processors.
+VALUE_TOLERANCE = 1e-9
+ROUNDING_ERROR = 1e-13  # relative to the greatest value
+FINITE_VALUE_REMEDY = "a discount below 1, or a last turn: --turns N, or a horizon of the problem"
+ENDLESS_GAME_MESSAGE = f"nothing is discounted and games need not end; give {FINITE_VALUE_REMEDY}"
+
+
+def compute_action_values(tables: Tables, discount: float, values: Reals) -> Reals:
+    """Return Q `[S, A]` for agent 1: one step followed by U `[S]`."""
+    return np.asarray(tables.rewards[:, :, 0] + discount * (tables.transition @ values))
+
+
+def compute_finite_horizon_values(tables: Tables, discount: float, sweep_count: int) -> Reals:
+    """Return U_k `[S]`, the value of k turns: k synchronous sweeps from U_0 = 0."""
+    budget = _make_budget()
+    values = np.zeros(len(tables.transition))
+    for _ in range(sweep_count):
+        budget.spend_work(ARRAY_CALL_WORK / 2 + tables.transition.size)
+        values = compute_action_values(tables, discount, values).max(axis=1)
+    return values
+
+
+def compute_optimal_q(tables: Tables, discount: float) -> Reals:
+    """Return Q* `[S, A]` by policy iteration, exact up to the linear solves.
+
+    Without a discount, a policy that never ends has no linear solve; then the values are swept
+    until they converge.
+    """
+    if discount == 1.0:
+        return compute_action_values(tables, discount, _iterate_undiscounted_values(tables))
+    budget = _make_budget()
+    state_count, action_count, _ = tables.transition.shape
+    policy = mark_best_actions(
+        compute_action_values(tables, discount, np.zeros(len(tables.transition)))
+    )
+    while True:
+        budget.spend_work(
+            4 * ARRAY_CALL_WORK + state_count**2 * (4 * action_count + state_count / 10)
+        )
+        values = evaluate_policy(tables, discount, policy / policy.sum(axis=1, keepdims=True))
+        q = compute_action_values(tables, discount, values)
+        improved = q.max(axis=1) > values + compute_tolerance(values)
+        if not improved.any():
+            return q
+        policy = np.where(improved[:, None], mark_best_actions(q), policy)
+
+
+def _make_budget() -> Budget:
+    """Return a new budget for value iteration."""
+    return Budget("value iteration", "try fewer states, or search", 1e10)
+
+
+def compute_tolerance(values: Reals, min_tolerance: float = VALUE_TOLERANCE) -> float:
+    """Return the difference up to which values of this size count as equal."""
+    return max(min_tolerance, ROUNDING_ERROR * float(np.abs(values).max()))
+
+
+def _iterate_undiscounted_values(tables: Tables) -> Reals:
+    """Return undiscounted values `[S]`, swept until they converge or MAX_SWEEPS is reached.
+
+    Raises BudgetExceeded if they still change after that.
+    """
+    budget = _make_budget()
+    values, change = np.zeros(len(tables.transition)), np.inf
+    for _ in range(MAX_SWEEPS):
+        budget.spend_work(ARRAY_CALL_WORK + tables.transition.size)
+        previous, values = values, compute_action_values(tables, 1.0, values).max(axis=1)
+        change = float(abs(values - previous).max())
+        if change < CONVERGENCE_TOLERANCE:
+            break
+    if change > compute_tolerance(values):
+        raise BudgetExceeded(
+            budget.task, f"values change by {change:.3g} a turn", ENDLESS_GAME_MESSAGE
+        )
+    return values
+
+
+def evaluate_policy(tables: Tables, discount: float, policy: Reals) -> Reals:
+    """Return U `[S]` of the stochastic policy `[S, A]`.
+
+    `discount` is below 1, or the policy leaves every state in the end.
+    """
+    transition = np.einsum("sa,sat->st", policy, tables.transition)
+    rewards = (policy * tables.rewards[:, :, 0]).sum(axis=1)
+    return np.linalg.solve(np.eye(len(rewards)) - discount * transition, rewards)
+
+
+def mark_best_actions(q: Reals) -> Bools:
+    """Return a mask of the actions `[..., A]` with the greatest value, ties included."""
+    # The maximum along the first axis is much faster.
+    greatest = np.ascontiguousarray(q.T).max(axis=0).T
+    return np.asarray(q >= greatest[..., None] - VALUE_TOLERANCE)
+
+
+def select_greedy_actions(q: Reals) -> Ints:
+    """Return the index `[...]` of the first action of greatest value, from values `[..., A]`."""
+    if q.ndim != 2 or len(q) < q.shape[1]:
+        return np.asarray(np.argmax(mark_best_actions(q), axis=-1))
+    # For many rows, a comparison action by action is much faster.
+    by_action = np.ascontiguousarray(q.T)
+    threshold = by_action.max(axis=0) - VALUE_TOLERANCE
+    is_decided, first = (
+        by_action[0] >= threshold,
+        np.zeros(len(q), np.min_scalar_type(len(by_action))),
+    )
+    for values in by_action[1:]:
+        first += ~is_decided
+        is_decided |= values >= threshold
+    return first.astype(np.int64)

@@ -1,0 +1,130 @@
+"""The invariant that the legal actions of one agent reveal nothing about a hidden state.
+
+All states that the agent considers possible must have the same legal actions. Otherwise an agent
+that sees the legal actions knows more than its belief, and the values of beliefs are wrong.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from dmplay.core.arrays import Array, Bools, Ints
+from dmplay.core.problem import (
+    Problem,
+    checked_state_indices,
+    enumerate_possible_outcomes,
+    initial_state_distribution,
+)
+from dmplay.core.table_checks import PROBABILITY_TOLERANCE
+from dmplay.core.violation import CheckResult, CheckResults
+from dmplay.errors import BadParameter, BudgetExceeded
+from dmplay.simulation.random_play import MAX_ENUMERATED_STATES
+
+
+def check_legal_action_leak(problem: Problem) -> CheckResults:
+    """Yield checks that states which an agent cannot tell apart have the same legal actions.
+
+    At most some hundred sets of such states are checked.
+    """
+    has_few_states = (
+        isinstance(problem.state_count, int) and problem.state_count <= MAX_ENUMERATED_STATES
+    )
+    if not (
+        problem.partially_observable
+        and has_few_states
+        and len(problem.agents) == 1
+        and problem.actions[0].labels
+    ):
+        return
+    states = problem.enumerate_states()
+    legal = problem.legal_actions_mask(states)
+    if legal is None or not (legal != legal[:1]).any():
+        return
+    legal_actions = legal[:, 0]
+    try:
+        state_sets = [*_iter_indistinguishable_states(problem, states, legal_actions)]
+    except (
+        BadParameter,
+        BudgetExceeded,
+    ):  # outcomes cannot be listed, or another invariant is violated
+        return
+    for state_set in state_sets:
+        different = state_set[
+            (legal_actions[state_set] != legal_actions[state_set[0]]).any(axis=1)
+        ][:1]
+        first_text, second_text = (
+            problem.format_state(states[s]) for s in (state_set[0], *different, state_set[0])[:2]
+        )
+        difference = (
+            f"other actions in {second_text!r} than in "
+            f"{first_text!r}, which nothing seen tells apart"
+        )
+        yield CheckResult(
+            not len(different), "legal_actions_mask", f"legal_actions_mask: got {difference}"
+        )
+
+
+def has_legal_action_leak(problem: Problem) -> bool:
+    """Return whether legal actions reveal something about a hidden state.
+
+    The values of beliefs are then wrong.
+    """
+    return not all(result.ok for result in check_legal_action_leak(problem))
+
+
+def _iter_indistinguishable_states(problem: Problem, states: Array, legal: Bools) -> Iterator[Ints]:
+    """Yield sets of states that an agent which sees its legal actions cannot tell apart.
+
+    It stops extending the list after some hundred sets.
+    """
+    transitions = [
+        _possible_transitions(problem, states, legal[:, a], a) for a in range(legal.shape[1])
+    ]
+    is_active, initial_observations = (
+        ~problem.terminal(states),
+        problem.initial_observations(states)[:, 0],
+    )
+    p, start_states = initial_state_distribution(problem)
+    is_start = np.isin(
+        np.arange(len(states)),
+        checked_state_indices(problem, start_states)[p > PROBABILITY_TOLERANCE],
+    )
+    masks = [
+        is_start & (initial_observations == observation)
+        for observation in np.unique(initial_observations[is_start])
+    ]
+    visited = {value.tobytes() for value in masks}
+    for mask in masks:  # the list grows during the loop
+        state_set = np.flatnonzero(mask & is_active)
+        if not len(state_set):
+            continue
+        yield state_set
+        if len(masks) > MAX_ENUMERATED_STATES:
+            continue
+        for a in np.flatnonzero(legal[state_set].all(axis=0)):
+            is_source = np.isin(transitions[a][0], state_set)
+            _, next_states, observation = (part[is_source] for part in transitions[a])
+            for value in np.unique(observation):
+                next_mask = np.isin(np.arange(len(states)), next_states[observation == value])
+                if next_mask.tobytes() not in visited:
+                    visited.add(next_mask.tobytes())
+                    masks.append(next_mask)
+
+
+def _possible_transitions(
+    problem: Problem, states: Array, legal: Bools, a: int
+) -> tuple[Ints, Ints, Ints]:
+    """Return the possible transitions of an action: state, next state, observation, each `[N]`."""
+    legal_states = np.flatnonzero(legal)
+    row, p, outcome = enumerate_possible_outcomes(
+        problem, states[legal_states], np.full((len(legal_states), 1), a)
+    )
+    transitions = (
+        legal_states[row],
+        checked_state_indices(problem, outcome.state),
+        outcome.observations[:, 0],
+    )
+    source, next_states, observations = (
+        part[p > PROBABILITY_TOLERANCE] for part in transitions
+    )  # smaller probabilities are rounding errors
+    return source, next_states, observations

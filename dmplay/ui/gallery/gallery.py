@@ -1,0 +1,436 @@
+"""The gallery: a list of all problems by kind, and a preview of the selected one."""
+
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.core.text import escape_unprintable, format_count
+from dmplay.core.work_budget import ComputationStopped
+from dmplay.errors import DmplayError
+from dmplay.game import saves
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.game import Game
+from dmplay.game.player_records import ProblemRecord, find_record, load_records
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter, ScreenPosition
+from dmplay.terminal.styles import to_rich_text
+from dmplay.transcript.reader import TranscriptOutline
+from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
+from dmplay.ui.gallery.problem_list import ProblemEntry
+from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
+from dmplay.ui.shell.commands import PlayerQuit
+
+LIST_COLUMNS = 31  # columns of the list
+MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs
+MIN_PREVIEW_ROWS = 16  # rows from which a preview is shown
+CHROME_ROWS = 3  # rows of title, message and keys
+SHELL_COMMAND = ("shell",)
+
+
+def todays_seed() -> int:
+    """Return the seed of the game of the day: the current date in UTC, as YYYYMMDD."""
+    return int(time.strftime("%Y%m%d", time.gmtime()))
+
+
+class Gallery:
+    """The state of the gallery: the list, the filter, the selection and the final command."""
+
+    thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
+
+    def __init__(self, entries: list[ProblemEntry], terminal: Terminal, daily_seed: int) -> None:
+        self.terminal = terminal
+        self.message = self.progress_message = ""
+        # words of the CLI command to run after the gallery quits
+        self.pending_command: tuple[str, ...] = ()
+        self.daily_seed = daily_seed
+        self._entries = entries
+        self._cursor_row = 0  # index among the visible entries
+        self._filter_text = ""
+        self._is_filtering = False
+        self._help_page_index: int | None = None  # page of the help, None if it is closed
+        self._viewport = Viewport(80, 24)
+        self._previews: dict[str, ProblemPreview | str] = {}  # a string is the error message
+        self._records: list[ProblemRecord] = []
+        self._unfinished_games: dict[
+            str, TranscriptOutline
+        ] = {}  # the last unfinished game of each problem
+        self._games_loaded = False  # records and unfinished games were loaded
+
+    @property
+    def visible_entries(self) -> list[ProblemEntry]:
+        """The entries whose name or heading contains the filter text."""
+        word = self._filter_text.lower()
+        return [
+            entry for entry in self._entries if word in entry.name or word in entry.heading.lower()
+        ]
+
+    @property
+    def selected_problem(self) -> str:
+        """The name of the selected problem, '' if no entry is visible."""
+        entries = self.visible_entries
+        return entries[min(self._cursor_row, len(entries) - 1)].name if entries else ""
+
+    # Painting
+
+    def paint(self, painter: Painter) -> None:
+        """Paint the current gallery onto the terminal."""
+        self._viewport = Viewport(*painter.get_size(), self.terminal.ascii)
+        rows = self.compose_rows(self._viewport)
+        cursor = next((y for y, row in enumerate(rows) if row.plain.startswith(">")), None)
+        painter.paint(Text("\n").join(rows), None if cursor is None else ScreenPosition(0, cursor))
+
+    def compose_rows(self, viewport: Viewport) -> list[Text]:
+        """Return the whole screen: exactly as many rows as the viewport has, none wider."""
+        body_height = max(viewport.height - CHROME_ROWS, 1)
+        rows = [
+            self._title_row(viewport),
+            *self._compose_body(viewport, body_height),
+            self._message_row(viewport),
+            self._key_row(viewport),
+        ]
+        if viewport.height <= CHROME_ROWS:
+            rows = [rows[0], *[rows[1], rows[-1]][: viewport.height]][-viewport.height :]
+        return [fit_text(row, viewport) for row in rows]
+
+    def _title_row(self, viewport: Viewport) -> Text:
+        """Return the title row with the number of visible problems and the daily seed."""
+        title = Text(" dmplay  ", style="bold")
+        status = (
+            f"{format_count(len(self.visible_entries), 'problem')} "
+            f"  game of the day: seed {self.daily_seed}"
+        )
+        if len(title.plain) + len(status) > viewport.width:
+            status = (
+                f"{format_count(len(self.visible_entries), 'problem')} "
+                f"  today's seed {self.daily_seed}"
+            )
+        return title.append(status, style="not bold")
+
+    def _compose_body(self, viewport: Viewport, body_height: int) -> list[Text]:
+        """Return the rows between title and message: the help page, or the list and the preview."""
+        if self._help_page_index is not None:
+            pages = _help_pages(viewport)
+            return _pad_rows(pages[min(self._help_page_index, len(pages) - 1)], body_height)
+        list_rows = _pad_rows(self._list_rows(body_height), body_height)
+        if not _has_preview_space(viewport):
+            return list_rows
+        preview_rows = _pad_rows(
+            self._preview_rows(viewport.width - LIST_COLUMNS - 1, body_height), body_height
+        )
+        for row, preview_row in zip(list_rows, preview_rows, strict=True):
+            row.truncate(LIST_COLUMNS - 1, overflow="ellipsis", pad=True)
+            row.append(" ").append_text(preview_row)
+        return list_rows
+
+    def _list_rows(self, body_height: int) -> list[Text]:
+        """Return the rows of the list around the selected problem, with a heading for each kind."""
+        rows, heading, cursor_index = [], "", 0
+        for entry in self.visible_entries:
+            if entry.heading != heading:
+                heading = entry.heading
+                rows.append(Text(f" {heading}", style="dim"))
+            is_selected = entry.name == self.selected_problem
+            cursor_index = len(rows) if is_selected else cursor_index
+            style = "bold reverse" if is_selected else ""
+            rows.append(
+                Text(">" if is_selected else " ").append(
+                    f" {escape_unprintable(entry.name)} ", style=style
+                )
+            )
+        if not rows:
+            rows.append(Text(" nothing of this name or kind"))
+        first_row = min(max(cursor_index - body_height // 2, 0), max(len(rows) - body_height, 0))
+        return rows[first_row : first_row + body_height]
+
+    def _preview_rows(self, width: int, body_height: int) -> list[Text]:
+        """Return the preview of the selected problem, or the reason why there is none."""
+        problem_preview = self._previews.get(self.selected_problem)
+        if problem_preview is None:
+            return []
+        if isinstance(problem_preview, str):
+            return wrap_text(problem_preview, width)
+        title = Text(escape_unprintable(self.selected_problem), style="bold").append(
+            f"  {problem_preview.kind}", style="not bold"
+        )
+        return [
+            title,
+            *problem_preview.render_rows(
+                width, body_height - 1, self._your_game_rows, ascii_=self.terminal.ascii
+            ),
+        ]
+
+    @property
+    def _your_game_rows(self) -> list[Text]:
+        """The rows about the player's best, last and unfinished games of the selected problem."""
+        name, problem_preview = self.selected_problem, self._previews.get(self.selected_problem)
+        if not isinstance(problem_preview, ProblemPreview):
+            return []
+        first_agent = problem_preview.view.problem.agents[0]
+        return your_game_rows(
+            find_record(self._records, name, {}, None, first_agent),
+            self._unfinished_games.get(name),
+        )
+
+    def _message_row(self, viewport: Viewport) -> Text:
+        """Return the message row: the typed filter, a message, the active filter, or the goal."""
+        if self._is_filtering:
+            return Text(f" /{self._filter_text}_  Enter keeps the filter, Esc drops it")
+        if self.progress_message or self.message:
+            return Text(f" {escape_unprintable(self.progress_message or self.message)}")
+        if self._filter_text:
+            return Text(f" only {self._filter_text!r}; Esc shows all")
+        problem_preview = self._previews.get(self.selected_problem)
+        if (
+            isinstance(problem_preview, ProblemPreview)
+            and self._help_page_index is None
+            and not _has_preview_space(viewport)
+        ):
+            goal, *_ = problem_preview.goal.split("; ")
+            return Text(
+                f" goal: {goal}" if len(goal) + len(" goal: ") <= viewport.width else f" {goal}"
+            )
+        return Text("")
+
+    def _key_row(self, viewport: Viewport) -> Text:
+        """Return the row of keys; if not all of them fit, those of low priority are left out."""
+        row = Text(" ", style="dim")
+        footer_keys = [key for key in GALLERY_KEYS if key.footer_label]
+        for min_priority in range(5):  # Drop keys of low priority first.
+            text = "  ".join(
+                f"{key.label} {key.footer_label}"
+                for key in footer_keys
+                if key.priority >= min_priority
+            )
+            if len(text) < viewport.width:
+                break
+        return row.append(text)
+
+    # Keys
+
+    def handle_key(self, key: str) -> None:
+        """Handle a key, then load the selected problem's preview; raise PlayerQuit if it quits.
+
+        The empty key after the first frame only loads the preview.
+        """
+        self.message = "" if key else self.message
+        if self._help_page_index is not None:
+            self._help_page_index = self._next_help_page(self._help_page_index, key)
+        elif not (self._is_filtering and self._handle_filter_key(key)):
+            for gallery_key in GALLERY_KEYS:
+                if key in gallery_key.keys:
+                    gallery_key.handler(self)
+        self._load_preview()
+
+    def _next_help_page(self, page_index: int, key: str) -> int | None:
+        """Return the help page after a key, or None if the key closes the help."""
+        if key in NEXT_PAGE_KEYS and page_index + 1 < len(_help_pages(self._viewport)):
+            return page_index + 1
+        return page_index if key in ("", "?") else None
+
+    def _handle_filter_key(self, key: str) -> bool:
+        """Handle a key while the filter is typed; return whether the key was used."""
+        if key == "escape":
+            self.clear_filter()
+        elif key == "enter":
+            self._is_filtering = False
+        elif key == "backspace":
+            self._filter_text, self._is_filtering = self._filter_text[:-1], bool(self._filter_text)
+        elif len(key) == 1 and key.isprintable():
+            self._filter_text, self._cursor_row = self._filter_text + key, 0
+        else:
+            return False
+        return True
+
+    def _load_preview(self) -> None:
+        """Load the player's games and the selected problem's preview, if they are not loaded.
+
+        Keep the message of an error in place of the preview.
+        """
+        name = self.selected_problem
+        try:
+            if not self._games_loaded:
+                self._records, self._unfinished_games = run_cancellable(
+                    TaskInfo("reading your games"), _load_your_games
+                )
+                self._games_loaded = True
+            if name and name not in self._previews:
+                task_info = TaskInfo(f"opening {name}")
+                self._previews[name] = run_cancellable(
+                    task_info, lambda: make_preview(name, self.daily_seed)
+                )
+        except ComputationStopped:
+            return
+        except DmplayError as error:
+            self._previews[name] = escape_unprintable(str(error))
+
+    def move_cursor(self, rows: int) -> None:
+        """Move the cursor by `rows` entries, within the list."""
+        last = max(len(self.visible_entries) - 1, 0)
+        self._cursor_row = min(max(min(self._cursor_row, last) + rows, 0), last)
+
+    def move_page(self, pages: int) -> None:
+        """Move the cursor by `pages` screens of the list."""
+        self.move_cursor(pages * max(self._viewport.height - CHROME_ROWS - 1, 1))
+
+    def quit_with_command(self, *words: str) -> None:
+        """Quit the gallery to run a CLI command, if a problem is selected or it is the shell."""
+        if self.selected_problem or words == SHELL_COMMAND:
+            self.pending_command = words
+            raise PlayerQuit
+
+    def watch_best_agent(self) -> None:
+        """Quit the gallery to watch the best agent play the selected problem."""
+        problem_preview = self._previews.get(self.selected_problem)
+        if isinstance(problem_preview, ProblemPreview):
+            self.quit_with_command(
+                "play", self.selected_problem, "--agent", problem_preview.best_agent
+            )
+
+    def resume_game(self) -> None:
+        """Quit the gallery to resume the selected problem's unfinished game, or the last one.
+
+        Show a message if there is none.
+        """
+        unfinished_game = self._unfinished_games.get(self.selected_problem) or next(
+            iter(self._unfinished_games.values()), None
+        )
+        if unfinished_game:
+            self.quit_with_command("resume", unfinished_game.path)
+        self.message = "no game is unfinished"
+
+    def start_filter(self) -> None:
+        """Start typing a new filter."""
+        self._is_filtering, self._filter_text = True, ""
+
+    def clear_filter(self) -> None:
+        """Clear the filter and keep the selection."""
+        name, self._filter_text, self._is_filtering = self.selected_problem, "", False
+        names = [entry.name for entry in self.visible_entries]
+        self._cursor_row = names.index(name) if name in names else 0
+
+    def open_help(self) -> None:
+        """Open the help at its first page."""
+        self._help_page_index = 0
+
+    def quit_gallery(self) -> None:
+        """Quit the gallery."""
+        raise PlayerQuit
+
+    def return_from_game(self, game: Game) -> None:
+        """Show the result of a game after returning from it, and reload the player's games."""
+        self.message = f"{game.problem_name}: {game.narrator.describe_result()}"
+        self._games_loaded = False
+
+    # Background tasks
+
+    def show_progress(self, task_info: TaskInfo, progress: str) -> None:
+        """Show a running task."""
+        self.progress_message = f"{task_info.message} ..."
+
+    def abandon_task(self) -> None:
+        """Abandon a cancelled task."""
+        self.message = "cancelled"
+
+
+def _load_your_games() -> tuple[list[ProblemRecord], dict[str, TranscriptOutline]]:
+    """Return the player's records, and the last unfinished game of each problem, newest first."""
+    unfinished_games: dict[str, TranscriptOutline] = {}
+    for outline in saves.iter_unfinished_saves():
+        unfinished_games.setdefault(outline.header.problem.partition(":")[0], outline)
+    return load_records(), unfinished_games
+
+
+def _has_preview_space(viewport: Viewport) -> bool:
+    """Return whether the preview fits beside the list."""
+    return (
+        viewport.width - LIST_COLUMNS >= MIN_PREVIEW_COLUMNS and viewport.height >= MIN_PREVIEW_ROWS
+    )
+
+
+def _pad_rows(rows: list[Text], body_height: int) -> list[Text]:
+    """Return exactly `body_height` rows: cut, or padded with empty ones."""
+    return [*rows[:body_height], *(Text("") for _ in range(body_height - len(rows)))]
+
+
+def _help_pages(viewport: Viewport) -> list[list[Text]]:
+    """Return the help about the gallery and its keys, split into pages that fit the viewport."""
+    from dmplay.ui.screen.frame import split_pages
+
+    introduction = (
+        "Every problem that can be played, by kind: whether you play alone, and whether you see "
+        "all there is. Beside it stand its first frame, its goal, who else can play it, and how "
+        "you did. Enter plays; when you leave the game you are here again."
+    )
+    lines = [introduction, "", *(f"  {key.label:<9} {key.help}" for key in GALLERY_KEYS)]
+    parts = split_pages(viewport, FrameState(page_rows=lines))
+    return [[to_rich_text(fit_line(row, viewport)) for row in part] for part in parts]
+
+
+class GalleryKey(NamedTuple):
+    """A key of the gallery: its names, label, description, handler and priority."""
+
+    keys: tuple[str, ...]
+    label: str
+    footer_label: str  # text in the key row; '' to leave the key out
+    help: str
+    handler: Callable[[Gallery], None]
+    priority: int = 2  # keys of high priority stay in a narrow row
+
+
+GALLERY_KEYS = (
+    GalleryKey(
+        ("enter",),
+        "Enter",
+        "play",
+        "play the chosen problem",
+        lambda g: g.quit_with_command("play", g.selected_problem),
+        4,
+    ),
+    GalleryKey(("c",), "c", "go on", "go on with the game that you left", Gallery.resume_game),
+    GalleryKey(
+        ("a",),
+        "a",
+        "watch",
+        "watch its best agent play; Space steps, P plays",
+        Gallery.watch_best_agent,
+    ),
+    GalleryKey(
+        ("d",),
+        "d",
+        "today's",
+        "the game of the day: its seed is the date in UTC, the same for all",
+        lambda g: g.quit_with_command("play", g.selected_problem, "--seed", str(g.daily_seed)),
+        1,
+    ),
+    GalleryKey(
+        ("/",),
+        "/",
+        "filter",
+        "show only some, by name or kind; Esc shows all",
+        Gallery.start_filter,
+        1,
+    ),
+    GalleryKey(
+        (":",),
+        ":",
+        "shell",
+        "type commands; quit comes back",
+        lambda g: g.quit_with_command(*SHELL_COMMAND),
+        1,
+    ),
+    GalleryKey(("?",), "?", "help", "these keys; any key goes back", Gallery.open_help, 3),
+    GalleryKey(("q",), "q", "quit", "leave", Gallery.quit_gallery, 4),
+    GalleryKey(("up", "k", "wheel up"), "up, k", "", "the one above", lambda g: g.move_cursor(-1)),
+    GalleryKey(
+        ("down", "j", "wheel down"), "down, j", "", "the one below", lambda g: g.move_cursor(1)
+    ),
+    GalleryKey(("pageup",), "PgUp", "", "a screen up", lambda g: g.move_page(-1)),
+    GalleryKey(("pagedown",), "PgDn", "", "a screen down", lambda g: g.move_page(1)),
+    GalleryKey(
+        ("home",), "Home", "", "the first", lambda g: g.move_cursor(-len(g.visible_entries))
+    ),
+    GalleryKey(("end",), "End", "", "the last", lambda g: g.move_cursor(len(g.visible_entries))),
+    GalleryKey(("escape",), "Esc", "", "show all again", Gallery.clear_filter),
+)

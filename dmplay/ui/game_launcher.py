@@ -1,0 +1,183 @@
+"""The launcher of games and shells: full screen, lines of text, JSON or no output at all."""
+
+import contextlib
+import sys
+from collections.abc import Iterable, Iterator, Sequence
+from shlex import quote
+
+from dmplay import __version__
+from dmplay.core.text import escape_unprintable
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.command_line_results import PlayCommand, ShellCommand
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import format_resume_command, start_game
+from dmplay.game.saves import SaveRemoval
+from dmplay.registry import problems
+from dmplay.terminal.capabilities import current_terminal
+from dmplay.terminal.signals import exit_on_signals
+from dmplay.transcript.recorder import Recorder
+from dmplay.ui.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
+from dmplay.ui.gallery.problem_list import list_problem_entries
+from dmplay.ui.screen.full_screen import run_full_screen
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
+from dmplay.ui.shell.shell import Shell, run_prompt_loop, run_script
+
+INVALID_LINE_EXIT_CODE = 2  # as for an invalid command line
+SHELL_BANNER = f"""\
+dmplay {__version__}: decision problems, in words
+list names them, play hexworld begins one,
+help tells the rest, Ctrl-D leaves"""
+
+
+def play_game(table: GameController, command: PlayCommand) -> int:
+    """Play a game with the front end that the terminal allows, and return the exit code."""
+    terminal, quiet = current_terminal(command.terminal_options), command.quiet
+    plain_reason = "--quiet" if quiet else terminal.plain_reason
+    if command.has_rate_option and plain_reason:
+        raise BadParameter(
+            f"--rate: real time is for the full screen; there is none (from {plain_reason})"
+        )
+    table.set_game(start_game(command.request))
+    code, has_invalid_line = 0, False
+    with _end_game_on_exit(table, quiet=quiet):
+        if terminal.full_screen and not quiet:
+            code = run_full_screen(
+                PlayScreen(table, terminal, command.speed, command.realtime_rate)
+            )
+            table.end_game("interrupted" if code else "quit")
+            print(table.game.narrator.describe_result())
+        else:
+            reporter = (
+                JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
+            )
+            has_invalid_line = play_by_lines(
+                table, terminal, sys.stdin, Reporter() if quiet else reporter
+            )
+            if quiet and table.game.narrator.end_explanation:
+                print(table.game.narrator.end_explanation, file=sys.stderr)
+    return code or _report_faults(table, has_invalid_line=has_invalid_line)
+
+
+def run_shell(table: GameController, command: ShellCommand) -> int:
+    """Run the shell on commands that are typed, piped or given as options; return the exit code."""
+    terminal = current_terminal(command.terminal_options)
+    shell = Shell(table, terminal, command.speed)
+    code, has_invalid_line = 0, False
+    with _end_game_on_exit(table):
+        if command.commands:
+            has_invalid_line = run_script(shell, command.commands, "command", echo=False)
+        elif terminal.full_screen and command.opens_gallery:
+            code = _run_gallery(shell)
+        elif terminal.full_screen:
+            from dmplay.ui.shell import interactive_shell
+
+            print(SHELL_BANNER)
+            code = interactive_shell.run_prompt(shell)
+        elif terminal.is_interactive:
+            print(SHELL_BANNER)
+            run_prompt_loop(shell)
+        else:
+            has_invalid_line = run_script(shell, sys.stdin)
+        table.end_game("interrupted" if code else "quit")
+    return code or _report_faults(table, has_invalid_line=has_invalid_line)
+
+
+def _run_gallery(shell: Shell) -> int:
+    """Show the gallery and run each choice until the player leaves; return the exit code."""
+    gallery = Gallery(list_problem_entries(), shell.terminal, todays_seed())
+    while True:
+        code = run_full_screen(gallery)
+        if code or not gallery.pending_command:
+            return code
+        words, gallery.pending_command = gallery.pending_command, ()
+        try:
+            code = _run_gallery_choice(shell, gallery, words)
+        except DmplayError as error:
+            gallery.message = str(error)
+        if code:
+            return code
+
+
+def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) -> int:
+    """Play the chosen game on the full screen, or run the shell; return the exit code."""
+    table = shell.controller
+    if words == SHELL_COMMAND:
+        from dmplay.ui.shell import interactive_shell
+
+        print(SHELL_BANNER)
+        code = interactive_shell.run_prompt(shell)
+    else:
+        table.run_cli_words(words)
+        code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))
+    table.end_game("interrupted" if code else "quit")
+    if table.has_game:
+        gallery.return_from_game(table.game)
+    return code
+
+
+@contextlib.contextmanager
+def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator[None]:
+    """Run the block, end the game however the player leaves, and print where it is saved."""
+    try:
+        with exit_on_signals():
+            try:
+                yield
+            # An OSError means that the terminal is lost.
+            except (KeyboardInterrupt, OSError, SystemExit):
+                table.end_game("interrupted")
+                raise
+    finally:
+        if not quiet:
+            print_epilogue(table)
+        report_removed_saves(table.save_removal)
+
+
+def print_epilogue(table: GameController) -> None:
+    """Print the paths of the transcripts, and commands to go on with the last game.
+
+    They replay it, resume it if it was left, and play it again.
+    """
+    recorders = [
+        candidate
+        for candidate in table.finished_games
+        if not candidate.write_error and candidate.path.exists()
+    ]
+    lines = [f"transcript: {recorder.path}" for recorder in recorders]
+    # a sealed game can be neither replayed nor started again
+    sealed = table.has_game and table.game.is_concealed
+    if recorders:
+        is_current = table.has_game and recorders[-1] is table.game.recorder
+        if not (sealed and is_current):
+            needs_trust = problems.requires_trust(table.finished_games[recorders[-1]])
+            trust = " --trust" if needs_trust else ""
+            lines.append(f"replay: dmplay replay {quote(str(recorders[-1].path))}{trust}")
+        resume_command = format_resume_command(table.game) if is_current else ""
+        lines += [f"resume: {resume_command}"] if resume_command else []
+    if table.has_game and table.game.play_again_command and not sealed:
+        lines.append(f"again: {table.game.play_again_command}")
+    lines += [f"log: {path}" for path in table.game.log_paths] if table.has_game else []
+    for line in lines:
+        print(escape_unprintable(line), file=sys.stderr)
+
+
+def report_removed_saves(removal: SaveRemoval) -> None:
+    """Print how many saved games were deleted, and whether those that are left still take more."""
+    if str(removal):
+        print(removal, file=sys.stderr)
+
+
+def _report_faults(table: GameController, *, has_invalid_line: bool) -> int:
+    """Print each error of writing a transcript; return 1 for any, else 2 for an invalid line."""
+    return report_write_errors(table.finished_games) or INVALID_LINE_EXIT_CODE * has_invalid_line
+
+
+def report_write_errors(recorders: Iterable[Recorder]) -> int:
+    """Print each error of writing a transcript; return exit code 1 if there is any, else 0."""
+    failed = [recorder for recorder in recorders if recorder.write_error]
+    for recorder in failed:
+        if isinstance(recorder.write_error, BrokenPipeError):
+            raise recorder.write_error
+        message = escape_unprintable(recorder.describe_write_error())
+        print(f"error: {message}", file=sys.stderr)
+    return 1 if failed else 0

@@ -1,0 +1,203 @@
+"""The last row of the play screen: the keys that work now."""
+
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cache, lru_cache
+from itertools import product
+from typing import NamedTuple
+
+from rich.text import Text
+
+from dmplay.game.game import Game
+from dmplay.game.hints.hint_provider import Hint, count_hint_decimals, format_fixed
+from dmplay.game.key_bindings import KEY_SYMBOLS
+from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
+from dmplay.ui.shell.commands import find_command
+from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
+from dmplay.views.toolkit.canvas import BAR_LEVELS
+
+COMMAND_KEY_HELP = ": command"
+GAME_OVER_KEYS = (
+    ("new", "restart", "undo", "help", "quit"),
+    ("new", "help", "quit"),
+    ("help", "quit"),
+)
+COMMAND_KEYS = (
+    ("hint", "whatif", "undo", "help", "quit"),
+    ("hint", "undo", "help", "quit"),
+    ("hint", "help", "quit"),
+    ("help", "quit"),
+)
+SHORT_LABEL_COLUMNS = (7, 4)  # maximum label columns to try when the full labels do not fit
+
+
+class ActionKey(NamedTuple):
+    """A key that plays an action: its name, the action's label, legality and regret as text."""
+
+    key: str
+    label: str
+    is_legal: bool
+    regret_text: str = ""
+
+    @property
+    def text(self) -> str:
+        """The key, label and regret between blanks; key and label in brackets if illegal."""
+        key = KEY_SYMBOLS.get(self.key, self.key)
+        label = self.label if self.key == self.label else f"{key} {self.label}".strip()
+        return f" {label}{self.regret_text} " if self.is_legal else f"[{label}]"
+
+
+def format_footer(
+    game: Game, viewport: Viewport, frame_state: FrameState = EMPTY_FRAME_STATE
+) -> Text:
+    """Return the footer row: the game's action keys, then the command keys.
+
+    The help and quit keys are always included. Before a handover it has only Enter and quit.
+    """
+    if frame_state.handover_agent:
+        return fit_text(Text(" Enter shows the board  q quit"), viewport)
+    # A replayed transcript never counts as over, because the player can step back in it.
+    has_ended = game.request is not None and game.session.over
+    uses_game_over_keys, is_choosing = (
+        bool(frame_state.is_lookback or has_ended),
+        game.choosing_seat is not None,
+    )
+    skipped_count = 0 if uses_game_over_keys else 3 if game.hints_forbidden else not is_choosing
+    excluded_command = "undo" * bool(game.undo_forbidden_reason)
+    command_rows = _format_command_tails(
+        _navigation_keys(game, frame_state, is_game_over=has_ended),
+        skipped_count,
+        excluded_command,
+        is_game_over=uses_game_over_keys,
+    )
+    return (
+        _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
+        if is_choosing
+        else _format_commands_only(command_rows, viewport)
+    )
+
+
+@lru_cache(16)
+def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
+    """Return the footer with only the command keys; cached, so callers must not modify it."""
+    return _fit_footer([Text("")], command_rows, viewport)
+
+
+def _fit_footer(forms: Iterable[Text], command_rows: Sequence[str], viewport: Viewport) -> Text:
+    """Join the first form of the action keys that fits with the fullest command keys that fit.
+
+    If no form fits, the last one is cut with an ellipsis.
+    """
+    available, row = viewport.width - len(command_rows[-1]) - 1, Text()
+    for row in forms:
+        if len(row.plain) <= available:
+            break
+    if len(row.plain) > available > 1:
+        row.truncate(available - 1, overflow="ellipsis")
+        row.append(" ")
+    command_row = next(
+        (
+            command_row
+            for command_row in command_rows
+            if len(row.plain) + 1 + len(command_row) <= viewport.width
+        ),
+        command_rows[-1],
+    )
+    return fit_text(row.append(" ").append(command_row, style="dim"), viewport)
+
+
+def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
+    """Yield the rows of action keys, from the fullest form to the shortest.
+
+    For typed numbers these are instructions. With a hint, rows ranked by regret come first.
+    """
+    if game.keyboard.is_number_entry(game.viewing_seat):
+        nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
+        recommendation = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
+        yield Text(f"{recommendation} type a number, Enter plays it  {nudges} nudge it ")
+        yield Text(f"{recommendation} a number, Enter ")
+    else:
+        legal = [
+            ActionKey(*action_key)
+            for action_key in game.keyboard.list_actions_with_keys(game.view())
+        ]
+        yield from (_join_keys(ranked) for ranked in _iter_ranked_keys(legal, hint))
+        yield _join_keys(legal)
+        for max_width in (*SHORT_LABEL_COLUMNS, 0):
+            short_keys = [
+                action_key._replace(label=_truncate_label(action_key.label, max_width))
+                for action_key in legal
+            ]
+            # The shortened labels must stay distinct.
+            if not max_width or len({action_key.label for action_key in short_keys}) == len(
+                short_keys
+            ):
+                yield _join_keys(short_keys)
+
+
+def _truncate_label(label: str, max_width: int) -> str:
+    """Return a label cut to at most `max_width` columns with an ellipsis; '' if the width is 0."""
+    return label if len(label) <= max_width else f"{label[: max_width - 1]}…" if max_width else ""
+
+
+def _join_keys(actions: Sequence[ActionKey]) -> Text:
+    """Join the texts of action keys into one row."""
+    return Text("".join(action.text for action in actions))
+
+
+def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterator[list[ActionKey]]:
+    """Yield the legal actions ranked by regret, best first, each with its regret as a bar.
+
+    The rows come with names and numbers, with only one of them, then with neither. Yield nothing if
+    the hint has no regrets.
+    """
+    ranking = hint.ranked_actions if hint else []
+    if not ranking or hint is None:
+        return
+    max_regret, decimals = ranking[-1][1], count_hint_decimals([regret for _, regret in ranking])
+    for with_numbers, with_names in product((True, False), repeat=2):
+        ranked = []
+        for action, regret in ranking:
+            is_equally_good = with_names and hint.action not in {None, action}
+            regret_text = f" {EQUALLY_GOOD_LABEL if is_equally_good else BEST_LABEL}"
+            if regret:
+                bar = BAR_LEVELS[
+                    min(int(len(BAR_LEVELS) * regret / max_regret), len(BAR_LEVELS) - 1)
+                ]
+                regret_text = f" {bar}{format_fixed(-regret, decimals) if with_numbers else ''}"
+            label = actions[action].label if with_names else ""
+            ranked.append(actions[action]._replace(label=label, regret_text=regret_text))
+        yield ranked
+
+
+@lru_cache(16)
+def _format_command_tails(
+    navigation_keys: Sequence[str], skipped_count: int, excluded_command: str, *, is_game_over: bool
+) -> tuple[str, ...]:
+    """Return the command keys as texts, from the fullest row to the shortest.
+
+    The `navigation_keys` come first, `excluded_command` is left out, and the first `skipped_count`
+    rows are not used.
+    """
+    rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
+    command_rows = [[name for name in row if name != excluded_command] for row in rows]
+    tails = [
+        "  ".join([*navigation_keys, *map(_format_command_key, command_row), COMMAND_KEY_HELP])
+        for command_row in command_rows
+    ]
+    tails += ["  ".join([*navigation_keys, *map(_format_command_key, command_rows[-1])])]
+    return (*tails, "  ".join(map(_format_command_key, command_rows[-1])))
+
+
+def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
+    """Return the keys that step through a replay, a finished game, or a game of agents alone."""
+    if frame_state.is_lookback:
+        return ("← → turns", *["Enter plays on"] * (not game.strict))
+    if game.human_seats:
+        return ("Enter looks back",) * bool(game.session.over and game.session.turns)
+    return () if is_game_over else ("Space step", "P play")
+
+
+@cache
+def _format_command_key(command_name: str) -> str:
+    """Return the key and name of a command, such as 'Bksp undo'."""
+    return f"{find_command(command_name).key_label} {command_name}"

@@ -1,0 +1,415 @@
+"""The play screen as rows of text: title, goal, board and side panel, log, message and keys."""
+
+from collections.abc import Sequence
+from functools import lru_cache
+from itertools import chain
+from typing import NamedTuple
+
+from rich.text import Span, Text
+
+from dmplay.core.text import escape_unprintable, format_score
+from dmplay.game.game import Game
+from dmplay.game.hints.hint_provider import Hint
+from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.terminal.styles import ScreenLine, to_rich_text
+from dmplay.ui.screen import heading
+from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
+from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
+from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
+from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
+from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
+
+MIN_BOARD_ROWS, MIN_GOAL_ROWS = (
+    4,
+    20,
+)  # rows from which the screen has a board; rows from which the goal has its own row
+MAX_LOG_ROWS_BELOW = 8  # maximum rows of the log below the board while the game goes on
+MIN_SIDE_LOG_SCREEN_COLUMNS = 100  # screen columns from which the log is beside the board
+MIN_LOG_COLUMNS = 36  # columns reserved for the log beside the board
+PanelFacts = tuple[tuple[str, str], ...]  # (name, value) rows of the side panel
+# rows of the screen; a tuple if the same rows appear in several frames
+ScreenRows = Sequence[ScreenLine]
+BLANK_ROW = " "
+
+
+def compose_frame(
+    game: Game, viewport: Viewport, frame_state: FrameState, log: Sequence[str]
+) -> Text:
+    """Return the play screen as text: `viewport.height` rows, none wider than the viewport."""
+    return _join_parts(Frame(game, viewport, frame_state, log).compose_parts(), viewport)
+
+
+class Frame:
+    """One frame of the play screen: a game, the viewport, and the state that the screen adds."""
+
+    def __init__(
+        self,
+        game: Game,
+        viewport: Viewport,
+        frame_state: FrameState,
+        log: Sequence[str],
+        snapshot: SeatSnapshot | None = None,
+    ) -> None:
+        self._game, self._viewport, self._state, self._log = game, viewport, frame_state, log
+        self._snapshot = snapshot or game.snapshot()
+        self._body_height = viewport.height - 3 - has_goal_row(viewport)  # rows of board and log
+        long = len(frame_state.message) >= viewport.width and not (
+            frame_state.page_rows or frame_state.handover_agent
+        )
+        self._log_shows_message = (
+            long and viewport.height > MIN_BOARD_ROWS + MIN_LOG_ROWS
+        )  # The log shows the message.
+
+    def compose_parts(self) -> list[ScreenRows]:
+        """Return the screen as groups of rows, before they are cut to the viewport's width.
+
+        Rows that did not change are mostly the same objects, so they are cheap to compare. A screen
+        of fewer than four rows has the most urgent row, the keys below it, and the title above if
+        it fits.
+        """
+        height, footer = (
+            self._viewport.height,
+            format_footer(self._game, self._viewport, self._state),
+        )
+        if height < MIN_BOARD_ROWS:
+            rows = [self._most_urgent_row(), footer][:height]
+            return [[self._title_row(), *rows][-height:]]
+        return [*self._upper_parts(), [self._message_row(), footer]]
+
+    def render_upper(self) -> Text:
+        """Return the screen as text without the command row and the key row."""
+        return _join_parts(self._upper_parts(), self._viewport)
+
+    def max_scroll_offset(self) -> int:
+        """Return the maximum number of rows by which the log can be scrolled back."""
+        layout = self._compute_layout(self._snapshot)
+        log_viewport = (
+            Viewport(self._viewport.width, self._body_height - 1)
+            if isinstance(layout, TooSmallNotice)
+            else layout.log_viewport
+        )
+        return max(
+            len(wrap_lines(list_events(self._game, self._log), log_viewport))
+            - log_viewport.height
+            + 1,
+            0,
+        )
+
+    def _title_row(self) -> ScreenLine:
+        """Return the title row."""
+        return heading.title_row(self._game, self._snapshot, self._viewport)
+
+    def _most_urgent_row(self) -> ScreenLine:
+        """Return the most urgent content as one row.
+
+        In this order: the handover notice, the first row of the page, the message or the last
+        event, and else the situation, after a notice if the board needs more space.
+        """
+        viewport, state = self._viewport, self._state
+        if state.handover_agent:
+            return _handover_rows(state.handover_agent, viewport)[0]
+        if state.page_rows:
+            return _current_page(viewport, state)[0]
+        if state.message or self._log:
+            return f" {escape_unprintable(state.message or self._log[-1])}"
+        board = self._game.draw_board(
+            DrawOptions(
+                viewport.width, 1, viewport.ascii_only, reserved_rows=MIN_LOG_ROWS + MIN_BOARD_ROWS
+            )
+        )
+        notice = [board.plain] if isinstance(board, TooSmallNotice) else []
+        return " " + ". ".join([*notice, self._game.narrator.describe_situation(self._snapshot)])
+
+    def _message_row(self) -> ScreenLine:
+        """Return the message row; it is empty if the log shows the message.
+
+        On a screen of four rows, a default message takes the place of an empty one.
+        """
+        message = "" if self._log_shows_message else self._state.message
+        if self._viewport.height == MIN_BOARD_ROWS and not (message or self._state.handover_agent):
+            message = self._default_message()
+        return fit_line(f" {escape_unprintable(message)}", self._viewport) if message else BLANK_ROW
+
+    def _default_message(self) -> str:
+        """Return the page number, the last event, or the situation, as a default message."""
+        if self._state.page_rows:
+            part_count = len(split_pages(self._viewport, self._state))
+            return (
+                f"part {min(self._state.page_index, part_count - 1) + 1} "
+                f"of {part_count}. Space goes on"
+            )
+        return (
+            self._log[-1] if self._log else self._game.narrator.describe_situation(self._snapshot)
+        )
+
+    def _upper_parts(self) -> list[ScreenRows]:
+        """Return the rows above the command row, exactly `height - 2` of them.
+
+        If space is short, the side panel goes first, then the log shrinks to two rows, then the
+        board takes its smaller forms, and finally one line of text.
+        """
+        viewport, state = self._viewport, self._state
+        if state.handover_agent:
+            parts: list[ScreenRows] = [
+                [heading.name_row(self._game)],
+                _handover_rows(state.handover_agent, viewport),
+            ]
+        elif state.page_rows:
+            parts = [[self._title_row()], _current_page(viewport, state)]
+        else:
+            parts = [[self._title_row()], *self._board_and_log_parts()]
+        blank_count = viewport.height - 2 - sum(map(len, parts))
+        return (
+            [*parts, [""] * blank_count]
+            if blank_count >= 0
+            else [[*chain(*parts)][: viewport.height - 2]]
+        )
+
+    def _goal_rows(self, snapshot: SeatSnapshot) -> list[ScreenLine]:
+        """Return the goal row as a list, or [] if the goal has no row of its own."""
+        return (
+            [heading.goal_row(self._game, snapshot, self._viewport)]
+            if has_goal_row(self._viewport)
+            else []
+        )
+
+    def _board_and_log_parts(self) -> list[ScreenRows]:
+        """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
+        game, viewport, layout = self._game, self._viewport, self._compute_layout(self._snapshot)
+        long_messages = [self._state.message] if self._log_shows_message else []
+        if isinstance(layout, TooSmallNotice):
+            return self._too_small_parts(layout, long_messages)
+        events_or_goal = self._log or self._remaining_goal_lines(layout.log_viewport)
+        log = layout_log(
+            game,
+            layout.log_viewport,
+            long_messages,
+            events_or_goal,
+            self._state.scroll_offset,
+            is_side_column=layout.is_log_beside,
+        )
+        if not layout.is_log_beside:
+            return [layout.rows, log]
+        rows = [*layout.rows]
+        width, first_row = (
+            viewport.width - layout.log_viewport.width,
+            has_goal_row(viewport) + self._body_height - layout.log_viewport.height,
+        )
+        rows += [" " * width] * (first_row + len(log) - len(rows))
+        for index, line in enumerate(log, first_row):
+            rows[index] = to_rich_text(rows[index]).copy().append_text(to_rich_text(line))
+        return [rows]
+
+    def _too_small_parts(
+        self, notice: TooSmallNotice, long_messages: list[str]
+    ) -> list[ScreenRows]:
+        """Return the notice that the board does not fit, then the log or the situation."""
+        game, viewport, snapshot = self._game, self._viewport, self._snapshot
+        log_viewport = Viewport(viewport.width, max(self._body_height - 1, 0), viewport.ascii_only)
+        top: ScreenRows = [*self._goal_rows(snapshot), notice]
+        if self._log or long_messages:
+            return [
+                top,
+                layout_log(game, log_viewport, long_messages, self._log, self._state.scroll_offset),
+            ]
+        situation_rows = wrap_lines(
+            [game.narrator.describe_situation(snapshot), *self._remaining_goal_lines(log_viewport)],
+            viewport,
+        )
+        return [top, situation_rows[: log_viewport.height]]
+
+    def _remaining_goal_lines(self, log_viewport: Viewport) -> list[str]:
+        """Return the part of the goal that its row cannot hold, before the first turn; else []."""
+        game, viewport = self._game, self._viewport
+        if game.session.turns:
+            return []
+        return heading.remaining_goal_lines(
+            game, self._snapshot, viewport if has_goal_row(viewport) else None, log_viewport
+        )
+
+    def _compute_layout(self, snapshot: SeatSnapshot) -> "_BoardLayout | TooSmallNotice":
+        """Compute the layout of board, panel and log; return a notice if the board does not fit.
+
+        From MIN_SIDE_LOG_SCREEN_COLUMNS columns the log is beside the board, if it fits; else
+        below.
+        """
+        viewport, body_height = self._viewport, self._body_height
+        panel_facts, goal_rows = self._panel_facts(snapshot), self._goal_rows(snapshot)
+        if viewport.width >= MIN_SIDE_LOG_SCREEN_COLUMNS:
+            board = self._draw_board(snapshot, viewport.width - MIN_LOG_COLUMNS, body_height)
+            if not isinstance(board, TooSmallNotice):
+                layout = _layout_log_beside(panel_facts, board, viewport, body_height)
+                if layout.log_viewport.height >= MIN_LOG_ROWS:
+                    return layout._replace(rows=(*goal_rows, *layout.rows))
+        board = self._draw_board(snapshot, viewport.width, max(body_height - MIN_LOG_ROWS - 1, 1))
+        if isinstance(board, TooSmallNotice):
+            return board
+        layout = _layout_log_below(
+            panel_facts, board, viewport, body_height, is_game_over=snapshot.end_reason is not None
+        )
+        return layout._replace(rows=(*goal_rows, *layout.rows))
+
+    def _draw_board(self, snapshot: SeatSnapshot, width: int, height: int) -> Text:
+        """Draw the board in `width` x `height` cells, or return a notice if it does not fit."""
+        game, viewport, state = self._game, self._viewport, self._state
+        suggested_action = (
+            state.hint.action if state.hint and state.typed_action is None else state.typed_action
+        )
+        options = DrawOptions(
+            width,
+            height,
+            viewport.ascii_only,
+            game.hint_provider.build_overlay(state.overlay, len(game.session.turns)),
+            show_keys=game.choosing_seat is not None and snapshot.turn < state.last_key_hint_turn,
+            reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
+            allow_large=True,
+            regret=state.hint.regrets if state.hint else None,
+            suggested_action=suggested_action,
+            forecast=state.forecast,
+            motion_progress=state.motion_progress,
+            panel_columns=max(MIN_PANEL_COLUMNS + 2 - (viewport.width - width), 0),
+        )
+        return game.draw_board(options, snapshot)
+
+    def _panel_facts(self, snapshot: SeatSnapshot) -> PanelFacts:
+        """Return the side panel's facts: of the view, the best return, the ghost and the hint."""
+        game, state = self._game, self._state
+        shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
+        best = [("best", state.best_return)] if state.best_return else []
+        facts = [*game.view_module.panel_rows(snapshot.view), *best, *_ghost_facts(game)]
+        return (*facts, *(_hint_facts(state.hint) if shows_hint else []))
+
+
+def has_goal_row(viewport: Viewport) -> bool:
+    """Return whether the goal has a row of its own; if not, the log begins with the goal."""
+    return viewport.height >= MIN_GOAL_ROWS
+
+
+def _current_page(viewport: Viewport, frame_state: FrameState) -> ScreenRows:
+    """Return the current page of a long message; the last page if there are fewer pages by now."""
+    parts = split_pages(viewport, frame_state)
+    return parts[min(frame_state.page_index, len(parts) - 1)]
+
+
+def split_pages(viewport: Viewport, frame_state: FrameState) -> list[ScreenRows]:
+    """Split a long message into pages that fit the viewport, with page numbers if several."""
+    rows = wrap_lines([*map(escape_unprintable, frame_state.page_rows)], viewport)
+    body = max(viewport.height - 3, 1)
+    if len(rows) <= body:
+        return [rows]
+    if body == 1:
+        return [[row] for row in rows]
+    page_height = body - 1
+    page_count = -(-len(rows) // page_height)
+    parts: list[ScreenRows] = []
+    for page_number in range(1, page_count + 1):
+        part = rows[(page_number - 1) * page_height : page_number * page_height]
+        key_help = "Space goes on" if page_number < page_count else "any key goes back"
+        page_label = (f" part {page_number} of {page_count}. {key_help}", "dim")
+        parts.append([*part, *[""] * (page_height - len(part)), (page_label,)])
+    return parts
+
+
+def _handover_rows(agent: str, viewport: Viewport) -> ScreenRows:
+    """Return the notice that hides a player's board until the keyboard is passed to `agent`."""
+    notice = (
+        f"{escape_unprintable(agent)} is next: nobody else should look now. Enter shows the board."
+    )
+    rows = wrap_lines([notice], viewport)
+    return ["", *rows] if len(rows) < viewport.height - 3 else rows
+
+
+def _join_parts(parts: Sequence[ScreenRows], viewport: Viewport) -> Text:
+    """Join groups of rows into one text, each row cut to the viewport's width."""
+    return Text("\n", no_wrap=True).join(
+        [to_rich_text(fit_line(row, viewport)) for row in chain(*parts)]
+    )
+
+
+class _BoardLayout(NamedTuple):
+    """The rows of goal, board and panel, and the position and size of the log."""
+
+    rows: tuple[ScreenLine, ...]
+    log_viewport: Viewport
+    is_log_beside: bool  # If True, the log is at the right, in rows padded to its first column.
+
+
+def _layout_log_beside(
+    panel_facts: PanelFacts, board: Text, viewport: Viewport, body_height: int
+) -> _BoardLayout:
+    """Lay out the panel at the right of the board, and the log under the panel."""
+    width = viewport.width - measure_text(board)[0] - 2
+    facts = format_panel(panel_facts, width)
+    rows = [
+        row.copy()
+        for row in _join_board_and_panel(
+            board.plain, tuple(board.spans), panel_facts, width, body_height
+        )
+    ]
+    log_column = measure_text(board)[0] + 1
+    for row in rows[len(facts) :]:
+        row.append(" " * (log_column - len(row)))
+    return _BoardLayout(
+        (*rows,),
+        Viewport(viewport.width - log_column, body_height - len(facts) - 1, viewport.ascii_only),
+        is_log_beside=True,
+    )
+
+
+def _layout_log_below(
+    panel_facts: PanelFacts,
+    board: Text,
+    viewport: Viewport,
+    body_height: int,
+    *,
+    is_game_over: bool,
+) -> _BoardLayout:
+    """Lay out the panel at the right of the board, if it fits, and the log below.
+
+    The log has at most MAX_LOG_ROWS_BELOW rows until the game is over.
+    """
+    width = viewport.width - measure_text(board)[0] - 2
+    facts = panel_facts if width >= MIN_PANEL_COLUMNS else ()
+    rows = _join_board_and_panel(
+        board.plain, tuple(board.spans), facts, width, max(body_height - MIN_LOG_ROWS - 1, 0)
+    )
+    free_rows = max(body_height - len(rows) - 1, 0)
+    log_height = free_rows if is_game_over else min(free_rows, MAX_LOG_ROWS_BELOW)
+    return _BoardLayout(
+        (*rows, ""), Viewport(viewport.width, log_height, viewport.ascii_only), is_log_beside=False
+    )
+
+
+@lru_cache(1024)
+def _join_board_and_panel(
+    plain: str, spans: tuple[Span, ...], panel_facts: PanelFacts, width: int, max_rows: int
+) -> tuple[Text, ...]:
+    """Return the rows of a drawing with the panel at its right.
+
+    A panel longer than the drawing has at most `max_rows` rows. The result is cached: a game shows
+    few different drawings, and each of them many times.
+    """
+    rows, facts = split_styled_rows(plain, spans), format_panel(panel_facts, width)
+    panel_column = max(map(len, rows)) + 2
+    rows += [Text("") for _ in range(len(rows), min(len(facts), max_rows))]
+    for row, fact in zip(rows, facts, strict=False):
+        row.append(" " * (panel_column - len(row))).append(fact)
+    return tuple(rows)
+
+
+def _ghost_facts(game: Game) -> list[tuple[str, str]]:
+    """Return the panel facts of a visible ghost: its score and the player's lead."""
+    ghost = game.ghost
+    if ghost is None or not ghost.is_shown_during_play:
+        return []
+    lead = "+" * (ghost.player_lead >= 0) + format_score(ghost.player_lead)
+    return [("ghost", format_score(ghost.score)), ("lead", lead)]
+
+
+def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
+    """Return the panel facts of the hint: action values, best first, or else the hint key."""
+    if hint is None or not hint.value_rows:
+        return [("hint", "Tab")]
+    heading = [("worth", ""), *([(hint.scope, "")] if hint.scope else [])]
+    return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]

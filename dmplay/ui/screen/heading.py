@@ -1,0 +1,123 @@
+"""The first rows of the play screen: the title with the game's status, and the goal."""
+
+from collections.abc import Iterator, Sequence
+from functools import lru_cache
+
+from dmplay.core.problem_summary import score_label
+from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.core.text import describe_end_reason, escape_unprintable, format_score
+from dmplay.game.game import Game
+from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.terminal.styles import ScreenLine
+from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.text_wrapping import wrap_lines
+
+CLAUSE_SEPARATOR = "; "  # between clauses of the goal
+UNSHOWN_TURN_LIMITS = (None, DEFAULT_TURN_LIMIT)  # turn limits that are not displayed
+
+
+def title_row(game: Game, snapshot: SeatSnapshot, viewport: Viewport) -> ScreenLine:
+    """Return the title row in the fullest form that fits; the last form has no facts at all."""
+    end = snapshot.end_reason and (
+        "over" if snapshot.end_reason == "terminal" else describe_end_reason(snapshot.end_reason)
+    )
+    name_text, status, end_text = "", "", ""
+    for name_text, gap, facts in _iter_title_forms(game, snapshot):
+        status, end_text = gap[1:] + gap.join(facts), gap + end if end else ""
+        if len(name_text) + len(status) + len(end_text) <= viewport.width:
+            break
+    row = (name_text, "bold"), (status, "")
+    return (*row, (end_text, "bold")) if end_text else row
+
+
+def _iter_title_forms(
+    game: Game, snapshot: SeatSnapshot
+) -> Iterator[tuple[str, str, Sequence[str]]]:
+    """Yield (name, gap, facts) for the title, from the fullest form to the shortest."""
+    seed = [f"seed {game.seed}"] if game.is_seed_visible else []
+    facts = _title_facts(game, snapshot, score_label(game.problem))
+    yield _format_name(game), "   ", [*seed, *facts]
+    short_name = f" {escape_unprintable(game.problem_name)} "
+    yield short_name, "  ", facts
+    facts = _title_facts(game, snapshot, "score")
+    for fact_count in range(len(facts), -1, -1):  # A fact is shown whole or not at all.
+        yield short_name, "  ", facts[:fact_count]
+
+
+def _title_facts(game: Game, snapshot: SeatSnapshot, score_name: str) -> list[str]:
+    """Return the facts of the title: turn, return, own seat and the other players."""
+    limit = game.session.turn_limit
+    facts = [
+        f"turn {snapshot.turn}" if limit in UNSHOWN_TURN_LIMITS else f"turn {snapshot.turn}/{limit}"
+    ]
+    if snapshot.rewards_visible:
+        facts.append(f"{score_name} {format_score(game.narrator.seat_return(snapshot))}")
+    own_seat = game.viewing_seat if game.human_seats else None
+    facts += _format_players(tuple(game.problem.agents), game.player_names, own_seat)
+    return facts
+
+
+@lru_cache(16)  # Players seldom change.
+def _format_players(
+    agents: Sequence[str], player_names: Sequence[str], own_seat: int | None
+) -> tuple[str, ...]:
+    """Return the player's own agent as 'you: AGENT', then each other agent with its player."""
+    own_entry = () if own_seat is None else (f"you: {agents[own_seat]}",)
+    others = enumerate(zip(agents, player_names, strict=True))
+    return (
+        *own_entry,
+        *(
+            f"{agent}: {escape_unprintable(player_name)}"
+            for seat, (agent, player_name) in others
+            if seat != own_seat
+        ),
+    )
+
+
+def name_row(game: Game) -> ScreenLine:
+    """Return the row with the name of the game alone."""
+    return ((_format_name(game), "bold"),)
+
+
+def _format_name(game: Game) -> str:
+    """Return the program's and the problem's name for the title."""
+    return f" dmplay {escape_unprintable(game.problem_name)}  "
+
+
+def goal_row(game: Game, snapshot: SeatSnapshot, viewport: Viewport) -> ScreenLine:
+    """Return the goal row: as many clauses of the goal and its costs as fit, at least one."""
+    clauses = _goal_clauses(game, snapshot)
+    count = max(_count_fitting_clauses(clauses, viewport.width), 1)
+    return f" {CLAUSE_SEPARATOR.join(clauses[:count])}"
+
+
+def remaining_goal_lines(
+    game: Game, snapshot: SeatSnapshot, goal_viewport: Viewport | None, log_viewport: Viewport
+) -> list[str]:
+    """Return the clauses that the goal row does not show whole, joined and cut to fit the log.
+
+    All clauses if `goal_viewport` is None, because there is no goal row then.
+    """
+    clauses = _goal_clauses(game, snapshot)
+    remaining = clauses[
+        _count_fitting_clauses(clauses, goal_viewport.width) if goal_viewport else 0 :
+    ]
+    forms = [
+        CLAUSE_SEPARATOR.join(remaining[:clause_count])
+        for clause_count in range(len(remaining), 0, -1)
+    ]
+    fitting = (
+        form for form in forms if len(wrap_lines([form], log_viewport)) <= log_viewport.height
+    )
+    return [next(fitting, forms[-1])] if forms else []
+
+
+def _goal_clauses(game: Game, snapshot: SeatSnapshot) -> list[str]:
+    """Return the clauses of the goal, with unprintable characters escaped."""
+    return [escape_unprintable(clause) for clause in game.view_module.goal_lines(snapshot.view)]
+
+
+def _count_fitting_clauses(clauses: Sequence[str], width: int) -> int:
+    """Return the number of leading clauses that fit in one row."""
+    counts = range(len(clauses), 0, -1)
+    return next((n for n in counts if len(CLAUSE_SEPARATOR.join(clauses[:n])) < width), 0)

@@ -1,0 +1,239 @@
+"""Handle the keys of the play screen."""
+
+from collections.abc import Callable
+from math import copysign, inf, isinf
+from typing import NamedTuple
+
+from dmplay.game.game import Game
+from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
+from dmplay.ui.screen.modes import Mode, ModeEvent
+from dmplay.ui.screen.play_operations import (
+    GAME_OVER_MESSAGE,
+    change_speed,
+    play_action,
+    quit_game,
+    start_clock,
+    start_lookahead,
+    step_agents,
+    toggle_pause,
+)
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
+
+SPEED_FACTOR = 1.5  # speed factor of one key press
+SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
+    "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
+}  # fmt: skip
+SCROLL_HELP = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
+
+
+def handle_key(screen: PlayScreen, key: str) -> None:
+    """Handle a key on the play screen; raise PlayerQuit if it quits.
+
+    Before a handover only Enter, Space and q work. On a page, keys turn the pages or close it.
+    """
+    screen.message = ""
+    screen.animation.stop()
+    if key != "q":
+        screen.modes.handle_event(ModeEvent.KEY_PRESSED)
+    if screen.controller.awaiting_handover and key != "q":
+        if key in ("enter", "space"):
+            screen.controller.complete_handover()
+    elif screen.modes.display_mode is Mode.PAGE:
+        _turn_page(screen, key)
+    else:
+        with screen.errors_as_messages():
+            _dispatch_key(screen, key)
+
+
+def _dispatch_key(screen: PlayScreen, key: str) -> None:
+    """Try a key as an action, in the lookahead, in the lookback, then as a command."""
+    if screen.game.choosing_seat is not None and (
+        _handle_number_key(screen, key) or _handle_action_key(screen, key)
+    ):
+        return
+    if screen.modes.display_mode is Mode.LOOKAHEAD and _handle_lookahead_key(screen, key):
+        return
+    if not _handle_lookback_key(screen, key):
+        _handle_command_key(screen, key)
+
+
+def _turn_page(screen: PlayScreen, key: str) -> None:
+    """Turn the page forward or back, or close it after the last part or with any other key."""
+    rows = _scroll_rows(key)
+    if rows:
+        screen.turn_page(-rows if isinf(rows) else -copysign(1, rows))
+    elif not (key in NEXT_PAGE_KEYS and screen.turn_page(1)):
+        screen.modes.handle_event(ModeEvent.CLOSED)
+
+
+def _handle_number_key(screen: PlayScreen, key: str) -> bool:
+    """Type or step a number, or play it with Enter; return whether the key was used."""
+    if key == "enter" and screen.number_input.text:
+        with conceal_choice_errors(screen.controller):
+            play_action(
+                screen,
+                screen.game.keyboard.parse_action(
+                    screen.game.view(), screen.number_input.take_text()
+                ),
+            )
+        return True
+    plays_preview = (
+        key == "enter" and screen.modes.display_mode is Mode.LOOKAHEAD
+    )  # Enter then plays the previewed action.
+    if plays_preview or not screen.number_input.handle_key(screen.game, key):
+        return False
+    screen.message = screen.number_input.describe_input(screen.game)
+    return True
+
+
+def _handle_action_key(screen: PlayScreen, key: str) -> bool:
+    """Play the action of a key or of two arrow keys; return whether the key was used."""
+    keyboard, combination = screen.game.keyboard, f"{screen.key_prefix} {key}".strip()
+    screen.key_prefix = ""
+    seat_and_action = keyboard.find_key_action(screen.game.viewing_seat, combination)
+    if seat_and_action is not None:
+        seat, action = seat_and_action
+        play_action(screen, action, seat)
+    elif key in ("up", "down") and any(
+        " " in action_key for action_key in keyboard.key_maps.first_player_keys
+    ):
+        screen.key_prefix = key
+        screen.message = f"{key}, then left or right: a diagonal"
+    else:
+        return False
+    return True
+
+
+def _handle_lookahead_key(screen: PlayScreen, key: str) -> bool:
+    """End the lookahead; Enter plays the previewed action. Return whether the key was used."""
+    hint_provider = screen.game.hint_provider
+    forecast = hint_provider.current_forecast
+    screen.modes.handle_event(ModeEvent.CLOSED)
+    hint_provider.clear_forecast()
+    if key == "enter" and forecast:
+        play_action(screen, forecast.action)
+    return key in ("enter", "escape", "W")
+
+
+def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
+    """Step through a finished game or branch off; return whether the key was used."""
+    timeline, full_timeline = screen.timeline, screen.post_game_review.timeline
+    if timeline and key == "enter":
+        screen.show_reply(find_command("branch").run(screen.controller, str(timeline.turns_played)))
+        return True
+    if timeline and key == "escape":
+        screen.modes.handle_event(ModeEvent.CLOSED)
+        return True
+    if not timeline and _is_game_key(
+        screen.game, key
+    ):  # A fast player may press an action key after the end; it must not open the lookback.
+        return False
+    turn = screen.post_game_review.turn_for_key(key, timeline.turns_played if timeline else None)
+    if turn is None or full_timeline is None:
+        return False
+    screen.scroll_offset = 0
+    if turn == full_timeline.turn_count:
+        screen.modes.handle_event(ModeEvent.CLOSED)
+    else:
+        full_timeline.go_to_turn(turn)
+        screen.modes.handle_event(ModeEvent.LOOKBACK_STARTED)
+    return True
+
+
+def _is_game_key(game: Game, key: str) -> bool:
+    """Return whether a key is one of the game's action keys."""
+    return key in game.keyboard.number_steps or bool(
+        game.keyboard.find_key_action(game.viewing_seat, key)
+    )
+
+
+def _handle_command_key(screen: PlayScreen, key: str) -> None:
+    """Run a key of the screen, scroll the log, run a command's key, or report an unknown key.
+
+    In real time, any other key starts the clock.
+    """
+    game = screen.game
+    screen_key = next(
+        (candidate for candidate in SCREEN_KEYS if candidate.is_active_for(key, game)), None
+    )
+    command = next((candidate for candidate in COMMANDS if candidate.key == key), None)
+    if screen_key:
+        screen_key.handler(screen)
+    elif _scroll_rows(key):
+        screen.scroll_log(_scroll_rows(key))
+    elif command:
+        screen.show_reply(command.run(screen.controller, ""))
+    elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
+        start_clock(screen)
+    elif key.isprintable():
+        is_late_action = game.session.over and _is_game_key(game, key)
+        screen.message = (
+            f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? shows them'}"
+        )
+
+
+def _scroll_rows(key: str) -> float:
+    """Return the rows that a key scrolls back, with or without Shift or Ctrl; 0 for other keys."""
+    return SCROLL_ROWS_BY_KEY.get(key.removeprefix("s-").removeprefix("c-"), 0)
+
+
+def _show_help(screen: PlayScreen) -> None:
+    """Show the help page: the keys of the game, of the screen, and the commands.
+
+    The board then shows its keys again for some turns.
+    """
+    screen_keys = [(key.label, key.name, key.help) for key in SCREEN_KEYS if key.help]
+    screen.open_page(format_help_page(screen.game, [*screen_keys, SCROLL_HELP]))
+    screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
+
+
+class ScreenKey(NamedTuple):
+    """A key that only the play screen has: its names, label, description and handler."""
+
+    keys: tuple[str, ...]
+    label: str
+    name: str
+    help: str  # '' if the command of the same key describes it
+    handler: Callable[[PlayScreen], None]
+    is_agents_only: bool = False  # only for games without human players
+
+    def is_active_for(self, key: str, game: Game) -> bool:
+        """Return whether this is the pressed key and it works in this game."""
+        return key in self.keys and not (self.is_agents_only and game.human_seats)
+
+
+SCREEN_KEYS = (
+    ScreenKey(
+        ("V",),
+        "V",
+        "overlay",
+        "values, policy or states on the board, where it has them",
+        PlayScreen.show_next_overlay,
+    ),
+    ScreenKey(
+        ("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead
+    ),
+    ScreenKey(
+        ("P", "p", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause
+    ),
+    ScreenKey(
+        ("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True
+    ),
+    ScreenKey(
+        ("+",),
+        "+",
+        "faster",
+        "agents play faster",
+        lambda screen: change_speed(screen, SPEED_FACTOR),
+    ),
+    ScreenKey(
+        ("-",),
+        "-",
+        "slower",
+        "agents play slower",
+        lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
+    ),
+    ScreenKey(("?",), "?", "help", "", _show_help),
+    ScreenKey(("q",), "q", "quit", "", quit_game),
+)

@@ -1,0 +1,117 @@
+"""The rows of the event log: the latest events, or earlier ones after scrolling back."""
+
+from collections.abc import Sequence
+from itertools import chain, repeat
+
+from rich.text import Text
+
+from dmplay.core.text import escape_unprintable
+from dmplay.game.game import Game
+from dmplay.game.turn_facts import format_facts
+from dmplay.terminal.styles import ScreenLine
+from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.text_wrapping import wrap_line, wrap_lines
+
+MIN_LOG_ROWS = 2  # rows
+
+
+def list_events(game: Game, log: Sequence[str]) -> list[str]:
+    """Return the log; once the game is over, append the debriefing, the review and the result."""
+    lines = [
+        *log,
+        *map(format_facts, game.narrator.debrief_rows()),
+        *map(escape_unprintable, game.review_lines),
+    ]
+    return [*lines, f"over: {game.narrator.describe_result()}"] if game.session.over else lines
+
+
+def layout_log(  # noqa: PLR0913 - the log, its viewport and the scroll state
+    game: Game,
+    viewport: Viewport,
+    long_messages: list[str],
+    log: Sequence[str],
+    scroll_offset: int,
+    *,
+    is_side_column: bool = False,
+) -> Sequence[ScreenLine]:
+    """Return the wrapped log rows that fit the viewport, the latest or those scrolled back to.
+
+    Messages too long for their own row, `long_messages`, follow the log. A log that is scrolled
+    back, or that overflows once the game is over, ends with a row that names the visible rows.
+    """
+    height, over = viewport.height, game.session.over
+    visible_log = log if over or scroll_offset else log[-height:]
+    lines = (
+        [*list_events(game, visible_log), *map(escape_unprintable, long_messages)]
+        if over or long_messages
+        else visible_log
+    )
+    if height > (1 if scroll_offset else MIN_LOG_ROWS + 1) and (over or scroll_offset):
+        row_count = sum(len(wrap_line(line, viewport.width)) for line in lines)
+        if row_count > height:
+            return _scrolled_rows(
+                wrap_lines(lines[-height - scroll_offset :], viewport),
+                row_count,
+                viewport,
+                scroll_offset,
+            )
+    column_rows = (
+        _column_rows(log, viewport) if is_side_column and not (over or long_messages) else []
+    )
+    return column_rows or _last_rows(lines, viewport)
+
+
+def _last_rows(lines: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
+    """Return the last lines that fit, none of them cut unless even the last one does not fit."""
+    rows_by_line = [
+        *map(
+            wrap_line, lines[-viewport.height :] if viewport.height else [], repeat(viewport.width)
+        )
+    ]
+    free_rows = viewport.height - sum(map(len, rows_by_line))
+    while free_rows < 0 and len(rows_by_line) > 1:
+        free_rows += len(rows_by_line.pop(0))
+    return (
+        [*chain(*rows_by_line)]
+        if free_rows >= 0
+        else _truncate_rows(rows_by_line[0], viewport.height, viewport)
+    )
+
+
+def _column_rows(log: Sequence[str], viewport: Viewport) -> Sequence[ScreenLine]:
+    """Return the last events in a side column, which scrolls by several rows at a time.
+
+    Most turns then only append a row, so little is repainted. Return [] if no start row fits.
+    """
+    step = max(viewport.height // 6, 1)
+    first = max(-(-(len(log) - viewport.height) // step) * step, 0)
+    candidates = (wrap_lines(log[start:], viewport) for start in range(first, len(log), step))
+    return next((rows for rows in candidates if len(rows) <= viewport.height), [])
+
+
+def _scrolled_rows(
+    last_rows: list[str], row_count: int, viewport: Viewport, scroll_offset: int
+) -> Sequence[ScreenLine]:
+    """Return the rows at a scroll offset from the end, and a row with their numbers.
+
+    `last_rows` holds the last of all `row_count` rows, enough for this window.
+    """
+    end, skipped_rows = (
+        max(row_count - scroll_offset, viewport.height - 1),
+        row_count - len(last_rows),
+    )
+    begin = end - viewport.height + 1
+    position = f" rows {begin + 1}-{end} of {row_count}: PgUp"
+    keys = (" PgDn Home End", " PgDn")
+    key_help = next(
+        (keys_text for keys_text in keys if len(position + keys_text) <= viewport.width), ""
+    )
+    return [*last_rows[begin - skipped_rows : end - skipped_rows], ((position + key_help, "dim"),)]
+
+
+def _truncate_rows(lines: Sequence[str], max_rows: int, viewport: Viewport) -> Sequence[ScreenLine]:
+    """Return the first `max_rows` lines, the last one with an ellipsis."""
+    *head, last = lines[:max_rows]
+    truncated = Text(last)
+    truncated.truncate(viewport.width - 1)
+    return [*head, truncated.append("…")]

@@ -1,0 +1,169 @@
+"""Actions of the play screen: turns, lookahead, the real-time clock, typed commands."""
+
+from dmplay.core.text import format_count
+from dmplay.ui.screen.modes import Mode, ModeEvent
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.turn_animation import ANIMATION_SECONDS
+from dmplay.ui.shell.commands import PlayerQuit, iter_commands_until_handover, run_line
+from dmplay.ui.shell.game_commands import preview_action
+
+MIN_SPEED, MAX_SPEED = 0.1, 50.0  # turns per second
+MAX_BEATS_PER_SECOND = 30.0  # A frame takes some milliseconds, so faster play skips frames.
+MAX_TURNS_PER_BEAT = 200  # so that a key stops autoplay at once
+GAME_OVER_MESSAGE = "the game is over"
+MAX_UNSAVED_TURNS = 20  # number of unsaved turns that one key may discard
+
+
+def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> None:
+    """Play an action, preview it in lookahead mode, or in real time let the clock repeat it.
+
+    The message tells when the other players must still choose in a game with open views.
+    """
+    game = screen.game
+    if screen.modes.display_mode is Mode.LOOKAHEAD:
+        is_own_key = seat in (None, game.viewing_seat)
+        screen.message = preview_action(game, action) if is_own_key else "another's key"
+        screen.lookahead_message = screen.message if is_own_key else ""
+        return
+    if screen.realtime_rate:
+        screen.clock.repeated_action = action
+        start_clock(screen)
+        return
+    turn_played = game.choose(action, seat)
+    screen.log_new_turns()
+    if turn_played:
+        _start_animation(screen)
+    if not (
+        turn_played or game.has_private_views or game.choosing_seat is None
+    ):  # With private views the handover screen announces the next player.
+        name = game.problem.agents[game.choosing_seat]
+        screen.message = f"{name} chooses; the other choice stays hidden until both are in"
+
+
+def start_lookahead(screen: PlayScreen) -> None:
+    """Start the lookahead mode, in which the next action is previewed and not played.
+
+    Show a message if no person chooses or the clock runs. Raise an error if hints are forbidden.
+    """
+    game = screen.game
+    game.check_hints_allowed("whatif")
+    if game.choosing_seat is None:
+        screen.message = (
+            f"what if: {GAME_OVER_MESSAGE if game.session.over else 'nobody chooses here'}"
+        )
+    elif screen.realtime_rate:
+        screen.message = "what if: the clock runs"
+    else:
+        screen.modes.handle_event(ModeEvent.LOOKAHEAD_STARTED)
+        screen.message = "what if: press an action, Enter then plays it, Esc leaves"
+
+
+def start_clock(screen: PlayScreen) -> None:
+    """Start the countdown of the real-time clock, if it has not started yet."""
+    screen.message = screen.clock.start(len(screen.game.session.turns)) or screen.message
+
+
+def clock_rate(screen: PlayScreen) -> float:
+    """Return the current rate of the real-time clock in beats per second."""
+    return screen.clock.beats_per_second(len(screen.game.session.turns))
+
+
+def tick_clock(screen: PlayScreen) -> None:
+    """Process one beat of the real-time clock: count down, then repeat the last pressed action."""
+    if screen.modes.play_mode is not Mode.REALTIME or screen.game.choosing_seat is None:
+        return
+    countdown_message = screen.clock.count_down()
+    if countdown_message is not None:
+        screen.message = countdown_message
+    elif screen.clock.repeated_action is not None:
+        with screen.errors_as_messages():
+            screen.game.choose(screen.clock.repeated_action)
+            screen.log_new_turns()
+
+
+def toggle_pause(screen: PlayScreen) -> None:
+    """Toggle between play and pause: of agents that play alone, or of the real-time clock.
+
+    Show a message if the game is over or nothing runs by itself.
+    """
+    game = screen.game
+    if game.session.over:
+        screen.message = GAME_OVER_MESSAGE
+    elif not game.human_seats and not screen.terminal.motion:
+        screen.message = "nothing moves by itself; Space steps on, :auto plays to the end"
+    elif game.human_seats and not screen.realtime_rate:
+        screen.message = "the game waits for you; there is nothing to pause"
+    else:
+        was_running = screen.modes.play_mode in (Mode.AUTOPLAY, Mode.REALTIME)
+        screen.modes.handle_event(ModeEvent.STOPPED if was_running else ModeEvent.STARTED)
+        screen.message = "paused; P goes on" if was_running else ""
+
+
+def step_agents(screen: PlayScreen) -> None:
+    """Play one turn of a game without people, and animate it unless the speed is high."""
+    session = screen.game.session
+    if session.over:
+        screen.message = GAME_OVER_MESSAGE
+        return
+    previous_turn_count = len(session.turns)
+    screen.game.play_agent_turn()
+    screen.log_new_turns()
+    if (
+        len(screen.game.session.turns) > previous_turn_count
+        and screen.speed * ANIMATION_SECONDS < 1
+    ):
+        _start_animation(screen)
+
+
+def _start_animation(screen: PlayScreen) -> None:
+    """Start animating the last turn, if the terminal allows motion and the view can animate."""
+    if screen.terminal.motion and getattr(screen.game.view_module, "HAS_MOTION", False):
+        screen.animation.start()
+
+
+def autoplay_turn(screen: PlayScreen) -> None:
+    """Play the turns of one beat in autoplay, usually one; an error stops autoplay."""
+    screen.modes.handle_event(ModeEvent.STOPPED)
+    with screen.errors_as_messages():
+        for _ in range(turns_per_beat(screen)):
+            step_agents(screen)
+            if screen.game.session.over:
+                break
+        screen.modes.handle_event(ModeEvent.STARTED)
+
+
+def turns_per_beat(screen: PlayScreen) -> int:
+    """Return the number of turns that autoplay plays before the next frame."""
+    return min(max(round(screen.speed / MAX_BEATS_PER_SECOND), 1), MAX_TURNS_PER_BEAT)
+
+
+def autoplay_rate(screen: PlayScreen) -> float:
+    """Return the number of beats of autoplay per second."""
+    return screen.speed / turns_per_beat(screen)
+
+
+def change_speed(screen: PlayScreen, factor: float) -> None:
+    """Multiply the autoplay speed by `factor`, within MIN_SPEED and MAX_SPEED."""
+    screen.speed = min(max(screen.speed * factor, MIN_SPEED), MAX_SPEED)
+    screen.message = f"{format_count(screen.speed, 'turn', '.3g')} a second"
+
+
+def run_typed_line(screen: PlayScreen, line: str) -> None:
+    """Run the commands typed in the command row; raise PlayerQuit if one of them quits.
+
+    Stop before the rest of the line once the keyboard goes to another player.
+    """
+    screen.modes.handle_event(ModeEvent.CLOSED)
+    with screen.errors_as_messages():
+        for part in iter_commands_until_handover(screen.controller, line):
+            screen.show_reply(run_line(screen.controller, part))
+
+
+def quit_game(screen: PlayScreen) -> None:
+    """Raise PlayerQuit; if more than MAX_UNSAVED_TURNS would be lost, only warn the first time."""
+    recorder = screen.game.recorder
+    unsaved_turns = 0 if recorder and not recorder.write_error else len(screen.game.session.turns)
+    if unsaved_turns <= MAX_UNSAVED_TURNS or screen.modes.display_mode is Mode.QUIT_WARNING:
+        raise PlayerQuit
+    screen.modes.handle_event(ModeEvent.QUIT_WARNED)
+    screen.message = f"{unsaved_turns} turns are not kept; q once more leaves"

@@ -1,0 +1,297 @@
+"""The play screen: the state of the full-screen user interface of a game."""
+
+import contextlib
+from collections.abc import Iterator, Sequence
+
+from rich.text import Text
+
+from dmplay.core.problem import ContinuousStates
+from dmplay.core.text import escape_unprintable, format_score
+from dmplay.core.work_budget import ComputationStopped
+from dmplay.errors import DmplayError
+from dmplay.game import player_records
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.command_reply import Page, TurnReports
+from dmplay.game.event_log import EventLog
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter
+from dmplay.ui.screen import frame
+from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
+from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
+from dmplay.ui.screen.number_input import NumberInput
+from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
+from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
+from dmplay.ui.screen.turn_animation import TurnAnimation
+
+OVERLAYS = ("", "values", "policy", "states")
+HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
+VALUES_TASK = TaskInfo("valuing every state")
+
+
+class PlayScreen:
+    """The play screen: its state in addition to the game's, and its painting."""
+
+    thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
+
+    def __init__(
+        self,
+        controller: GameController,
+        terminal: Terminal,
+        speed: float = 2.0,
+        realtime_rate: float | None = None,
+    ) -> None:
+        self.controller = controller
+        controller.is_interactive = True
+        controller.on_intermediate_turn = self.log_new_turns
+        self.terminal = terminal
+        self.speed = speed  # turns per second in autoplay
+        self.realtime_rate = (
+            realtime_rate  # turns per second in real time; None if each turn waits for a key
+        )
+        self.modes = ScreenModes()
+        self.message = ""
+        self.lookahead_message = ""  # the previewed action in words
+        self.progress_message = ""  # progress of the running task, shown in place of the message
+        self.overlay_index = 0
+        # overlay, game, turn and seat of the last recorded hint
+        self._recorded_overlay: tuple[object, ...] = ()
+        self.page_rows: list[str] = []  # rows of a long message
+        self.page_index = 0  # index of the visible page
+        self._viewport = Viewport(80, 24)
+        self._reset_for_game()
+        if (
+            controller.game.human_seats
+            and controller.game.request
+            and controller.game.recorder is None
+        ):
+            self.message = "this game is not kept: there is no place to write to"
+        self.message = controller.game.warning or self.message
+
+    def _reset_for_game(self) -> None:
+        """Reset the state that belongs to one game, when a new game starts."""
+        game = self.game
+        self._event_log = EventLog(game)
+        self.number_input = NumberInput()  # number that the player is typing
+        self.key_prefix = ""  # first arrow of a diagonal
+        # turn from which the board no longer shows the keys
+        self.last_key_hint_turn = KEY_HINT_TURNS
+        self.clock = RealtimeClock(self.realtime_rate)
+        self.post_game_review = PostGameReview()  # review of the game, once it is over
+        self.animation = TurnAnimation()
+        self.scroll_offset = 0  # rows by which the log is scrolled back
+        record = player_records.find_game_record(game)
+        self._best_return = (
+            format_score(record.best.discounted_return) if record and record.best else ""
+        )
+        self.modes.set_play_mode(is_realtime=bool(self.realtime_rate and game.human_seats))
+
+    @property
+    def game(self) -> Game:
+        """The current game."""
+        return self.controller.game
+
+    def measure_viewport(self, painter: Painter) -> Viewport:
+        """Measure the terminal and return its viewport, which is also saved."""
+        self._viewport = Viewport(*painter.get_size(), self.terminal.ascii)
+        return self._viewport
+
+    def paint(self, painter: Painter) -> None:
+        """Paint the current screen onto the terminal."""
+        self._record_overlay_hint()
+        self._report_write_notice()
+        viewport = self.measure_viewport(painter)
+        frame_text = frame.compose_frame(
+            self.timeline or self.game, viewport, self.frame_state, self.log
+        )
+        painter.paint(frame_text, find_cursor(frame_text))
+
+    def _report_write_notice(self) -> None:
+        """Log once that the transcript cannot be written, or is written again."""
+        notice = escape_unprintable(self.controller.take_write_notice())
+        if notice:
+            self._event_log.add_notice(notice)
+            self.message = notice
+
+    def _record_overlay_hint(self) -> None:
+        """Record a visible overlay of values or policy as a hint, once per turn."""
+        game, frame_state = self.game, self.frame_state
+        overlay_key = (frame_state.overlay, game, len(game.session.turns), game.viewing_seat)
+        is_visible = frame_state.overlay in HINT_OVERLAYS and not (
+            frame_state.page_rows or frame_state.handover_agent or game.session.over
+        )
+        if (
+            is_visible
+            and overlay_key != self._recorded_overlay
+            and game.hint_provider.build_overlay(frame_state.overlay)
+        ):
+            self._recorded_overlay = overlay_key
+            game.record_hint()
+
+    @property
+    def frame_state(self) -> FrameState:
+        """The state that the screen adds to the game in the current frame."""
+        game, adviser, timeline = self.game, self.game.hint_provider, self.timeline
+        can_overlay = adviser.is_overlay_ready and not game.hints_forbidden
+        is_unstarted = self.modes.play_mode is Mode.REALTIME and not self.clock.is_started
+        start_hint = CLOCK_START_HINT if is_unstarted and game.choosing_seat is not None else ""
+        state = FrameState(
+            self.progress_message or self._displayed_message or start_hint,
+            OVERLAYS[self.overlay_index] if can_overlay else "",
+            self.page_rows if self.modes.display_mode is Mode.PAGE else (),
+            self.page_index,
+            self.scroll_offset,
+            handover_agent=game.problem.agents[game.viewing_seat]
+            if self.controller.awaiting_handover
+            else "",
+            last_key_hint_turn=self.last_key_hint_turn,
+            motion_progress=self.animation.progress,
+            best_return=self._best_return,
+        )
+        if timeline:
+            return state._replace(hint=timeline.move_hints, is_lookback=True)
+        typed_action = self.number_input.read_action(game) if self.number_input.text else None
+        return state._replace(
+            hint=adviser.current_hint, typed_action=typed_action, forecast=adviser.current_forecast
+        )
+
+    @property
+    def _displayed_message(self) -> str:
+        """The message, shortened to the next keys if it is a preview that the board shows as well.
+
+        A preview also has its short form if its message is too long for the row.
+        """
+        if not self.lookahead_message or self.message != self.lookahead_message:
+            return self.message
+        is_continuous = isinstance(self.game.problem.state_count, ContinuousStates)
+        if len(self.message) < self._viewport.width and not (
+            is_continuous or frame.has_goal_row(self._viewport)
+        ):
+            return self.message
+        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
+
+    @property
+    def timeline(self) -> GameTimeline | None:
+        """The game at the earlier turn that is shown, or None."""
+        return self.post_game_review.timeline if self.modes.display_mode is Mode.LOOKBACK else None
+
+    @property
+    def log(self) -> list[str]:
+        """The rows of the event log, limited to the information of the viewing player."""
+        return (
+            self.timeline.review_rows(self._viewport.width)
+            if self.timeline
+            else self._event_log.rows
+        )
+
+    def _build_frame(self, viewport: Viewport) -> frame.Frame:
+        """Return the current frame for a viewport."""
+        return frame.Frame(self.timeline or self.game, viewport, self.frame_state, self.log)
+
+    def render_upper(self, viewport: Viewport) -> Text:
+        """Return the current screen as text without the command row and the key row."""
+        return self._build_frame(viewport).render_upper()
+
+    def scroll_log(self, rows: float) -> None:
+        """Scroll the log back by `rows`, or forward if negative, within its bounds."""
+        if not self.controller.awaiting_handover:
+            max_offset = self._build_frame(self._viewport).max_scroll_offset()
+            self.scroll_offset = int(min(max(self.scroll_offset + rows, 0), max_offset))
+
+    def turn_page(self, page_count: float) -> bool:
+        """Turn `page_count` pages forward, or back if negative; return whether it moved forward."""
+        previous_index, last_index = (
+            self.page_index,
+            len(frame.split_pages(self._viewport, self.frame_state)) - 1,
+        )
+        self.page_index = int(min(max(previous_index + page_count, 0), last_index))
+        return self.page_index > previous_index
+
+    def show_next_overlay(self) -> None:
+        """Show the next overlay that changes the board, or none after the last one.
+
+        Show a message if the board has no overlays. Raise an error if hints are forbidden.
+        """
+        self.game.check_hints_allowed("overlay")
+        run_cancellable(VALUES_TASK, self.game.hint_provider.prepare_overlay)
+        previous_overlay, self.overlay_index = self.overlay_index, 0
+        plain_screen = self.render_upper(self._viewport).plain
+        for index in range(previous_overlay + 1, len(OVERLAYS)):
+            self.overlay_index = index
+            if self.render_upper(self._viewport).plain != plain_screen:
+                scope = self.game.hint_provider.scope
+                self.message = ", ".join(filter(None, [f"overlay: {OVERLAYS[index]}", scope]))
+                return
+        self.overlay_index = 0
+        self.message = "overlay: none" if previous_overlay else "this board has no overlays"
+
+    @contextlib.contextmanager
+    def errors_as_messages(self) -> Iterator[None]:
+        """Run the block with its errors shown as messages.
+
+        Turns played before an error are logged. Without an error, the visible overlay is prepared;
+        after one, an overlay that is not ready is removed.
+        """
+        try:
+            yield
+            if self.overlay_index:
+                run_cancellable(VALUES_TASK, self.game.hint_provider.prepare_overlay)
+        except (DmplayError, ComputationStopped) as error:
+            self.log_new_turns()
+            self.overlay_index = (
+                self.overlay_index if self.game.hint_provider.is_overlay_ready else 0
+            )
+            self.message = str(error) or "cancelled"
+
+    def show_reply(self, reply: str) -> None:
+        """Show a command's reply: in the message row, or as a page if it has several rows.
+
+        Reports of turns go into the log only. A hint is shortened, because its values are on the
+        board.
+        """
+        rows = reply.split("\n") if isinstance(reply, Page) else []
+        hint = self.game.hint_provider.current_hint
+        if rows and not isinstance(reply, TurnReports):
+            self.open_page(rows)
+        else:
+            self.modes.handle_event(ModeEvent.CLOSED)
+            self.message = "" if rows else reply
+            if hint and reply == str(hint):  # The board and the keys show the values.
+                price_text = (
+                    "" if hint.action is None else self.game.describe_expected_reward(hint.action)
+                )
+                self.message = f"{hint.summary}{price_text}"
+        self.log_new_turns(rows)
+
+    def open_page(self, rows: list[str]) -> None:
+        """Open a page of rows in place of the board."""
+        self.message, self.page_rows, self.page_index = "", rows, 0
+        self.modes.handle_event(ModeEvent.PAGE_OPENED)
+
+    def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
+        """Log the new turns, and review a finished game.
+
+        `turn_rows` are these turns' reports in a command's reply. A new game resets the screen.
+        """
+        if self._event_log.game is not self.game:
+            self._reset_for_game()
+        elif self._event_log.add_new_turns(turn_rows):
+            self.scroll_offset = 0
+            self.message = "" if self.message == self.log[-1] else self.message
+        self.post_game_review.review_game(self.game)
+
+    def show_progress(self, task_info: TaskInfo, progress: str) -> None:
+        """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""
+        message = f"{task_info.message} ... {progress if self.terminal.motion else ''}"
+        cancel_help = "Ctrl-C cancels"
+        self.progress_message = (
+            f"{message}{cancel_help}"
+            if len(message + cancel_help) < self._viewport.width
+            else message
+        )
+
+    def abandon_task(self) -> None:
+        """Abandon a task that was cancelled but does not stop, and recreate the game's agents."""
+        self.game.recreate_agents()
+        self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"

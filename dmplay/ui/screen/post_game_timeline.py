@@ -1,0 +1,225 @@
+"""A view of a finished game for stepping through its turns, with the regret of each choice."""
+
+from collections.abc import Sequence
+from contextlib import suppress
+from math import ceil
+
+import numpy as np
+
+from dmplay.core.session import Turn
+from dmplay.core.work_budget import ComputationStopped
+from dmplay.errors import DmplayError
+from dmplay.game.game import Game
+from dmplay.game.hints import review
+from dmplay.game.hints.ghost_agent import describe_ghost_result
+from dmplay.game.hints.hint_provider import Hint, HintProvider, count_decimals, format_fixed
+from dmplay.game.hints.review import ReviewedAction
+from dmplay.views.toolkit.canvas import BAR_LEVELS
+
+MAX_WORST_TURNS = 3  # worst turns that are named
+MIN_BAR_COLUMNS = 16  # minimum columns of the regret row that are left for its bars
+
+
+class GameTimeline(Game):
+    """A finished game as it was before one of its turns, with nothing hidden."""
+
+    rewards_visible = True
+
+    def __init__(self, game: Game, moves: Sequence[ReviewedAction] = ()) -> None:
+        self.finished_game = game
+        self.turn_count = len(game.session.turns)
+        self._moves_by_turn: list[list[ReviewedAction]] = [
+            [] for _ in range(self.turn_count)
+        ]  # indexed by turn
+        for move in moves:
+            self._moves_by_turn[move.turn - 1].append(move)
+        session = game.session.copy_at_start()
+        session.reroll_counts = game.session.reroll_counts
+        super().__init__(game.problem_name, session, game.player_names, game.keyboard)
+
+    @property
+    def reveal(self) -> bool:
+        """True, because nothing is hidden after the end."""
+        return True
+
+    @property
+    def choosing_seat(self) -> int | None:
+        """None, because nobody chooses in a finished game."""
+        return None
+
+    @property
+    def hints_forbidden(self) -> bool:
+        """True if there are no action values to show for this turn; hints cannot be requested."""
+        return self.move_hints is None
+
+    @property
+    def strict(self) -> bool:
+        """True if it is forbidden to play on from an earlier turn."""
+        return self.finished_game.strict
+
+    @property
+    def undo_forbidden_reason(self) -> str:
+        """The reason why the end of the game cannot be undone."""
+        return self.finished_game.undo_forbidden_reason
+
+    @property
+    def hint_provider(self) -> HintProvider:
+        """The hint provider of the finished game, with its cached overlays."""
+        return self.finished_game.hint_provider
+
+    @property
+    def turns_played(self) -> int:
+        """The number of turns played before the current position."""
+        return len(self.session.turns)
+
+    def go_to_turn(self, turn: int) -> None:
+        """Move to the position after the given number of turns."""
+        if turn < self.turns_played:
+            self.session.undo(self.turns_played - turn)
+        self.session.append_turns(self.finished_game.session.turns[self.turns_played : turn])
+
+    @property
+    def move_hints(self) -> Hint | None:
+        """The reviewed action values of the viewing seat in this turn, or None."""
+        name, labels = (
+            self.problem.agents[self.viewing_seat],
+            self.problem.actions[self.viewing_seat].labels,
+        )
+        move = next(
+            (
+                candidate
+                for candidate in self._moves_by_turn[self.turns_played]
+                if candidate.seat == name
+            ),
+            None,
+        )
+        if move is None:
+            return None
+        values = np.array([move.values.get(label, np.nan) for label in labels])
+        return Hint(
+            " or ".join(move.best),
+            labels,
+            values,
+            scope=move.scope,
+            has_regrets=move.regret is not None,
+        )
+
+    def review_rows(self, width: int) -> list[str]:
+        """Return the rows below the board: previous turn, regret bars and next choice."""
+        return [*self._last_turn_rows(), *self._regret_rows(width), self._describe_next_choices()]
+
+    def _last_turn_rows(self) -> list[str]:
+        """Return one row that describes the previous turn, or none before the first turn."""
+        return [self.narrator.describe_turn(self.snapshot())] if self.turns_played else []
+
+    def _describe_next_choices(self) -> str:
+        """Return a line of text on the turn that comes next in the review.
+
+        It has the turn's number, the choice of each person, and the better choice if there is one.
+        """
+        turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
+        texts = [_describe_choice(move) for move in moves]
+        if not moves:
+            seats, chosen = self.human_seats, self.finished_game.session.turns[turn].actions
+            texts = [f"chose {self.problem.format_action(seat, chosen[seat])}" for seat in seats]
+        names = [self.problem.agents[seat] for seat in self.human_seats]
+        if len(names) > 1:
+            texts = [f"{name} {text}" for name, text in zip(names, texts, strict=True)]
+        return f"turn {turn + 1} of {self.turn_count}: {'; '.join(texts)}."
+
+    @property
+    def _turn_regrets(self) -> list[float]:
+        """The regret of each turn, summed over the human seats."""
+        return [sum(move.regret or 0.0 for move in moves) for moves in self._moves_by_turn]
+
+    @property
+    def _worst_turns(self) -> list[int]:
+        """The numbers of the turns with the largest regrets, the largest first."""
+        regrets = self._turn_regrets
+        ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
+        return [turn + 1 for turn in ranked[:MAX_WORST_TURNS] if regrets[turn] > 0]
+
+    def _regret_rows(self, width: int) -> list[str]:
+        """Return the row of regret bars, one per turn, with the current turn in brackets.
+
+        As many turns are shown around the current one as fit in `width` columns. Without any regret
+        there is no row.
+        """
+        worst, regrets = self._worst_turns, self._turn_regrets
+        if not worst:
+            return []
+        suffix = f"  worst: turn {', '.join(map(str, worst))}"
+        bar_columns = max(width - MIN_BAR_COLUMNS - len(suffix), 1)
+        first = max(min(self.turns_played - bar_columns // 2, self.turn_count - bar_columns), 0)
+        max_regret = max(regrets)
+        bars = [
+            BAR_LEVELS[ceil((len(BAR_LEVELS) - 1) * (regret / max_regret))] for regret in regrets
+        ]
+        bars[self.turns_played] = f"[{bars[self.turns_played]}]"
+        return [f"regret {''.join(bars[first : first + bar_columns])}{suffix}"]
+
+
+def _describe_choice(move: ReviewedAction) -> str:
+    """Return a choice as text, with the better action and its gain if there was one."""
+    if move.chosen in move.best:
+        return f"chose {move.chosen}, {review.append_scope('the best', move.scope)}"
+    gain = (
+        ""
+        if move.regret is None
+        else f" by {format_fixed(move.regret, count_decimals([*move.values.values()]))}"
+    )
+    better = review.append_scope(f"was better{gain}", move.scope)
+    return f"chose {move.chosen}; {' or '.join(move.best)} {better}"
+
+
+class PostGameReview:
+    """The review of a finished game, and the timeline for stepping through its turns."""
+
+    def __init__(self) -> None:
+        self.timeline: GameTimeline | None = None
+        self._reviewed_turn: Turn | None = None  # last turn of the reviewed game
+
+    def review_game(self, game: Game) -> None:
+        """Review the game when it has ended, unless this end was reviewed before.
+
+        Stores the review lines in the game; if the user cancels, those that are complete.
+        """
+        turns = game.session.turns if game.session.over and game.human_seats else []
+        last_turn = turns[-1] if turns else None
+        if last_turn is self._reviewed_turn:
+            return
+        self._reviewed_turn, game.review_lines = last_turn, ()
+        self.timeline = GameTimeline(game) if last_turn else None
+        if last_turn:
+            with suppress(ComputationStopped):
+                game.review_lines = self._review_choices(game)
+                ghost_line = describe_ghost_result(
+                    game.session, game.human_seats, game.player_names, game.ghost
+                )
+                game.review_lines = [*game.review_lines, *filter(None, [ghost_line])]
+
+    def _review_choices(self, game: Game) -> list[str]:
+        """Return the review of the human players' actions, and add it to the timeline."""
+        try:
+            moves = review.run_review(game.session, game.human_seats, game.player_names)
+        except DmplayError as error:
+            return [f"review: {error}"]
+        self.timeline = GameTimeline(game, moves)
+        return [review.format_summary(moves)] if moves else []
+
+    def turn_for_key(self, key: str, current_turn: int | None) -> int | None:
+        """Return the turn that a key leads to, or None if the key does not move through the turns.
+
+        `current_turn` is None at the end of the game. The result is from 0 to the number of turns.
+        """
+        if self.timeline is None:
+            return None
+        turn_count = self.timeline.turn_count
+        turn = turn_count if current_turn is None else current_turn
+        targets = (
+            {"enter": turn - 1}
+            if current_turn is None
+            else {"right": turn + 1, "home": 0, "end": turn_count}
+        )
+        target = ({"left": turn - 1} | targets).get(key)
+        return None if target is None else min(max(target, 0), turn_count)

@@ -1,0 +1,31 @@
+"""Protocols of the full screens that the event loop runs."""
+
+from typing import Protocol
+
+from dmplay.game.background_tasks import TaskInfo
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import Painter
+
+
+class FullScreen(Protocol):
+    """A full screen that can be painted and can show the progress of a background task."""
+
+    terminal: Terminal
+    thinking_delay_seconds: float  # seconds a key may take before progress is shown
+    progress_message: str  # progress of the running task; '' if none runs
+
+    def paint(self, painter: Painter) -> None:
+        """Paint the current screen onto the terminal."""
+
+    def show_progress(self, task_info: TaskInfo, progress: str) -> None:
+        """Show a running task and its progress."""
+
+    def abandon_task(self) -> None:
+        """Abandon a task that was cancelled but does not stop."""
+
+
+class KeyDrivenScreen(FullScreen, Protocol):
+    """A full screen that handles every key itself and has no command row."""
+
+    def handle_key(self, key: str) -> None:
+        """Handle a key; raise PlayerQuit if it quits."""

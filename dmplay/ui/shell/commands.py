@@ -1,0 +1,412 @@
+"""The shell commands: one table used by typed lines, keys, help, completion and the key row."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from difflib import get_close_matches
+from typing import NamedTuple
+
+from dmplay.errors import BadParameter, IllegalAction, UnknownName
+from dmplay.game.command_reply import format_reply
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.game.key_bindings import KEY_SYMBOLS
+from dmplay.game.launch_requests import split_words
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import is_problem_name
+from dmplay.ui.shell import game_commands as of_game
+from dmplay.ui.shell import game_management_commands as of_table
+from dmplay.ui.shell.help_introduction import lesson_lines
+
+CommandFunction = Callable[[GameController, str], str]
+MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
+INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates
+SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
+SHORT_NAMES = {"q": "quit", "?": "help"}  # single characters that can also be action names
+
+
+class PlayerQuit(Exception):
+    """The exception raised when the player quits, with an exit code."""
+
+    def __init__(self, exit_code: int = 0) -> None:
+        super().__init__(exit_code)
+        self.exit_code = exit_code
+
+
+class Command(NamedTuple):
+    """A shell command: its name and argument, help text, function and key."""
+
+    name: str
+    argument_help: str
+    help: str
+    run: CommandFunction
+    key: str = ""  # in prompt_toolkit's notation
+    key_label: str = ""  # as displayed in the key row
+
+
+def _bind_to_game(run: Callable[[Game, str], str]) -> CommandFunction:
+    """Return a command function that calls a function with the current game."""
+    return lambda controller, argument: run(controller.game, argument)
+
+
+def _bind_to_cli(name: str) -> CommandFunction:
+    """Return a command function that runs a command of the command line."""
+    return lambda controller, argument: controller.run_cli_words([name, *split_words(argument)])
+
+
+def _bind_problem_to_cli(name: str, *, pass_parameters: bool = False) -> CommandFunction:
+    """Return a command function that runs a command-line command on a problem.
+
+    The problem is the current one if none is typed; `--set` options add its parameters if
+    `pass_parameters` is true.
+    """
+
+    def run(controller: GameController, argument: str) -> str:
+        """Run the command with the typed words, or with the current problem before them."""
+        words = split_words(argument)
+        is_problem_typed = words and (
+            not words[0].startswith("-") or any(map(is_problem_name, words))
+        )
+        if is_problem_typed or not controller.has_game:
+            return controller.run_cli_words([name, *words])
+        settings = controller.game.settings if pass_parameters else []
+        options = [word for setting in settings for word in ("--set", setting)]
+        return controller.run_cli_words([name, controller.game.problem_name, *options, *words])
+
+    return run
+
+
+@contextmanager
+def conceal_choice_errors(controller: GameController) -> Iterator[None]:
+    """Run the block with a general message for invalid choices while several people type.
+
+    The message of UnknownName, BadParameter or IllegalAction could reveal the choice.
+    """
+    try:
+        yield
+    except (UnknownName, BadParameter, IllegalAction):
+        if not controller.is_input_hidden:
+            raise
+        message = "that cannot be played; help and legal tell what can be typed"
+        raise BadParameter(message) from None
+
+
+def _play_typed_action(controller: GameController, argument: str) -> str:
+    """Play a typed action; error messages do not reveal it to other people."""
+    with conceal_choice_errors(controller):
+        return _play_action(controller, argument)
+
+
+def _play_action(controller: GameController, argument: str) -> str:
+    """Play a typed action; return the report of the turn, or the next person to choose.
+
+    Return '' if the game ends without the turn. Raise UnknownName with similar names for an unknown
+    action.
+    """
+    game = controller.game
+    try:
+        action = game.keyboard.parse_action(game.view(), argument)
+    except UnknownName:
+        labels = game.session.action_labels(game.viewing_seat)
+        word, _, remainder = argument.partition(" ")
+        if not word or (remainder and word.lower() in labels):
+            message = f"act: got {argument!r}, expected one action; ';' stands between several"
+            raise BadParameter(message if remainder else "act: expected an action") from None
+        # Suggest command names only if no action has a similar name.
+        similar = get_close_matches(word.lower(), labels, cutoff=0.5)
+        names = labels if similar else [*labels, *(command.name for command in COMMANDS)]
+        raise UnknownName("action", word, names) from None
+    if game.choose(action):
+        return game.narrator.describe_turn(game.snapshot())
+    if game.session.over:
+        return ""
+    assert game.choosing_seat is not None
+    return f"chosen. {game.problem.agents[game.choosing_seat]} is next."
+
+
+def _preview_action(controller: GameController, argument: str) -> str:
+    """Return the possible outcomes of a typed action; error messages do not reveal it."""
+    with conceal_choice_errors(controller):
+        return of_game.preview_typed_action(controller.game, argument)
+
+
+def _show_keys(controller: GameController, argument: str) -> str:
+    """Return the keys of actions and of commands as one line."""
+    game = controller.game
+    action_keys = game.keyboard.list_actions_with_keys(game.view())
+    actions = ", ".join(f"{label} {key}".strip() for key, label, _ in action_keys)
+    commands = ", ".join(f"{c.name} {c.key_label}" for c in COMMANDS if c.key)
+    return f"keys: {actions}. {commands}."
+
+
+def _quit(controller: GameController, argument: str) -> str:
+    """Raise PlayerQuit."""
+    raise PlayerQuit
+
+
+def _show_help(controller: GameController, argument: str) -> str:
+    """Return help on a topic, action, problem or command; by default a lesson and all topics."""
+    if argument.lower() in COMMANDS_BY_TOPIC:
+        return format_reply([*map(_format_command_help, COMMANDS_BY_TOPIC[argument.lower()])])
+    if _is_action_name(controller, argument):
+        return f"{argument}: an action; its name alone plays it"
+    if argument.partition(":")[0] in problem_names():
+        return f"{argument}: a problem; play {argument} begins it, info {argument} tells of it"
+    if argument:
+        return _format_command_help(find_command(argument, [*COMMANDS_BY_TOPIC]))
+    rows = [*lesson_lines(controller.game), ""] if controller.has_game else []
+    rows += ["an action is played by its name. help tells more of a command, or of a topic:"]
+    rows += [
+        f"{topic}: {', '.join(command.name for command in commands)}"
+        for topic, commands in COMMANDS_BY_TOPIC.items()
+    ]
+    return format_reply(rows)
+
+
+def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) -> list[str]:
+    """Return the rows of the help page: problem, actions, keys, and commands without a key.
+
+    `screen_keys` are (displayed key, name, help) of the screen's own keys.
+    """
+    action_keys = game.keyboard.list_actions_with_keys(game.view())[:10]
+    actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in action_keys]
+    keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
+    keyless = [command.name for command in COMMANDS if not command.key]
+    return [
+        *lesson_lines(game),
+        "",
+        f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+        "keys",
+        *(
+            f"  {displayed_key:<7} {name:<14} {help_}"
+            for displayed_key, name, help_ in [*screen_keys, *keys]
+        ),
+        f"commands, typed after ':'  {' '.join(keyless)}",
+    ]
+
+
+def _format_command_help(command: Command) -> str:
+    """Return a command with its argument and help text as one line."""
+    return f"{f'{command.name} {command.argument_help}'.strip()}: {command.help}"
+
+
+COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
+    "turns": (
+        Command("act", "ACTION", "play an action; its name alone does too", _play_typed_action),
+        Command(
+            "hint",
+            "",
+            "what a good player would do here",
+            _bind_to_game(of_game.show_hint),
+            "tab",
+            "Tab",
+        ),
+        Command(
+            "undo",
+            "[N]",
+            "take back the last turn, or N",
+            _bind_to_game(of_game.undo_turns),
+            "backspace",
+            "Bksp",
+        ),
+        Command(
+            "redo",
+            "[N]",
+            "play again what was taken back",
+            _bind_to_game(of_game.redo_turns),
+            "c-r",
+            "Ctrl-R",
+        ),
+        Command(
+            "reroll",
+            "",
+            "the last turn under other dice; recorded so",
+            _bind_to_game(of_game.reroll_turn),
+        ),
+        Command(
+            "look",
+            "",
+            "the situation in sentences",
+            _bind_to_game(of_game.show_situation),
+            "L",
+            "L",
+        ),
+        Command(
+            "legal", "", "the actions that can be played", _bind_to_game(of_game.show_legal_actions)
+        ),
+        Command(
+            "belief", "", "the probability of each hidden state", _bind_to_game(of_game.show_belief)
+        ),
+        Command("state", "", "the state in one line", _bind_to_game(of_game.show_state)),
+        Command("values", "", "what each action is worth", _bind_to_game(of_game.show_values)),
+        Command("whatif", "ACTION", "what an action may bring", _preview_action, key_label="W"),
+        Command(
+            "policy", "", "the action of a good player", _bind_to_game(of_game.show_best_action)
+        ),
+        Command("step", "[N]", "a turn of agents, or N", _bind_to_game(of_game.step_turns)),
+        Command("auto", "[N]", "all turns of agents, or N", _bind_to_game(of_game.autoplay_turns)),
+    ),
+    "games": (
+        Command(
+            "play",
+            "PROBLEM ...",
+            "begin a game, with the options of dmplay play",
+            of_table.play_problem,
+        ),
+        Command(
+            "new",
+            "",
+            "again, with fresh dice",
+            lambda table, _: table.restart_with_new_seed(),
+            "N",
+            "N",
+        ),
+        Command(
+            "restart", "", "again, under the same dice", lambda table, _: table.restart(), "R", "R"
+        ),
+        Command("seed", "[N]", "again, under these dice", of_table.restart_with_seed),
+        Command(
+            "agent",
+            "[SEAT] [NAME]",
+            "again, under the same dice, with NAME in a seat",
+            of_table.seat_agent,
+        ),
+        Command(
+            "set",
+            "[NAME] [VALUE]",
+            "again, under the same dice, with another parameter",
+            of_table.set_parameter,
+        ),
+        Command("screen", "", "the game on the full screen", of_table.open_screen),
+    ),
+    "files": (
+        Command("save", "[FILE]", "copy the transcript so far", of_table.save_transcript, "S", "S"),
+        Command(
+            "transcript",
+            "",
+            "where it is, and its last turn",
+            _bind_to_game(of_game.show_transcript),
+            "T",
+            "T",
+        ),
+        Command("load", "[FILE]", "go on with a recorded game", of_table.resume_transcript),
+        Command("replay", "FILE", "look at a recorded game", of_table.replay_transcript),
+        Command(
+            "review", "", "what each of your moves was worth", _bind_to_game(of_game.show_review)
+        ),
+        Command(
+            "branch",
+            "[TURN]",
+            "play on from a turn, in a file of its own",
+            of_table.branch_from_turn,
+        ),
+        Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export_game),
+    ),
+    "book": (
+        Command("list", "[KIND]", "the problems", _bind_to_cli("list")),
+        Command("records", "", "your best games, and your last", _bind_to_cli("records")),
+        Command("info", "[PROBLEM]", "all about a problem", _bind_problem_to_cli("info")),
+        Command("agents", "[PROBLEM]", "who can play it", _bind_problem_to_cli("agents")),
+        Command(
+            "solve",
+            "[PROBLEM]",
+            "its values or equilibria",
+            _bind_problem_to_cli("solve", pass_parameters=True),
+        ),
+        Command("figure", "[NAME]", "a figure of the book", _bind_to_cli("figure")),
+        Command("guide", "[TOPIC]", "how to play, and bring your own", _bind_to_cli("guide")),
+    ),
+    "shell": (
+        Command("keys", "", "which key does what", _show_keys),
+        Command("help", "[TOPIC]", "the commands; those of a topic, or one", _show_help, "?", "?"),
+        Command("quit", "", "leave; the transcript is kept", _quit, "q", "q"),
+    ),
+}
+COMMANDS = tuple(command for topic in COMMANDS_BY_TOPIC.values() for command in topic)
+COMMANDS_BY_NAME = {command.name: command for command in COMMANDS}
+COMMANDS_BY_NAME |= {
+    other: COMMANDS_BY_NAME[name] for other, name in (SYNONYMS | SHORT_NAMES).items()
+}
+
+
+def find_command(name: str, topics: Sequence[str] = ()) -> Command:
+    """Return the command with this name or synonym; raise UnknownName if there is none.
+
+    The error also suggests the given topics.
+    """
+    if not is_command(name):
+        raise UnknownName("command", name, [*topics, *(command.name for command in COMMANDS)])
+    return COMMANDS_BY_NAME[name.lower()]
+
+
+def is_command(word: str) -> bool:
+    """Return whether a word is the name or synonym of a command, in any case."""
+    return word.lower() in COMMANDS_BY_NAME
+
+
+def split_commands(line: str) -> list[str]:
+    """Split text into commands at `;` and line ends, without `#` comments and empty commands.
+
+    Raise BadParameter if the text is longer than MAX_LINE_CHARS.
+    """
+    char_count = len(line.rstrip("\n"))
+    if char_count > MAX_LINE_CHARS:
+        raise BadParameter(
+            f"got a line of {char_count} characters, expected at most {MAX_LINE_CHARS}"
+        )
+    pieces = (part for row in line.splitlines() for part in row.partition("#")[0].split(";"))
+    return [part for part in map(str.strip, pieces) if part]
+
+
+def iter_commands_until_handover(controller: GameController, line: str) -> Iterator[str]:
+    """Yield the commands of a typed line until another person must take over the terminal."""
+    for part in split_commands(line):
+        if controller.awaiting_handover:
+            return
+        yield part
+
+
+def run_line(controller: GameController, line: str) -> str:
+    """Run one typed line (an action, a command or an alias) and return the reply.
+
+    Names of actions take precedence over all others, and `act NAME` always plays. The name of a
+    problem starts it if there is no current game.
+    """
+    if INVALID_TEXT.search(line):
+        raise BadParameter(f"got {line!r}, expected text")
+    word, _, arguments = line.strip().partition(" ")
+    if word not in controller.aliases or _is_action_name(controller, word):
+        return _run_unaliased_line(controller, line)
+    replies = [
+        _run_unaliased_line(controller, part)
+        for part in split_commands(f"{controller.aliases[word]} {arguments}")
+    ]
+    return format_reply([*filter(None, replies)])
+
+
+def _run_unaliased_line(controller: GameController, line: str) -> str:
+    """Run one line without aliases: a command, a problem to play, or an action."""
+    word, _, argument = line.strip().partition(" ")
+    if is_command(word) and not _is_action_name(controller, word):
+        return _run_command(find_command(word), controller, argument.strip())
+    if not controller.has_game:
+        if not is_problem_name(word):
+            raise UnknownName("command", word, [*(c.name for c in COMMANDS), *problem_names()])
+        return of_table.play_problem(controller, line)
+    return _play_typed_action(controller, line.strip())
+
+
+def _run_command(command: Command, controller: GameController, argument: str) -> str:
+    """Run a command; raise BadParameter for an argument that it does not take."""
+    if argument and not command.argument_help:
+        raise BadParameter(f"{command.name}: got {argument!r}, expected nothing after it")
+    return command.run(controller, argument)
+
+
+def _is_action_name(controller: GameController, word: str) -> bool:
+    """Return whether a word is an action's name in the current game, in any case."""
+    if not controller.has_game:
+        return False
+    return word.lower() in map(
+        str.lower, controller.game.session.action_labels(controller.game.viewing_seat)
+    )

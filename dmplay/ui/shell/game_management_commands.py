@@ -1,0 +1,211 @@
+"""Shell commands that start, resume, replay, save, branch and export games."""
+
+from pathlib import Path
+from shlex import quote
+
+from dmplay.core.parameter_parsing import parse_whole_number
+from dmplay.errors import BadParameter
+from dmplay.game.command_reply import format_reply
+from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import write_game_copy
+from dmplay.game.launch_requests import split_words
+from dmplay.game.saves import copy_transcript
+from dmplay.game.seats import list_human_seats, make_seat_policy, name_in_transcript
+from dmplay.registry import problems
+
+
+def play_problem(controller: GameController, argument: str) -> str:
+    """Start a new game with the options of `dmplay play`; return a description of it."""
+    words = split_words(argument)
+    if not words:
+        raise BadParameter("play: expected a problem, as play hexworld --seed 7")
+    return controller.run_cli_words(["play", *words]) or controller.describe_new_game()
+
+
+def resume_transcript(controller: GameController, argument: str) -> str:
+    """Resume a recorded game, by default the latest unfinished save."""
+    reply = controller.run_cli_words(["resume", *split_words(argument)])
+    turn = f"turn {len(controller.game.session.turns)}."
+    return reply or _append_warning(controller, f"resumed {controller.game.problem_name}. {turn}")
+
+
+def replay_transcript(controller: GameController, argument: str) -> str:
+    """Open a recorded game for replay."""
+    reply = controller.run_cli_words(["replay", *split_words(argument)])
+    return reply or _append_warning(
+        controller, f"replaying {controller.game.problem_name}. step, auto and undo move in it."
+    )
+
+
+def _append_warning(controller: GameController, reply: str) -> str:
+    """Return a reply, followed by the warning of the current game if it has one."""
+    return f"{reply} {controller.game.warning}." if controller.game.warning else reply
+
+
+def restart_with_seed(controller: GameController, argument: str) -> str:
+    """Restart the current game with the typed seed; without an argument, return the seed."""
+    if not argument:
+        return (
+            "seed: "
+            f"{controller.game.seed if controller.game.is_seed_visible else 'told after the game'}"
+        )
+    number = parse_whole_number(argument)
+    if number is None:
+        raise BadParameter(f"seed: got {argument!r}, expected a whole number, as 7")
+    return controller.restart_with_new_seed(seed=number)
+
+
+def seat_agent(controller: GameController, argument: str) -> str:
+    """Restart the game with another player in a seat; without an argument, list the players.
+
+    The player is NAME for the first seat, or SEAT NAME. A confirmation may be asked first.
+    """
+    game = controller.game
+    words = argument.split()
+    if not words:
+        pairs = zip(game.problem.agents, game.player_names, strict=True)
+        return f"seats: {', '.join(f'{name} {player}' for name, player in pairs)}."
+    name, player = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
+    make_seat_policy(
+        game.problem, game.problem.seat_index(name), player
+    )  # Raises for an invalid player before the game is restarted.
+    seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
+    players = [*game.player_names]
+    players[game.problem.seat_index(name)] = player
+    cleared_options = (
+        {}
+        if list_human_seats(players)
+        else {"player": "", "ghost_agent": "", "is_handed_in": False}
+    )
+    return controller.confirmation_question(f"agent {argument}") or controller.restart(
+        seats=seats, **cleared_options
+    )
+
+
+def set_parameter(controller: GameController, argument: str) -> str:
+    """Restart the game with another parameter value; without an argument, list the parameters."""
+    game = controller.game
+    if not argument:
+        values = problems.parameter_values(game.problem)
+        return format_reply([f"{name} {value}" for name, value in values.items()])
+    key, _, value = argument.replace("=", " ", 1).partition(" ")
+    # Raises for an invalid value before the game is restarted.
+    problems.with_parameters(game.problem, {key: value.strip()})
+    settings = [*(game.request.settings if game.request else ()), f"{key}={value.strip()}"]
+    return controller.confirmation_question(f"set {argument}") or controller.restart(
+        settings=settings
+    )
+
+
+def save_transcript(controller: GameController, argument: str) -> str:
+    """Copy the transcript to a file; without an argument, return its path.
+
+    Raise BadParameter for a replay, and for a strict game with hidden information.
+    """
+    game, recorder = controller.game, controller.game.recorder
+    if recorder is None and not (argument and game.request):
+        replay_message = (
+            f"a recording is only looked at; it is {game.transcript_path}"
+            if game.transcript_path
+            else ""
+        )
+        missing_message = "no transcript is written; --record FILE writes one"
+        raise BadParameter(f"save: {replay_message or missing_message}")
+    if recorder and not argument:
+        return recorder.describe_write_error() or f"kept as you play: {recorder.path}"
+    name, *extra_words = split_words(argument)
+    if extra_words:
+        raise BadParameter(f"save: got {argument!r}, expected one file; quotes hold one together")
+    if recorder and game.strict and game.is_concealed:
+        raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
+    if (
+        recorder
+        and recorder.is_saved
+        and _has_same_name_at(game.problem_name, recorder.path, Path(name))
+    ):
+        copy_transcript(recorder, Path(name))
+    else:
+        write_game_copy(game, Path(name))
+    return f"saved {name}; dmplay resume {quote(name)} goes on"
+
+
+def _has_same_name_at(problem: str, *paths: Path) -> bool:
+    """Return whether a problem has the same name in transcripts at these paths.
+
+    Relative file paths in names differ between folders.
+    """
+    return len({name_in_transcript(problem, path) for path in paths}) == 1
+
+
+def branch_from_turn(controller: GameController, argument: str) -> str:
+    """Start a new game from a turn of the current one, by default the last, in a new transcript.
+
+    Raise BadParameter in a strict game, or if no transcript is written.
+    """
+    game, turns = controller.game, len(controller.game.session.turns)
+    if game.strict:
+        raise BadParameter("branch: this game is strict")
+    if argument and parse_whole_number(argument) is None:
+        raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
+    source = game.transcript_path
+    if source is None:
+        raise BadParameter("branch: no transcript is written; --record FILE writes one")
+    turn_text = argument or str(turns)
+    trust_option = (
+        ["--trust"] if problems.requires_trust(game.problem_name) else []
+    )  # The code already runs in the current game.
+    controller.run_cli_words(
+        [
+            "branch",
+            str(source),
+            "--at",
+            turn_text,
+            "-o",
+            str(controller.choose_branch_path(source)),
+            *trust_option,
+        ]
+    )
+    return f"on from turn {turn_text}. {controller.describe_new_game()}"
+
+
+def export_game(controller: GameController, argument: str) -> str:
+    """Export a game, by default the current one, as a picture, a table or data.
+
+    Raise BadParameter if that would reveal hidden information of a game in progress.
+    """
+    words = split_words(argument)
+    if not words or words[0].startswith("-"):
+        recorder, is_hidden = controller.game.recorder, controller.game.problem.partially_observable
+        if recorder is None:
+            raise BadParameter("export: no transcript is written; name a file")
+        if is_hidden and not (controller.game.session.over or controller.game.reveal):
+            raise BadParameter("export: it would tell what is hidden until the game is over")
+        formats = [
+            (name, export_format)
+            for name, export_format in EXPORT_FORMATS.items()
+            if f"--{name}" in words
+        ]
+        for name, export_format in formats:
+            if (
+                controller.is_interactive
+                and not export_format.is_text
+                and not {"-o", "--output"} & {*words}
+            ):
+                message = f"--{name} is for a file; -o game.{export_format.extension} names it"
+                raise BadParameter(f"export: {message}")
+        words = [str(recorder.path), *words]
+    elif "--peek" in words and controller.has_game and controller.game.is_concealed:
+        raise BadParameter("export: --peek is for after this game, in which much is hidden")
+    return controller.run_cli_words(["export", *words]) or "written."
+
+
+def open_screen(controller: GameController, argument: str) -> str:
+    """Open the full screen; return its message, or a line about the return to the shell.
+
+    Raise BadParameter if there is no terminal.
+    """
+    game = controller.game
+    if controller.open_screen is None:
+        raise BadParameter("screen: it opens from the shell, on a terminal")
+    return controller.open_screen() or f"{game.problem_name} again in words."

@@ -1,0 +1,60 @@
+"""The lesson at the beginning of `help`: role, objective, costs, and an example turn."""
+
+import numpy as np
+
+from dmplay.core.problem import ContinuousStates, Problem
+from dmplay.core.session import Session
+from dmplay.core.spaces import Interval
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.game.game import Game
+from dmplay.views.protocol import Lesson, load_view_module
+
+UNTYPABLE_SEED = 2**63 + 1228  # larger than any seed of a game, so it reveals no game's uniforms
+
+
+def lesson_lines(game: Game) -> list[str]:
+    """Return three sentences on the viewing seat's role, objective and costs, and an example
+    turn.
+    """
+    problem, view = game.problem, game.view()
+    content = game.view_module.lesson(view)
+    discount_note = f"; what comes a turn later counts {problem.discount:g} as much (gamma)"
+    cost = content.costs + discount_note * (problem.discount < 1.0)
+    return [
+        f"{content.role}.",
+        f"{content.objective}.",
+        f"{cost}.",
+        describe_example_turn(problem, view.seat, content),
+    ]
+
+
+def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
+    """Return a sentence on the first turn of an example game, with its hidden states."""
+    session = Session(problem, SeededUniforms(UNTYPABLE_SEED), turn_limit=1)
+    preferred_actions = (
+        {seat: problem.parse_action(seat, lesson.example_action)} if lesson.example_action else {}
+    )
+    actions = [
+        _choose_legal_action(session, index, preferred_actions.get(index))
+        for index in range(len(problem.agents))
+    ]
+    initial_state = session.state
+    reward = float(session.advance(actions).rewards[seat])
+    shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
+    hidden_note = ", unseen" * problem.partially_observable
+    start = f" from {problem.format_state(initial_state)}{hidden_note}:" if shows_state else ""
+    turn_text = load_view_module(problem).describe_turn(session.view(seat))
+    return f"For example, one turn{start or ':'} {turn_text} It pays you {reward:.4g}."
+
+
+def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:
+    """Return the preferred action if it is legal; else the middle one of the legal actions."""
+    actions, legal = session.problem.actions[seat], session.legal_actions_mask(seat)
+    if isinstance(actions, Interval):
+        return (actions.low + actions.high) / 2 if preferred is None else preferred
+    legal_actions = np.arange(len(actions)) if legal is None else np.flatnonzero(legal)
+    return (
+        preferred
+        if preferred in legal_actions and preferred is not None
+        else float(legal_actions[len(legal_actions) // 2])
+    )

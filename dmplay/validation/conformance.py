@@ -1,0 +1,208 @@
+"""The checks of `dmplay check`: every invariant of a problem, its agents and its view."""
+
+from collections.abc import Callable, Iterator
+from functools import cache, partial
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.agents.random_agent import Random
+from dmplay.core.arrays import Array
+from dmplay.core.playability_checks import CHECK_STAGES
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem, check_problem
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.core.violation import CheckResult, CheckResults, Violation
+from dmplay.errors import BadPolicy
+from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
+from dmplay.registry import agents, problem_module_exports, problems
+from dmplay.simulation import random_play
+from dmplay.simulation.random_play import (
+    SEED,
+    SampledTurns,
+    make_arrays_readonly,
+    sample_turns,
+    slice_rows,
+)
+from dmplay.solvers.pomdp.legal_action_leak import check_legal_action_leak
+from dmplay.validation import invariants
+from dmplay.validation.policy_checks import check_policy_choices
+from dmplay.views.protocol import DrawOptions, ViewModule, fit_board, load_view_module
+
+SAMPLED_TURNS = 200  # sampled turns that each invariant is checked on
+# games of random play, and turns of each, that look for terminal states
+RANDOM_GAMES, RANDOM_GAME_TURNS = 30, 60
+ROUND_TRIP_STATES = 40  # states of random play that are formatted and parsed again
+SEPARATE_BATCHES = (
+    slice(0, 1),
+    slice(7, 8),
+    slice(1, 4),
+    slice(90, 190),
+)  # rows that are also computed in a batch without the others
+AGENT_GAMES = 7  # games in which the choices of an agent are checked
+DRAWN_TURNS = 4  # turns after which a view is drawn
+VIEW_WIDTHS = (40, 80, 120)
+
+
+def check(problem: Problem) -> list[Violation]:
+    """Return the violations of a problem's invariants, each with its source line.
+
+    The groups are checked in order, and the first with violations ends the check, because each
+    relies on those before it: the attributes and arrays of the first turn, the dynamics, the agents
+    and then the view that the module defines. Raise BadParameter for anything but a problem.
+    """
+    check_problem(problem, None)
+    for check_group in (_check_attributes, _check_dynamics, _check_agents, _check_problem_view):
+        violations = [*dict.fromkeys(check_group(problem))]
+        if violations:
+            return violations
+    return []
+
+
+def _check_attributes(problem: Problem) -> Iterator[Violation]:
+    """Yield the violations of the problem's own attributes, up to the first failing stage."""
+    for check_functions in (*CHECK_STAGES, (check_legal_action_leak,)):
+        violations = [
+            violation
+            for check_function in check_functions
+            for violation in invariants.find_violations(
+                type(problem), partial(check_function, problem)
+            )
+        ]
+        yield from violations
+        if violations:
+            return
+
+
+def _check_dynamics(problem: Problem) -> Iterator[Violation]:
+    """Yield the violations of the dynamics in random play, up to the first failing group."""
+
+    @cache
+    def sampled_turns() -> SampledTurns:
+        """Return the sampled turns of random play."""
+        return sample_turns(problem, SAMPLED_TURNS)
+
+    @cache
+    def sampled_outcomes() -> tuple[Array, ...]:
+        """Return the outcomes of the sampled turns, computed in one batch."""
+        return invariants.evaluate_batch(problem, sampled_turns())
+
+    @cache
+    def final_states() -> Array:
+        """Return the states of the sampled turns and the final states of random games."""
+        return make_arrays_readonly(
+            np.concatenate(
+                [
+                    sampled_turns().s,
+                    random_play.final_states(problem, RANDOM_GAMES, RANDOM_GAME_TURNS),
+                ]
+            )
+        )[0]
+
+    def check_batch_independence(rows: slice) -> CheckResults:
+        """Check that these rows have the same outcomes in a batch without the others."""
+        return invariants.check_row_independence(
+            problem,
+            SampledTurns(*slice_rows(sampled_turns(), rows)),
+            slice_rows(sampled_outcomes(), rows),
+        )
+
+    independence_checks: list[list[Callable[[], CheckResults]]] = [
+        [partial(check_batch_independence, rows)] for rows in SEPARATE_BATCHES
+    ]
+    groups: list[list[Callable[[], CheckResults]]] = [
+        [lambda: invariants.check_determinism(problem, sampled_turns(), sampled_outcomes())],
+        *independence_checks,
+        [lambda: invariants.check_shapes(problem, sampled_turns())],
+        [
+            *(
+                partial(lambda invariant: invariant(problem, sampled_turns()), invariant)
+                for invariant in invariants.INVARIANTS
+            ),
+            lambda: invariants.check_state_text(
+                problem, final_states()[:: SAMPLED_TURNS // ROUND_TRIP_STATES]
+            ),
+            lambda: invariants.check_terminal_states(problem, final_states()),
+        ],
+    ]
+    for group in groups:
+        violations = [
+            violation
+            for invariant in group
+            for violation in invariants.find_violations(type(problem), invariant)
+        ]
+        yield from violations
+        if violations:
+            return
+
+
+def _check_agents(problem: Problem) -> Iterator[Violation]:
+    """Yield the violations of the agents that the problem's module defines, in their seats."""
+    for seat in range(len(problem.agents)):
+        for name in problem_module_exports.module_agent_names(problem):
+            try:
+                policy = agents.load_agent(problem, seat, name)
+            except BadPolicy:  # this agent does not play this seat
+                continue
+            policies: list[Policy] = [Random(problem, i) for i in range(len(problem.agents))]
+            policies[seat] = policy
+            check_choices = partial(check_policy_choices, problem, seat, policies, AGENT_GAMES)
+            for violation in invariants.find_violations(type(policy), check_choices):
+                yield violation._replace(what=f"{name}: {violation.what}")
+
+
+def _check_problem_view(problem: Problem) -> Iterator[Violation]:
+    """Yield the violations of a user-defined problem's view while a short game is played."""
+    if not problems.builtin_stem(problem):
+        policies = [Random(problem, at) for at in range(len(problem.agents))]
+        session = Session(problem, SeededUniforms(SEED), policies, turn_limit=DRAWN_TURNS)
+        yield from invariants.find_violations(type(problem), partial(_check_game_display, session))
+
+
+def _check_game_display(session: Session) -> CheckResults:
+    """Check that the boards and texts of a game fit their width and are text, after each turn."""
+    resolve_key_maps(session.problem, DEFAULT_KEY_PREFERENCES)
+    style = load_view_module(session.problem)
+    while True:
+        for seat in range(len(session.problem.agents)):
+            yield from _check_seat_display(style, session, seat)
+        if session.over:
+            return
+        session.advance()
+
+
+def _check_seat_display(style: ViewModule, session: Session, seat: int) -> CheckResults:
+    """Check the boards of one seat at several widths, and the texts shown next to them."""
+    view = session.view(seat)
+    state = session.state if session.over else None
+    for width in VIEW_WIDTHS:
+        board = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
+        message = f"iter_boards: got {type(board).__name__}, expected Text of rich"
+        yield CheckResult(isinstance(board, Text), "draw_state", message)
+    for method in (
+        (style.describe_turn, style.describe_situation)
+        if view.turns_played
+        else (style.describe_situation,)
+    ):
+        text = method(view)
+        message = f"{method.__name__}: got {text!r}, expected a sentence"
+        yield CheckResult(isinstance(text, str) and bool(text), "draw_state", message)
+    message = "goal_lines: expected a list of clauses, panel_rows: a list of pairs, all text"
+    yield CheckResult(
+        _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view)),
+        "draw_state",
+        message,
+    )
+
+
+def _is_text_list(value: object) -> bool:
+    """Return whether a value is a list or tuple of strings."""
+    return isinstance(value, list | tuple) and all(isinstance(text, str) for text in value)
+
+
+def _is_pair_list(value: object) -> bool:
+    """Return whether a value is a list or tuple of pairs of strings."""
+    if not isinstance(value, list | tuple):
+        return False
+    return all(_is_text_list(pair) and len(pair) == 2 for pair in value)

@@ -1,0 +1,89 @@
+"""Draw beliefs as bars, sparklines and words."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import Problem
+from dmplay.core.session import MAX_LISTED_STATES, View
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.canvas import BAR_LEVELS, Canvas
+
+MAX_NAMED_STATES = 10  # number of states listed if there are many
+BAR_EIGHTHS = " ▏▎▍▌▋▊▉"
+ASCII_SPARK_LEVELS = "_.:-=+*#"
+
+
+def format_bar(fraction: float, width: int, ascii_only: bool) -> str:
+    """Return a bar of `width` columns with eighths of a cell and dots for the empty part.
+
+    Callers draw the number beside it.
+    """
+    if ascii_only:
+        return ("#" * round(fraction * width)).ljust(width, ".")
+    eighths = round(fraction * width * 8)
+    full_cells, remainder = divmod(eighths, 8)
+    return ("█" * full_cells + (BAR_EIGHTHS[remainder] if remainder else "")).ljust(width, "·")
+
+
+def draw_belief_bars(  # noqa: PLR0913 - a canvas, a position and the content
+    canvas: Canvas,
+    y: int,
+    names: Sequence[str],
+    belief: Reals,
+    options: DrawOptions,
+    *,
+    max_bar_columns: int = 20,
+) -> int:
+    """Draw a probability bar for each state from row y on; return the next row."""
+    label_columns = max(map(len, names))
+    bar_columns = max(min(max_bar_columns, options.width - label_columns - 8), 1)
+    for name, probability in zip(names, belief, strict=True):
+        canvas.write_text(0, y, name.ljust(label_columns))
+        canvas.write_text(
+            label_columns + 2, y, format_bar(float(probability), bar_columns, options.ascii), "cyan"
+        )
+        canvas.write_text(label_columns + 3 + bar_columns, y, f"{probability:.3f}", "bold")
+        y += 1
+    return y
+
+
+def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:
+    """Return the state names and probabilities: all, or the likeliest and the sum of the others."""
+    states, belief = view.problem.enumerate_states(), view.belief
+    if len(belief) <= MAX_LISTED_STATES:
+        return [view.problem.format_state(s) for s in states], belief
+    order = np.argsort(-belief.round(9), kind="stable")[
+        :MAX_NAMED_STATES
+    ]  # Equal probabilities keep the order of the states.
+    order = order[belief[order] > 0]
+    names = [view.problem.format_state(states[index]) for index in order]
+    other_count = np.count_nonzero(belief) - len(order)
+    probabilities = [*belief[order], max(1.0 - belief[order].sum(), 0.0)]
+    return [*names, f"{other_count} others"], np.array(probabilities)
+
+
+def draw_true_state(canvas: Canvas, y: int, names: Sequence[str], options: DrawOptions) -> None:
+    """Draw the true state, once it may be shown."""
+    if options.revealed_state is not None:
+        canvas.write_text(0, y, f"truly {names[int(options.revealed_state)]}", "bold magenta")
+
+
+def format_sparkline(fractions: Sequence[float], ascii_only: bool) -> str:
+    """Return a row of numbers between 0 and 1 as a sparkline, one glyph each."""
+    glyphs = ASCII_SPARK_LEVELS if ascii_only else BAR_LEVELS
+    return "".join(
+        glyphs[min(int(fraction * len(glyphs)), len(glyphs) - 1)] for fraction in fractions
+    )
+
+
+def format_likeliest_states(names: Sequence[str], belief: Reals) -> list[str]:
+    """Format the states from the likeliest down: `hungry 0.732`, `sated 0.268`."""
+    pairs = sorted(zip(names, belief, strict=True), key=lambda pair: -pair[1])
+    return [f"{name} {probability:.3f}" for name, probability in pairs]
+
+
+def format_belief(names: Sequence[str], belief: Reals) -> str:
+    """Format a belief in one line, likeliest state first."""
+    return ", ".join(format_likeliest_states(names, belief))

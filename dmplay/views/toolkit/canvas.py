@@ -1,0 +1,180 @@
+"""A grid of styled characters that renders to text, and helpers for drawings."""
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import accumulate, groupby
+
+from rich.style import Style
+from rich.text import Span, Text
+
+from dmplay.core.work_budget import Budget
+
+ASCII_TRANSLATION = str.maketrans(
+    dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
+    | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
+    | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
+)
+BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a cell's height
+MAX_CELLS = 3e6  # maximum number of cells of a drawing
+SPARE_CELLS = 80  # extra cells when a row grows, because more text usually follows
+DIAGONAL_ARROW_NAMES = {"↗": "NE", "↖": "NW", "↙": "SW", "↘": "SE"}
+
+
+class Canvas:
+    """A grid of characters and styles by column and row, which grows as needed."""
+
+    def __init__(self) -> None:
+        self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each glyph
+        self._budget = Budget("a drawing", "try a smaller map", MAX_CELLS)
+
+    def copy(self) -> "Canvas":
+        """Return a copy of the canvas."""
+        other = Canvas()
+        other._rows = [(glyphs.copy(), styles.copy()) for glyphs, styles in self._rows]
+        return other
+
+    def write_text(self, x: int, y: int, text: str, style: str = "") -> None:
+        """Write text from column x of row y on; raise TooMuch if the drawing becomes too large."""
+        end = x + len(text)
+        if y >= len(self._rows):
+            self._budget.spend_work(y - len(self._rows))
+            self._rows.extend(([], []) for _ in range(y + 1 - len(self._rows)))
+        glyphs, styles = self._rows[y]
+        if end > len(glyphs):
+            missing = end - len(glyphs) + SPARE_CELLS
+            self._budget.spend_work(missing)
+            glyphs.extend(" " * missing)
+            styles.extend([""] * missing)
+        glyphs[x:end] = text
+        styles[x:end] = [style] * len(text)
+
+    def to_text(self) -> Text:
+        """Return the drawing as text, one line per row, without trailing blanks."""
+        rows: list[str] = []
+        spans: list[Span] = []
+        start = 0
+        for glyphs, styles in self._rows:
+            rows.append("".join(glyphs).rstrip())
+            spans += _build_spans(rows[-1], styles, start)
+            start += len(rows[-1]) + 1
+        return Text("\n".join(rows), spans=spans, no_wrap=True)
+
+
+def _build_spans(plain: str, styles: list[str], start: int) -> list[Span]:
+    """Return the styled spans of a row that begins at offset `start`.
+
+    A blank takes its neighbour's style, so that a row has few spans.
+    """
+    spans: list[Span] = []
+    style, span_start, position = "", 0, 0
+    for cell_style, cells in groupby(styles[: len(plain)]):
+        first, position = position, position + len([*cells])
+        if not cell_style and not _is_visible_on_blank(style):
+            piece = plain[first:position]
+            first += len(piece) - len(piece.lstrip(" "))
+        if cell_style == style or first == position:
+            continue
+        if style:
+            spans.append(Span(start + span_start, start + first, style))
+        style, span_start = cell_style, first
+    if style:
+        spans.append(Span(start + span_start, start + len(plain), style))
+    return spans
+
+
+def _is_visible_on_blank(style: str) -> bool:
+    """Return whether a style is visible on blanks."""
+    return "underline" in style or "reverse" in style
+
+
+def draw_text_rows(*rows: str) -> Text:
+    """Draw rows of bold words."""
+    canvas = Canvas()
+    for y, row in enumerate(rows):
+        canvas.write_text(0, y, row, "bold")
+    return canvas.to_text()
+
+
+def sanitize_drawing(drawing: str | Text) -> Text:
+    """Convert a user's drawing to text, without links or unprintable characters."""
+    text = drawing if isinstance(drawing, Text) else Text.from_ansi(drawing)
+    return Text("\n", no_wrap=True).join(map(_sanitize_row, split_rows(text)))
+
+
+def _sanitize_row(row: Text) -> Text:
+    """Return a row with tabs expanded, without links, with '?' for unprintable characters."""
+    row.expand_tabs(8)
+    plain = "".join(glyph if glyph.isprintable() else "?" for glyph in row.plain)
+    spans = [Span(start, end, _remove_link(style)) for start, end, style in row.spans]
+    return Text(plain, spans=spans, no_wrap=True)
+
+
+def _remove_link(style: str | Style) -> str | Style:
+    """Return a style without its link."""
+    return style.update_link(None) if isinstance(style, Style) else style
+
+
+def strip_escapes(text: str) -> str:
+    """Return text without escape sequences, its lines joined into one."""
+    plain = Text.from_ansi(text).plain if "\x1b" in text else text
+    return " / ".join(filter(None, (row.strip() for row in plain.split("\n"))))
+
+
+def measure_text(text: Text) -> tuple[int, int]:
+    """Return the number of columns and rows of a drawing."""
+    rows = text.plain.split("\n")
+    return max(map(len, rows)), len(rows)
+
+
+def split_rows(text: Text) -> list[Text]:
+    """Split a drawing into rows, each with its own spans."""
+    return split_styled_rows(text.plain, text.spans)
+
+
+def split_styled_rows(plain: str, spans: Sequence[Span]) -> list[Text]:
+    """Split the characters and spans of a drawing into styled rows."""
+    rows = plain.split("\n")
+    starts = [0, *accumulate(len(row) + 1 for row in rows[:-1])]
+    row_spans: list[list[Span]] = [[] for _ in rows]
+    for start, end, style in spans:
+        y = bisect_right(starts, start) - 1
+        while y < len(rows) and starts[y] < end:
+            x = starts[y]
+            row_spans[y].append(Span(max(start - x, 0), min(end - x, len(rows[y])), style))
+            y += 1
+    return [Text(row, spans=pieces) for row, pieces in zip(rows, row_spans, strict=True)]
+
+
+def to_ascii(text: Text) -> Text:
+    """Return the same drawing in ASCII, column by column."""
+    plain = text.plain
+    # A diagonal arrow always has a blank at its right.
+    for arrow, name in DIAGONAL_ARROW_NAMES.items():
+        plain = plain.replace(f"{arrow} ", name)
+    result = text.blank_copy(plain.translate(ASCII_TRANSLATION))
+    result.spans = [*text.spans]
+    return result
+
+
+def format_signed(value: float) -> str:
+    """Format a reward with its sign: +5, -10, 0."""
+    return f"{value:+g}" if value else "0"
+
+
+def format_percent(probability: float, decimals: int = 0) -> str:
+    """Format a probability with these decimals: `7%`, `100%`, `<1%`, `50.5%`; '' for 0.
+
+    Without decimals it has at most four columns.
+    """
+    if probability < 1e-9:
+        return ""
+    return f"{100 * probability:.{decimals}f}%" if probability >= 0.005 else "<1%"
+
+
+def format_to_width(value: float, width: int) -> str:
+    """Format a value with at most two decimals in `width` columns; '#' if it does not fit."""
+    for decimals in (2, 1, 0):
+        text = f"{value:.{decimals}f}"
+        if len(text) <= width:
+            return text
+    return "#" * width

@@ -1,0 +1,296 @@
+"""Hex maps as text: pointy tops, q to the east, r to the north-east, in several sizes.
+
+ ╱   ╲ ╱   ╲          normal: 6 columns, 3 rows per row of hexes
+│  @  │     │
+│     │  +5 │         compact: 4 columns, 2 rows        dots: 4 or 2 columns, 1 row
+  ╲ ╱   ╲ ╱
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.text import format_count
+from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
+from dmplay.solvers.mdp.mdp_values import mark_best_actions
+from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_condition,
+    format_regret,
+    format_regret_bar,
+    sort_regrets,
+)
+from dmplay.views.toolkit.canvas import Canvas, format_to_width
+from dmplay.views.toolkit.canvas import measure_text as measured
+
+ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
+COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
+EDGE_STYLE = "dim"
+SMALL_HEX_LEGEND = "* best, █ loses most"  # legend of the keys in small hexes
+
+KEYS = {
+    "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
+    "right": "e", "up right": "ne", "up left": "nw", "left": "w", "down left": "sw",
+    "down right": "se", "pageup": "ne", "home": "nw", "end": "sw", "pagedown": "se",
+}  # fmt: skip
+KEY_FAMILY = "hex"  # the name under which a player sets keys for all hex problems
+DIRECTION_KEYS = ("l", "u", "y", "h", "b", "n")  # in action order
+SECOND_PLAYER_KEYS = {
+    "w": "nw",
+    "e": "ne",
+    "a": "w",
+    "d": "e",
+    "z": "sw",
+    "x": "se",
+}  # for a second player
+
+
+class HexCell(NamedTuple):
+    """The content of a hex: a mark, a second line, one glyph for maps of dots, and a style."""
+
+    mark: str
+    second_line: str = ""
+    dot_glyph: str = "."
+    style: str = ""
+
+
+class HexSize(NamedTuple):
+    """A hex size: columns of a hex, rows of text in it (0 for dots), and rows of each slope."""
+
+    width: int
+    text_rows: int
+    slope_rows: int = 1
+
+
+class HexMove(NamedTuple):
+    """The result of a move: its direction, '' after a bump, and whether it slipped."""
+
+    direction: str
+    has_slipped: bool
+
+    @property
+    def description(self) -> str:
+        """The result in words: `moved NE`, `slipped, moved E`, or `bumped, stayed`."""
+        return (
+            f"{'slipped, ' * self.has_slipped}moved {self.direction}"
+            if self.direction
+            else "bumped, stayed"
+        )
+
+
+LARGE_SIZES = HexSize(18, 4, 4), HexSize(14, 4, 3), HexSize(10, 3, 2), HexSize(8, 3, 2)
+NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE, SMALL_DOT_SIZE = (
+    HexSize(6, 2),
+    HexSize(4, 1),
+    HexSize(4, 0),
+    HexSize(2, 0),
+)
+
+
+def iter_maps(
+    hexes: Sequence[Hex],
+    make_cell: Callable[[Hex, HexSize], HexCell],
+    options: DrawOptions,
+    caption: str = "",
+) -> Iterator[Text]:
+    """Yield the map in every size, the largest first.
+
+    The large sizes are drawn only if `options.allow_large` is set and they fit. In each size, the
+    map comes with the first caption that is no wider than it, if any, then without a caption. A
+    smaller size that does not fit is yielded as blank text of the same extent. The texts are
+    cached: do not change them.
+    """
+    half_columns = [2 * q + r for q, r in hexes]
+    hex_rows = [r for _, r in hexes]
+    column_span, row_span = max(half_columns) - min(half_columns), max(hex_rows) - min(hex_rows)
+    for size in (
+        *(LARGE_SIZES if options.allow_large else ()),
+        NORMAL_SIZE,
+        COMPACT_SIZE,
+        DOT_SIZE,
+        SMALL_DOT_SIZE,
+    ):
+        width, height = _measure_map(size, column_span, row_span)
+        if width > options.width or height > options.height:
+            if size not in LARGE_SIZES:
+                yield Text("\n" * (height - 1) + " " * width, no_wrap=True)
+            continue
+        cells = tuple([make_cell(hex_, size) for hex_ in hexes])
+        legend = (
+            f"; {SMALL_HEX_LEGEND}" if options.regret is not None and size.text_rows < 2 else ""
+        )
+        captions = (f"{caption}{legend}", legend[2:], caption) if caption else ()
+        yield from _draw_captioned_map(tuple(hexes), cells, size, captions)
+
+
+def _measure_map(size: HexSize, column_span: int, row_span: int) -> tuple[int, int]:
+    """Return the columns and rows of a map.
+
+    `column_span` and `row_span` are the distances between its outermost hexes, in half hexes and in
+    rows. For dots, the columns are a minimum, because text next to the last dot may be blank.
+    """
+    last_hex_column = column_span * size.width // 2
+    if not size.text_rows:
+        return last_hex_column + 1, row_span + 1
+    row_pitch = size.text_rows + size.slope_rows
+    return last_hex_column + size.width + 1, (row_span + 1) * row_pitch + size.slope_rows
+
+
+def draw_map(
+    hexes: Sequence[Hex], make_cell: Callable[[Hex, HexSize], HexCell], size: HexSize
+) -> Text:
+    """Return the map drawn in one size."""
+    return _draw_cells(hexes, [make_cell(hex_, size) for hex_ in hexes], size)
+
+
+@lru_cache(256)
+def _draw_captioned_map(
+    hexes: tuple[Hex, ...], cells: tuple[HexCell, ...], size: HexSize, captions: tuple[str, ...]
+) -> tuple[Text, ...]:
+    """Return the map with the first caption that is no wider than it, if any, and without one.
+
+    Results are cached, because a game draws few different maps many times.
+    """
+    map_text = _draw_cells(hexes, cells, size)
+    width = measured(map_text)[0]
+    caption = next((candidate for candidate in captions if 0 < len(candidate) <= width), "")
+    return (map_text.copy().append(f"\n{caption}", "bold"), map_text) if caption else (map_text,)
+
+
+def _draw_cells(hexes: Sequence[Hex], cells: Sequence[HexCell], size: HexSize) -> Text:
+    """Return the map drawn with the given content of each hex."""
+    canvas = Canvas()
+    left = min(2 * q + r for q, r in hexes)
+    top = max(r for _, r in hexes)
+    row_pitch = size.text_rows + size.slope_rows
+    hexes_and_cells = zip(hexes, cells, strict=True)
+    for (q, r), cell in sorted(hexes_and_cells, key=lambda pair: (-pair[0][1], pair[0][0])):
+        x, y = (2 * q + r - left) * size.width // 2, (top - r) * row_pitch
+        if size.text_rows:
+            _draw_hex_border(canvas, x, y, size)
+            _draw_hex_content(canvas, x + 1, y + size.slope_rows, cell, size)
+        else:
+            columns = size.width - 1
+            text = cell.dot_glyph if len(cell.dot_glyph) <= columns else cell.dot_glyph[:1]
+            canvas.write_text(x, y, text.center(columns), cell.style)
+    return canvas.to_text()
+
+
+def _draw_hex_border(canvas: Canvas, x: int, y: int, size: HexSize) -> None:
+    """Draw the six sides of a hex."""
+    width, bottom = size.width, y + size.slope_rows + size.text_rows
+    for row in range(size.slope_rows):
+        above = 1 + 2 * (size.slope_rows - 1 - row)
+        below = width // 2 - above  # matches the upper slopes of the hexes below
+        canvas.write_text(x + above, y + row, "╱", EDGE_STYLE)
+        canvas.write_text(x + width - above, y + row, "╲", EDGE_STYLE)
+        canvas.write_text(x + below, bottom + row, "╲", EDGE_STYLE)
+        canvas.write_text(x + width - below, bottom + row, "╱", EDGE_STYLE)
+    for line in range(y + size.slope_rows, bottom):
+        canvas.write_text(x, line, "│", EDGE_STYLE)
+        canvas.write_text(x + width, line, "│", EDGE_STYLE)
+
+
+def _draw_hex_content(canvas: Canvas, x: int, y: int, cell: HexCell, size: HexSize) -> None:
+    """Draw the content of a hex, centred in its rows."""
+    columns, first_row = size.width - 1, (size.text_rows - 1) // 2
+    if " on " in cell.style:
+        for row in range(size.text_rows):
+            canvas.write_text(x, y + row, " " * columns, cell.style)
+    canvas.write_text(x, y + first_row, cell.mark[:columns].center(columns), cell.style)
+    if size.text_rows > 1:
+        canvas.write_text(
+            x, y + first_row + 1, cell.second_line[:columns].center(columns), cell.style
+        )
+
+
+def make_overlay_cell(options: DrawOptions, state: int, size: HexSize) -> HexCell:
+    """Return the content of a hex in an overlay: the state's value, best actions or index."""
+    assert options.overlay
+    values, kind = options.overlay.action_values[state], options.overlay.kind
+    if kind == "states":
+        text = str(state)
+    elif kind == "values":
+        text = format_to_width(values.max(), size.width - 1)
+    else:
+        names = COMPASS if options.ascii else ARROWS
+        directions = [names[a] for a in np.flatnonzero(mark_best_actions(values))]
+        text = (
+            directions[0]
+            if len(directions) == 1 or size.text_rows == 1
+            else "/".join(directions)[:5]
+        )
+    return HexCell(text, style="cyan") if size.text_rows == 1 else HexCell("", text, style="cyan")
+
+
+def get_direction_key(options: DrawOptions, direction: int) -> str:
+    """Return the key that moves in a direction."""
+    return options.keys_by_action.get(DIRECTIONS[direction], DIRECTION_KEYS[direction])
+
+
+def make_direction_cell(options: DrawOptions, direction: int, size: HexSize) -> HexCell:
+    """Return the content of a neighbour hex: its key and, with hints, a regret bar and number."""
+    key, columns = get_direction_key(options, direction), size.width - 1
+    regret_text = format_regret(options, direction, columns)
+    if not regret_text:
+        return HexCell(key, style="green")
+    is_best = sort_regrets(options)[direction] < REGRET_TOLERANCE
+    style = "bold green" if is_best else "green"
+    if size.text_rows > 1:
+        mark = (
+            key
+            if is_best
+            else f"{key} {format_regret_bar(options, direction, columns - 2):<{columns - 2}}"
+        )
+        return HexCell(mark, regret_text, style=style)
+    mark = f"{key}*" if is_best else key + format_regret_bar(options, direction, 1)
+    return HexCell(mark, dot_glyph=mark if is_best else ".", style=style)
+
+
+def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOptions) -> str:
+    """Return the regret of each move into a wall as text, because no hex shows it.
+
+    If no wall is adjacent, return a caption of the regrets on the map.
+    """
+    adjacent = hex_neighbours(position)
+    parts = [
+        f"{get_direction_key(options, a)} {format_regret(options, a)}"
+        for a in sort_regrets(options)
+        if adjacent[a] not in hexes
+    ]
+    return f"walls: {' '.join(parts)}" if parts else "what is lost by each way"
+
+
+def format_move_condition(forecast: Forecast) -> str:
+    """Return the forecast move as a condition, such as `if you go NE`."""
+    return format_condition(forecast, f"go {DIRECTIONS[int(forecast.action)].upper()}")
+
+
+def describe_neighbours(
+    hexes: Sequence[Hex], position: Hex, describe_hex: Callable[[Hex], str]
+) -> list[str]:
+    """Return a sentence per neighbour in action order, such as `E (6,2) floor.` or `NE wall.`."""
+
+    def describe(neighbour: Hex) -> str:
+        return f"{format_hex(neighbour)} {describe_hex(neighbour)}"
+
+    return [
+        f"{name.upper()} {describe(neighbour) if neighbour in hexes else 'wall'}."
+        for name, neighbour in zip(DIRECTIONS, hex_neighbours(position), strict=True)
+    ]
+
+
+def format_distance(start: Hex, end: Hex) -> str:
+    """Return the distance between two hexes on the plane as text, such as `4 steps`."""
+    return format_count(hex_distance(start, end), "step")
+
+
+def classify_move(before: Hex, after: Hex, chosen_direction: int) -> HexMove:
+    """Return the result of a move between two hexes; it slipped if not in the chosen direction."""
+    if after == before:
+        return HexMove("", False)
+    direction = hex_neighbours(before).index(after)
+    return HexMove(DIRECTIONS[direction].upper(), direction != chosen_direction)

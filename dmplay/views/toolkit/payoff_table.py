@@ -1,0 +1,270 @@
+"""Draw and describe payoff matrices; the rows are agent 1's actions."""
+
+from collections.abc import Iterator
+from itertools import product
+
+from rich.text import Text
+
+from dmplay.core.session import View
+from dmplay.problems.shared.matrix_game import MatrixGame
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.action_hints_and_outcomes import (
+    format_regret_rows,
+    format_regret_with_bar,
+    iter_with_and_without_rows,
+)
+from dmplay.views.toolkit.canvas import Canvas
+
+INITIAL_COLUMNS = 2  # columns of an action's initial in the list of rounds
+# columns of a cell of the large table; columns before the first cell
+CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12
+PAID_ROUND_COLUMNS = 5  # columns of a round that is listed with its payoff
+REGRET_BAR_COLUMNS = 4  # columns of a regret bar
+
+
+def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
+    """Return both actions of the last round, or None before the first."""
+    return (
+        (int(view.joint_actions[-1][0]), int(view.joint_actions[-1][1]))
+        if view.joint_actions
+        else None
+    )
+
+
+def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
+    """Yield the boards, largest first: the table with names and rounds, then smaller tables."""
+    if options.allow_large:
+        yield _draw_large_board(view, options)
+    names = view.problem.actions[view.seat]
+    yield from iter_with_and_without_rows(
+        _iter_small_boards(view, options),
+        [*format_regret_rows(options, names), *_format_reply_payoffs(view, options)],
+        options,
+    )
+
+
+def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
+    """Yield tables of decreasing width, each with and without the rounds below."""
+    for width in (10, 8, 6):
+        for history in (True, False):
+            canvas = Canvas()
+            bottom = _draw_payoff_table(view, canvas, width)
+            canvas.write_text(0, 0, f"{list_agent_names(view)[0]} ↓" * options.allow_large, "dim")
+            if history:
+                draw_rounds(view, canvas, bottom + 1, options.width, round_columns=INITIAL_COLUMNS)
+            yield canvas.to_text()
+
+
+def _draw_large_board(view: View[MatrixGame], options: DrawOptions) -> Text:
+    """Draw the named table, the rounds with payoffs, and the payoffs of the previewed action."""
+    canvas = Canvas()
+    y = draw_paid_rounds(view, canvas, _draw_named_table(view, canvas, options) + 1, options.width)
+    for row, text in enumerate(_format_reply_payoffs(view, options), y):
+        canvas.write_text(0, row, text)
+    return canvas.to_text()
+
+
+def _draw_named_table(view: View[MatrixGame], canvas: Canvas, options: DrawOptions) -> int:
+    """Draw the table with both payoffs in a cell by agent name; return the next row."""
+    problem, last_actions = view.problem, get_last_joint_action(view)
+    rows, columns = problem.actions
+    row_agent, column_agent = list_marked_agent_names(view)
+    canvas.write_text(0, 0, row_agent)
+    canvas.write_text(0, 1, "chooses", "dim")
+    canvas.write_text(ROW_LABEL_COLUMNS + 2, 0, f"{column_agent} chooses")
+    regret_texts = [
+        format_regret_with_bar(options, action, REGRET_BAR_COLUMNS)
+        for action in range(len(problem.actions[view.seat]))
+    ]
+    for j, name in enumerate(columns):
+        x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j
+        is_last_choice = last_actions is not None and last_actions[1] == j
+        _draw_action_label(canvas, x + 1, 1, name, is_last_choice=is_last_choice)
+        canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", "yellow")
+    y = 3 if view.seat and options.regret is not None else 2
+    separator_rows = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
+    for i, name in enumerate(rows):
+        canvas.write_text(
+            0, y, "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns), "dim"
+        )
+        is_last_choice = last_actions is not None and last_actions[0] == i
+        _draw_action_label(canvas, 0, y + 1, name, is_last_choice=is_last_choice)
+        canvas.write_text(2, y + 2, "" if view.seat else regret_texts[i], "yellow")
+        for j in range(len(columns)):
+            _draw_payoff_cell(view, canvas, (i, j), y + 1, options)
+        y += 3
+    for row, j in product(separator_rows, range(len(columns))):
+        canvas.write_text(ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j, row, "│", "dim")
+    return y
+
+
+def _draw_action_label(canvas: Canvas, x: int, y: int, name: str, *, is_last_choice: bool) -> None:
+    """Draw an action at the edge of the table, with a mark if it was the last choice."""
+    canvas.write_text(x, y, ">" if is_last_choice else " ", "bold")
+    canvas.write_text(x + 2, y, name)
+
+
+def list_marked_agent_names(view: View[MatrixGame]) -> list[str]:
+    """Return both agents' names, the viewer's own with " (you)"."""
+    suffix_by_seat = {view.seat: " (you)"} if view.player_label == "you" else {}
+    return [name + suffix_by_seat.get(seat, "") for seat, name in enumerate(view.problem.agents)]
+
+
+def list_agent_names(view: View[MatrixGame]) -> list[str]:
+    """Return both agents' names, with the viewer's label, such as "you", in place of its own."""
+    agents = enumerate(view.problem.agents)
+    return [view.player_label if seat == view.seat else name for seat, name in agents]
+
+
+def _draw_payoff_cell(
+    view: View[MatrixGame],
+    canvas: Canvas,
+    joint_action: tuple[int, int],
+    y: int,
+    options: DrawOptions,
+) -> None:
+    """Draw both payoffs of a joint action, in brackets if it was the last play."""
+    is_last_play = joint_action == get_last_joint_action(view)
+    is_previewed = options.forecast is not None and joint_action[view.seat] == int(
+        options.forecast.action
+    )
+    x = ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * joint_action[1] + 1
+    payoffs = zip(list_agent_names(view), view.problem.payoffs[joint_action], strict=True)
+    for row, (name, payoff) in enumerate(payoffs):
+        style = "bold reverse" if is_last_play else "bold yellow" if is_previewed else ""
+        text = f"{name:<{CELL_COLUMNS - 9}} {payoff:>4g}"
+        canvas.write_text(x + 1, y + row, f"[{text}]" if is_last_play else f" {text} ", style)
+
+
+def abbreviate_action(action: str) -> str:
+    """Return the short form of an action in the list of rounds: the number, or the first letter."""
+    return action if action.isdigit() else action[0].upper()
+
+
+def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[str]:
+    """Format the payoffs of the previewed action against each reply; [] without a forecast."""
+    if options.forecast is None:
+        return []
+    problem, seat, own_action = view.problem, view.seat, int(options.forecast.action)
+    payoffs = problem.payoffs[own_action, :, 0] if seat == 0 else problem.payoffs[:, own_action, 1]
+    replies = zip(payoffs, problem.actions[1 - seat], strict=True)
+    first, *others = (f"{payoff:g} {reply}" for payoff, reply in replies)
+    text = ", ".join([first.replace(" ", " against ", 1), *others])
+    return [f"if {problem.format_action(seat, own_action)}: {text}"]
+
+
+def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
+    """Draw the last rounds with each agent's actions, payoffs and total; return the next row.
+
+    The rounds move to the left by several at a time, so that most of them only add a column.
+    """
+    problem = view.problem
+    joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
+    max_rounds = max((width - ROW_LABEL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
+    step, hidden_count = max(max_rounds // 3, 1), max(len(joints) - max_rounds, 0)
+    visible = joints[-(-hidden_count // step) * step :]
+    for seat, name in enumerate(list_agent_names(view)):
+        total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
+        canvas.write_text(0, y + 2 * seat, name)
+        canvas.write_text(0, y + 2 * seat + 1, f"total {total:g}", "dim")
+        initials = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in visible]
+        payoff_texts = [f"{problem.payoffs[joint][seat]:g}" for joint in visible]
+        canvas.write_text(
+            ROW_LABEL_COLUMNS,
+            y + 2 * seat,
+            "".join(action_text.rjust(PAID_ROUND_COLUMNS) for action_text in initials),
+        )
+        canvas.write_text(
+            ROW_LABEL_COLUMNS,
+            y + 2 * seat + 1,
+            "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts),
+        )
+    return y + 4
+
+
+def _draw_payoff_table(view: View[MatrixGame], canvas: Canvas, width: int) -> int:
+    """Draw the small table, the last play in brackets; return the next row."""
+    problem = view.problem
+    rows, columns = problem.actions
+    last_actions = get_last_joint_action(view)
+    label_columns = max(max(map(len, rows)) + 1, width)
+    for j, name in enumerate(columns):
+        x = label_columns + j * (width + 1)
+        canvas.write_text(x, 0, "│", "dim")
+        is_last_choice = last_actions is not None and last_actions[1] == j
+        canvas.write_text(x + 1, 0, name[:width].center(width), "bold" if is_last_choice else "")
+    canvas.write_text(0, 1, "─" * label_columns + ("┼" + "─" * width) * len(columns), "dim")
+    for i, name in enumerate(rows):
+        mark = ">" if last_actions and last_actions[0] == i else " "
+        canvas.write_text(0, i + 2, mark + name, "bold" if mark == ">" else "")
+        for j in range(len(columns)):
+            x = label_columns + j * (width + 1)
+            payoff_text = "{:g}, {:g}".format(*problem.payoffs[i, j])
+            is_last_play = last_actions == (i, j)
+            canvas.write_text(x, i + 2, "│", "dim")
+            cell_text = f"[{payoff_text}]" if is_last_play else payoff_text
+            if len(cell_text) > width:
+                cell_text = cell_text.replace(", ", ",")
+            canvas.write_text(
+                x + 1, i + 2, cell_text.center(width), "bold reverse" if is_last_play else ""
+            )
+    return len(rows) + 2
+
+
+def draw_rounds(  # noqa: PLR0913 - a canvas, a position and the content
+    view: View[MatrixGame],
+    canvas: Canvas,
+    y: int,
+    width: int,
+    *,
+    round_columns: int,
+    empty_text: str = "",
+) -> None:
+    """Draw the last rounds: a row for each agent, `round_columns` columns for each round.
+
+    `empty_text` stands in the first column before any round.
+    """
+    problem = view.problem
+    label_columns = max(map(len, problem.agents)) + 7
+    joints = (view.joint_actions or ())[-max((width - label_columns) // round_columns, 1) :]
+    for seat, agent in enumerate(list_marked_agent_names(view)):
+        canvas.write_text(0, y + seat, agent)
+        labels = [problem.actions[seat][int(joint[seat])].upper() for joint in joints] or [
+            empty_text
+        ]
+        row = "".join(
+            action_text[: round_columns - 1].rjust(round_columns) for action_text in labels
+        )
+        canvas.write_text(label_columns - 1, y + seat, row, "bold")
+
+
+def panel_rows(view: View[MatrixGame]) -> list[tuple[str, str]]:
+    """Return the side panel's rows, with the facts that the board lacks."""
+    return [("discount", f"{view.problem.discount:g}")]
+
+
+def describe_turn(view: View[MatrixGame]) -> str:
+    """Describe both choices of the last round."""
+    problem = view.problem
+    last_actions = get_last_joint_action(view)
+    assert last_actions
+    both = zip(problem.agents, problem.actions, last_actions, strict=True)
+    return ". ".join(f"{agent} chose {names[action]}" for agent, names, action in both) + "."
+
+
+def describe_situation(view: View[MatrixGame]) -> str:
+    """Describe the viewer's role, the last round and the payoffs of each cell, in sentences."""
+    problem = view.problem
+    rows, columns = problem.actions
+    cells = [
+        (
+            f"{row_action} against {column_action}: "
+            f"{problem.payoffs[i, j, 0]:g} to {problem.agents[0]}, "
+            f"{problem.payoffs[i, j, 1]:g} to {problem.agents[1]}."
+        )
+        for i, row_action in enumerate(rows)
+        for j, column_action in enumerate(columns)
+    ]
+    last_round = [f"last round: {describe_turn(view)}"] if view.turns_played else []
+    role = [f"you are {problem.agents[view.seat]}."] if view.player_label == "you" else []
+    return " ".join([*role, *last_round, *cells])

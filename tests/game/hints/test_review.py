@@ -1,0 +1,46 @@
+"""Tests of the review of a game as a table."""
+
+from dmplay.game.hints.review import ReviewedAction, format_table
+
+
+def make_reviewed_action(turn: int, seat: str, chosen: str, regret: float) -> ReviewedAction:
+    """Return a reviewed action whose best alternatives were left and up."""
+    return ReviewedAction(turn, seat, chosen, ("left", "up"), regret, {})
+
+
+def test_the_worst_actions_come_first_and_equal_ones_in_order_of_turns() -> None:
+    actions = [
+        make_reviewed_action(1, "agent", "up", 0.0),
+        make_reviewed_action(2, "agent", "right", 0.5),
+        make_reviewed_action(3, "agent", "d", 2.0),
+    ]
+    assert format_table([*actions, make_reviewed_action(4, "agent", "left", 0.0)]) == [
+        "turn  yours  best        regret",
+        "3     d      left or up  2.00 ####################",
+        "2     right  left or up  0.50 #####",
+        "1     up     left or up  0.00",
+        "4     left   left or up  0.00",
+        "review: 2 of 4 moves the best, regret 2.50 in all, most in turn 3",
+    ]
+
+
+def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:
+    action = make_reviewed_action(1, "agent", "down", 1.69)._replace(
+        values={"left": 1.0, "up": 1.0}
+    )
+    assert format_table([action])[1] == "1     down   any   1.69 ####################"
+
+
+def test_a_review_of_several_people_has_a_seat_column() -> None:
+    lines = format_table(
+        [
+            make_reviewed_action(1, "agent1", "up", 0.0),
+            make_reviewed_action(1, "agent2", "down", 1.0),
+        ]
+    )
+    assert lines[0] == "turn  seat    yours  best        regret"
+    assert lines[1] == "1     agent2  down   left or up  1.00 ####################"
+
+
+def test_a_review_without_values_has_no_columns() -> None:
+    assert format_table([]) == ["review: no agent here knows the values of these moves"]

@@ -1,0 +1,276 @@
+"""Hints, reviews and grades are about the game being played, or say which other game."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.agents.base import SeatPolicy
+from dmplay.agents.multicaregiver_crying_baby import BestResponse
+from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.session import Session
+from dmplay.evaluation.grading import grade_files
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.game.hints.review import format_summary, format_table, review_actions
+from dmplay.game.launch_requests import GameRequest
+from dmplay.registry.agents import find_hint_provider
+from dmplay.ui.shell.commands import run_line
+from tests.support.random_problems import RandomGame
+from tests.support.screens import make_game
+
+BABY = "crying-baby"
+BEST_REPLY = "best reply to what the other's play suggests"
+
+
+def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = ()) -> str:
+    """Return the first hint of a game for its first seat."""
+    problem = dmplay.load_problem(name)
+    session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
+    return HintProvider(session, 0, seats).create_hint()
+
+
+def play_rounds(name: str, opponent: str, actions: list[float]) -> Session:
+    """Return a finished game of a person against an agent."""
+    problem = dmplay.load_problem(name)
+    other = "random" if opponent == "human" else opponent
+    policies = [None, dmplay.load_agent(problem, 1, other)]
+    session = Session(problem, dmplay.SeededUniforms(1), policies, turn_limit=len(actions))
+    for action in actions:
+        session.advance([action, None])
+    return session
+
+
+def test_feeding_in_the_last_turn_only_costs_the_effort() -> None:
+    session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
+    for _ in range(19):
+        session.advance([2])
+    hint = HintProvider(session, 0, ["human"]).create_hint()
+    assert hint == "hint (optimal): ignore. values: feed -15.00, sing -10.50, ignore -10.00"
+    session.advance([2])
+    (*_, last) = review_actions(session, [0], ["human"])
+    assert (last.best, last.regret) == (("ignore",), 0.0)
+
+
+def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
+    problem = dmplay.load_problem(BABY)
+    policy = dmplay.load_agent(problem, 0, "optimal:horizon=20")
+    endless = dmplay.load_agent(problem, 0, "optimal")
+    start = np.full(1, -1)
+    finite, infinite = (
+        agent.action_values(agent.initial_memory(start)) for agent in (policy, endless)
+    )
+    assert finite is not None
+    assert infinite is not None
+    assert (finite > infinite).all()  # fewer turns cost less
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "hint"),
+    [
+        ("hexworld", None, "hint (optimal): "),
+        ("hexworld", 2, "hint (optimal:horizon=2): "),
+        ("crying-baby", 101, "hint (optimal, without end): "),
+        ("2048", None, "hint (expectimax): "),
+        ("2048", 3, "hint (expectimax, without end): "),
+        ("mountain-car", 3, "hint (optimal, without end): "),
+        ("collision-avoidance", None, "hint (optimal): "),
+        ("collision-avoidance", 3, "hint (optimal, without end): "),
+        ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
+        ("catch", None, "hint (optimal): "),
+        ("catch", 11, "hint (optimal:horizon=11): "),
+        ("catch", 21, "hint (optimal, in plans of 10 turns): "),
+        ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
+        ("predator-prey", 2, "hint (best-response:horizon=2, if the other plays flee): "),
+        (
+            "collaborative-predator-prey",
+            None,
+            "hint (qmdp, as if the team saw all from the next turn on, without end): ",
+        ),
+        ("prisoners-dilemma", None, f"hint ({BEST_REPLY}, for one round): "),
+        ("prisoners-dilemma", 1, f"hint ({BEST_REPLY}): "),
+    ],
+)
+def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
+    name: str, turns: int | None, hint: str
+) -> None:
+    assert give_hint(name, turns=turns).startswith(hint)
+
+
+@pytest.mark.parametrize(
+    ("name", "turns", "hint"),
+    [
+        (BABY, 2000, "hint (plan, 10 turns ahead): "),
+        ("multicaregiver-crying-baby", 20, "hint (joint plan that both follow, 4 turns ahead): "),
+    ],
+)
+def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, hint: str) -> None:
+    problem = dmplay.load_problem(name, discount=1.0)
+    session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
+    assert HintProvider(session, 0, ["human"] * len(problem.agents)).create_hint().startswith(hint)
+
+
+def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
+    session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
+    provider = HintProvider(session, 0, ["human", "human"])
+    assert provider.create_hint().startswith("hint (equilibrium, without end): ")
+    overlay = provider.build_overlay("values")
+    assert overlay is not None
+    assert np.isfinite(overlay.action_values).any()
+
+
+def test_the_last_move_of_a_hunt_pays_only_itself() -> None:
+    problem = dmplay.load_problem("predator-prey")
+    policy = dmplay.load_agent(problem, 0, "best-response:horizon=3")
+    states = problem.enumerate_states()
+    last = policy.action_values((states, np.full(len(states), 2)))
+    assert last is not None
+    assert last.min() >= -1.0 - 1e-9
+    first = policy.action_values(policy.initial_memory(states))
+    assert first is not None
+    assert first.min() < last.min()
+
+
+def test_values_of_all_states_are_those_of_the_turns_left() -> None:
+    problem = dmplay.load_problem("hexworld")
+    session = Session(problem, dmplay.SeededUniforms(7), turn_limit=2)
+    provider = HintProvider(session, 0, ["human"])
+    before = provider.build_overlay("values")
+    assert provider.is_overlay_ready
+    session.advance([0])
+    after = provider.build_overlay("values")
+    assert before is not None
+    assert after is not None
+    assert not np.array_equal(before.action_values, after.action_values)
+    first_again = provider.build_overlay("values", 0)
+    assert first_again is not None
+    assert np.array_equal(first_again.action_values, before.action_values)
+
+
+def test_listed_values_say_what_they_are_about() -> None:
+    session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
+    assert HintProvider(session, 0).describe_values().startswith("values without end: feed ")
+    session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
+    assert HintProvider(session, 0).describe_values().startswith("values: feed ")
+
+
+@pytest.mark.parametrize("opponent", ["tit-for-tat", "grim", "best-response", "gradient-ascent"])
+def test_no_move_has_a_regret_against_an_opponent_who_remembers(opponent: str) -> None:
+    session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
+    reviewed = list(review_actions(session, [0], ["human", opponent]))
+    assert {move.regret for move in reviewed} == {None}
+    assert str(reviewed[0]) == (
+        "turn 1, agent1: chose cooperate, best for one round defect. "
+        "values: cooperate -2.50, defect -1.50"
+    )
+    assert format_summary(reviewed) == (
+        "review: 0 of 10 moves the best for one round; no regret, as the other's play is a guess"
+    )
+    assert format_table(reviewed)[0].split() == ["turn", "yours", "best", "for", "one", "round"]
+
+
+@pytest.mark.parametrize(
+    ("name", "opponent"),
+    [
+        ("rock-paper-scissors", "nash"),
+        ("rock-paper-scissors", "human"),
+        ("travelers-dilemma", "random"),
+        ("prisoners-dilemma", "always-defect"),
+        ("prisoners-dilemma", "script:cooperate"),
+        ("prisoners-dilemma", "bot:./mine"),
+    ],
+)
+@pytest.mark.parametrize("turns", [1, 10])
+def test_values_that_guess_the_other_player_give_no_regret(
+    name: str, opponent: str, turns: int
+) -> None:
+    hint_agent = find_hint_provider(dmplay.load_problem(name), 0, turns, ("human", opponent))
+    assert hint_agent is not None
+    assert not hint_agent.has_regrets
+
+
+@pytest.mark.parametrize(
+    ("name", "opponent", "scope"),
+    [
+        ("predator-prey", "flee", ""),
+        ("predator-prey", "random", ""),
+        ("predator-prey", "human", "if the other plays flee"),
+        ("predator-prey", "equilibrium", "if the other plays flee"),
+        ("multicaregiver-crying-baby", "random", ""),
+        ("multicaregiver-crying-baby", "feed-when-crying", "with a random partner"),
+        ("multicaregiver-crying-baby", "human", "with a random partner"),
+    ],
+)
+def test_hint_values_and_review_name_players_that_are_only_assumed(
+    name: str, opponent: str, scope: str
+) -> None:
+    players = ["human", opponent]
+    session = play_rounds(name, opponent, [0.0] * 2)
+    provider = HintProvider(session.copy_at_start(), 0, players)
+    by, _, _ = provider.create_hint().partition("): ")
+    assert by.endswith(f", {scope}") if scope else ", " not in by.replace(",to=", "")
+    assert provider.describe_values().startswith(f"values {scope}:" if scope else "values:")
+    (first, *_) = review_actions(session, [0], players)
+    assert first.scope == scope
+
+
+def test_a_prey_is_assumed_to_be_chased() -> None:
+    hint_agent = find_hint_provider(dmplay.load_problem("predator-prey"), 1, 5, ("human", "human"))
+    assert hint_agent is not None
+    assert hint_agent.scope == "if the other plays chase"
+    two_prey = dmplay.load_problem("predator-prey", prey=2)
+    policy = dmplay.load_agent(two_prey, 0, "best-response")
+    assert isinstance(policy, SeatPolicy)
+    assert policy.describe_assumed_players(["flee", "search"]) == "if the others play flee"
+    assert policy.describe_assumed_players(["flee", "flee"]) == ""
+
+
+@pytest.mark.parametrize("opponent", ["grim", "always-defect"])
+def test_review_and_grade_report_no_regret_in_a_repeated_game(
+    tmp_path: Path, opponent: str
+) -> None:
+    file = tmp_path / "game.dmt"
+    request = GameRequest(
+        "prisoners-dilemma", seed=1, turns=2, other_agent=opponent, record_path=file
+    )
+    table = GameController(start_new_game(request))
+    for _ in range(2):
+        run_line(table, "cooperate")
+    table.end_game()
+    data = json.loads(str(interpret_command(["review", str(file), "--json"])))
+    regrets = [action["regret"] for action in data["actions"]]
+    assert regrets == [None, None]
+    assert [action["scope"] for action in data["actions"]] == ["for one round"] * 2
+    (grade,) = grade_files([file]).grades
+    assert grade.regret is None
+    assert "no regret because the other's play is a guess" in grade.remarks
+
+
+def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
+    problem = dmplay.load_problem("multicaregiver-crying-baby")
+    for partner in ("feed-when-crying", "joint-plan", "human"):
+        seated = [None, None if partner == "human" else dmplay.load_agent(problem, 1, partner)]
+        session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
+        provider = HintProvider(session, 0, ["human", partner])
+        hint = provider.create_hint()
+        assert hint.startswith("hint (best-response:horizon=6, with a random partner): ")
+        agent = find_hint_provider(problem, 0, 6, ["human", partner])
+        assert agent is not None
+        policy = agent.policy
+        assert isinstance(policy, BestResponse)
+        memory = policy.initial_memory(session.observation_after(0, 0)[None])
+        for turn in range(1, 5):
+            session.advance([2, 2 if partner == "human" else None])
+            memory = policy.update_memory(memory, session.build_percept(0, turn))
+            marginal = memory[0].reshape(2, 3).sum(axis=1)
+            assert marginal == pytest.approx(session.view(0).belief)
+
+
+def test_the_board_says_what_a_song_does() -> None:
+    single, double = (make_game(name) for name in (BABY, "multicaregiver-crying-baby"))
+    texts = [str(game.view_module.lesson(game.view())) for game in (single, double)]
+    assert "a song makes its crying tell you more" in texts[0]
+    assert "song" not in texts[1]

@@ -1,0 +1,101 @@
+"""Tests of the marks of a hint on the screen: board, keys and panel, until the next turn."""
+
+import numpy as np
+import pytest
+
+from dmplay.game.game_series import GameController
+from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.frame_state import FrameState, Viewport
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
+from tests.support.screens import make_game, play_keys
+
+
+def make_screen(name: str, *seats: str) -> PlayScreen:
+    return PlayScreen(
+        GameController(make_game(name, *seats)), Terminal(True, "", True, True, False)
+    )
+
+
+def test_a_hint_ranks_the_keys_by_regret() -> None:
+    *_, message, row = play_keys(make_game("crying-baby"), "tab").last.split("\n")
+    assert message == " hint (optimal): feed"
+    assert row.startswith(" f feed best  s sing █-2.54  i ignore █-2.60  ")
+
+
+@pytest.mark.parametrize(
+    ("width", "row"),
+    [
+        (120, " n se best  b sw ▄-0.77  l e ▄-0.78  h w █-1.51  u ne █-1.57  y nw █-1.69  "),
+        (80, " n best  b ▄-0.77  l ▄-0.78  h █-1.51  u █-1.57  y █-1.69  ? help  q quit"),
+        (50, " n best  b ▄  l ▄  h █  u █  y █  ? help  q quit"),
+    ],
+)
+def test_a_narrow_ranked_footer_drops_labels_then_numbers_but_never_help(
+    width: int, row: str
+) -> None:
+    play_screen = make_screen("hexworld")
+    handle_key(play_screen, "tab")
+    assert format_footer(
+        play_screen.game, Viewport(width, 24), play_screen.frame_state
+    ).plain.startswith(row)
+
+
+def test_the_panel_shows_action_values_after_a_hint() -> None:
+    rows = play_keys(make_game("hexworld"), "tab").last.split("\n")
+    heading_index = next(number for number, row in enumerate(rows) if row.endswith("worth"))
+    assert [row.split()[-2:] for row in rows[heading_index + 1 : heading_index + 4]] == [
+        ["se", "7.04"], ["sw", "6.28"], ["e", "6.27"],
+    ]  # fmt: skip
+    assert "7.04" not in "".join(rows[:heading_index] + rows[heading_index + 2 :])
+
+
+def test_hint_marks_stay_until_the_next_turn() -> None:
+    play_screen = make_screen("hexworld")
+    has_hint = []
+    for key in ("e", "tab", "L", "n", "backspace", "n", "y", "tab"):
+        handle_key(play_screen, key)
+        has_hint.append(play_screen.frame_state.hint is not None)
+    # After undo the turn is the same, and so is its hint.
+    assert has_hint == [False, True, True, False, True, False, False, True]
+
+
+def test_the_marks_show_the_regret_of_each_action() -> None:
+    play_screen = make_screen("hexworld")
+    handle_key(play_screen, "tab")
+    assert play_screen.frame_state.hint is not None
+    values, regret = play_screen.frame_state.hint.values, play_screen.frame_state.hint.regrets
+    assert values is not None
+    assert regret is not None
+    assert regret.tolist() == (values.max() - values).tolist()
+
+
+def test_an_illegal_action_has_no_regret() -> None:
+    play_screen = make_screen("2048")
+    for key in ("left", "tab"):
+        handle_key(play_screen, key)
+    hint = play_screen.frame_state.hint
+    assert hint is not None
+    assert hint.regrets is not None
+    mask = play_screen.game.session.legal_actions_mask(0)
+    assert mask is not None
+    assert not mask.all()
+    assert (np.isnan(hint.regrets) == ~mask).all()
+
+
+def test_nothing_is_marked_if_the_hint_provider_has_no_values() -> None:
+    play_screen = make_screen("simple-regulator")
+    handle_key(play_screen, "tab")
+    assert play_screen.message.startswith("hint (")
+    assert play_screen.frame_state.hint is not None
+    assert play_screen.frame_state.hint.regrets is None
+    assert "hint" in play_screen.render_upper(Viewport(80, 24)).plain
+
+
+@pytest.mark.parametrize("name", ["travelers-dilemma", "predator-prey", "2048", "cart-pole"])
+@pytest.mark.parametrize("width", [50, 80])
+def test_the_help_and_quit_keys_are_always_shown(name: str, width: int) -> None:
+    assert format_footer(make_game(name), Viewport(width, 14), FrameState()).plain.endswith(
+        ("q quit", ": command")
+    )

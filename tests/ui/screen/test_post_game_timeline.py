@@ -1,0 +1,325 @@
+"""Tests of a finished game: its result, an agent on the same uniforms, and its turns one by one."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
+from dmplay.game.transcript_files import verify_file
+from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
+from tests.support.games import read_transcript
+from tests.support.screens import EmulatedPainter, EmulatedScreen, make_game
+
+KEYS_BY_PROBLEM: dict[str, Sequence[str]] = {
+    "hexworld": "hhnl",
+    "crying-baby": "fsifs",
+    "simple-regulator": ("0", "enter", "0", "enter"),
+}
+TURN_LIMITS = {"hexworld": 4, "crying-baby": 5, "simple-regulator": 2}
+LARGE_SIZE, SMALL_SIZE = (80, 24), (50, 14)
+
+
+def play_to_end(name: str, *, ascii_: bool = False, current_game: Game | None = None) -> PlayScreen:
+    """Play a game to its end, and return the screen."""
+    unplayed_game = current_game or make_game(name, turns=TURN_LIMITS[name])
+    terminal = Terminal(True, "", True, True, ascii_)
+    screen = PlayScreen(GameController(unplayed_game, interpret_command), terminal)
+    press_keys(screen, *KEYS_BY_PROBLEM[name])
+    return screen
+
+
+def press_keys(screen: PlayScreen, *keys: str, size: tuple[int, int] = LARGE_SIZE) -> str:
+    """Press keys, and return the text of the screen."""
+    for key in keys:
+        handle_key(screen, key)
+    easel = EmulatedPainter(EmulatedScreen(), *size)
+    screen.paint(easel)
+    return easel.paper.text
+
+
+def make_saved_game(folder: Path, **changes: object) -> Game:
+    """Make a game of crying baby that is written to a transcript."""
+    request = GameRequest("crying-baby", seed=7, turns=5, record_path=folder / "game.dmt")
+    return start_new_game(GameRequest(**{**vars(request), **changes}))
+
+
+EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
+    ("hexworld", (), LARGE_SIZE, False): """\
+ hexworld  turn 4/4  score (discounted) -1.539  you: agent  turn limit
+ reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
+│     │     │     │     │     │     │  @  │     │     │     │  moved    bumped
+│     │     │     │     │     │     │     │     │     │     │  reward   -1.00
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    goes on  0.70
+   │  ◆  │     │     │     │     │           │     │     │     slips aside
+   │  +5 │     │     │     │     │           │     │     │       0.15 each
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
+│     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
+│     │     │ -10 │     │     │     │     │     │     │ +10 │
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
+@ you, ◆ pays, ✗ costs
+
+ turn 1. at (6,2). chose W, moved W. reward 0. score 0.
+ turn 2. at (5,2). chose W, moved W. reward 0. score 0.
+ turn 3. at (5,2). chose SE, bumped, stayed. reward -1. score -0.81.
+ turn 4. at (5,2). chose E, bumped, stayed. reward -1. score -1.539.
+ review: 1 of 4 moves the best, regret 6.13 in all, most in turn 1
+ optimal:horizon=4 on the same dice: 8.1; you -1.539
+ over: turn limit after 4 turns. agent score (discounted) -1.539, total -2.
+
+
+ Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
+    ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
+ dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you: agent
+ reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
+│     │     │     │     │     │  h  │  @  │  l  │     │     │  moved    W
+│     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    goes on  0.70
+   │  ◆  │     │     │     │     │           │     │     │     slips aside
+   │  +5 │     │     │     │     │           │     │     │       0.15 each
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
+│     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
+│     │     │ -10 │     │     │     │     │     │     │ +10 │  worth
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
+walls: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
+                                                                 ne     -1.10
+                                                                 nw     -1.10
+                                                                 sw     -1.10
+                                                                 se     -1.10
+
+ turn 2. at (5,2). chose W, moved W. reward 0. score 0.
+ regret █▂[▂]▁  worst: turn 1, 3, 2
+ turn 3 of 4: chose se; e or w was better by 0.62.
+
+
+ ← → turns  Enter plays on  N new  ? help  q quit  : command""",
+    ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
+ hexworld  turn 2/4  score 0  you: agent
+ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
+|   |   |   |   |   | h*| @ | l*|   |   |
+ \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
+  | + |   |   |   |   |       |   |   |
+ / \\ / \\ / \\ / \\   \\ / \\ / \\ / \\ / \\ / \\
+|   |   | x |   |   |   |   |   |   | + |
+ \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
+* best, # loses most
+
+ turn 3 of 4: chose se; e or w was better by
+   0.62.
+
+ < > turns  Enter plays on  ? help  q quit""",
+    ("crying-baby", (), SMALL_SIZE, False): """\
+ crying-baby  turn 5/5  score -19.42  turn limit
+heard  quiet
+
+sated   ███████████████████▊ 0.989
+hungry  ▎··················· 0.011
+history of hungry ▅▁▁▁▁▁··············
+truly sated
+
+   -19.423
+ over: turn limit after 5 turns. agent score
+   (discounted) -19.423, total -21.
+ rows 25-27 of 27: PgUp PgDn Home End
+
+ Enter looks back  ? help  q quit  : command""",
+    ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
+ crying-baby  turn 3/5  score -15.45  you: agent
+heard  quiet
+
+sated   ███████████████████▌ 0.973
+hungry  ▌··················· 0.027
+history of hungry ▅▁▁▁················
+truly sated
+hint  i best  s ▌··· -0.5  f ████ -3.88
+
+ regret ▁▂▁[█]▂  worst: turn 4, 5, 2
+ turn 4 of 5: chose feed; ignore was better by
+   3.88.
+
+ ← → turns  Enter plays on  ? help  q quit""",
+    ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
+ crying-baby  turn 3/5  score (discounted) -15.45  you: agent
+ keep the baby sated; hunger costs 10; feeding 5; singing 0.5
+heard  quiet                                               reward   0
+                                                           discount 0.90
+sated   #######################################. 0.973     worth
+hungry  #....................................... 0.027       ignore -1.38
+history of hungry =___                                       sing   -1.88
+                                                             feed   -5.27
+expected reward  hunger  effort     sum  in the end
+i ignore          -0.27   +0.00   -0.27  best
+s sing            -0.27   -0.50   -0.77  #......... -0.5
+f feed            -0.27   -5.00   -5.27  ########## -3.88
+
+a hungry baby cries 80%, sung to 90%
+a sated one 10%, sung to 0%; unfed, 10% get hungry
+truly sated
+
+ turn 3. quiet. chose ignore. belief: sated 0.973, hungry 0.027. reward 0.
+   score -15.45.
+ regret _._[#].  worst: turn 4, 5, 2
+ turn 4 of 5: chose feed; ignore was better by 3.88.
+
+
+ < > turns  Enter plays on  N new  R restart  ? help  q quit  : command""",
+    ("crying-baby", (), LARGE_SIZE, False): """\
+ crying-baby  turn 5/5  score (discounted) -19.42  you: agent  turn limit
+ keep the baby sated; hunger costs 10; feeding 5; singing 0.5
+heard  quiet                                            reward   -0.5
+                                                        discount 0.90
+sated   ███████████████████████████████████████▌ 0.989
+hungry  ▌······································· 0.011
+history of hungry ▅▁▁▁▁▁··············
+
+expected reward  hunger  effort     sum
+f feed            -0.11   -5.00   -5.11
+s sing            -0.11   -0.50   -0.61
+i ignore          -0.11   +0.00   -0.11
+
+a hungry baby cries 80%, sung to 90%
+a sated one 10%, sung to 0%; unfed, 10% get hungry
+truly sated
+
+   [0.989, 0.01099].
+ review: 2 of 5 moves the best, regret 4.53 in all, most in turn 4
+ optimal:horizon=5 on the same dice: -15; you -19.423
+ over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
+ rows 16-19 of 19: PgUp PgDn Home End
+
+ Enter looks back  Tab hint  ? help  q quit  : command""",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("name", "keys", "size", "ascii_"), [*EXPECTED_FRAMES])
+def test_the_end_and_the_lookback_frames_are_as_expected(
+    name: str, keys: Sequence[str], size: tuple[int, int], ascii_: bool
+) -> None:
+    screen_text = press_keys(play_to_end(name, ascii_=ascii_), *keys, size=size)
+    assert screen_text == EXPECTED_FRAMES[name, keys, size, ascii_]
+
+
+def test_keys_move_between_the_first_turn_and_the_end() -> None:
+    screen = play_to_end("crying-baby")
+    end = press_keys(screen)
+    assert "turn 1 of 5" in press_keys(screen, "left", "home")
+    assert "turn 1 of 5" in press_keys(screen, "left")
+    assert "turn 2 of 5" in press_keys(screen, "right")
+    assert "turn 5 of 5" in press_keys(screen, *["right"] * 3)
+    assert press_keys(screen, "right") == end
+    for key in ("end", "escape"):
+        assert "turn 4 of 5" in press_keys(screen, "left", "left")
+        assert press_keys(screen, key) == end
+
+
+def test_the_lookback_shows_the_hidden_facts_of_every_turn() -> None:
+    screen_text = press_keys(play_to_end("crying-baby"), *["left"] * 5)
+    assert "truly hungry" in screen_text
+    assert "score (discounted) 0 " in screen_text
+    assert "reward -15.\n   score -15." in press_keys(play_to_end("crying-baby"), *["left"] * 4)
+
+
+@pytest.mark.parametrize("key", ["left", "right", "home", "end", "enter"])
+def test_the_lookback_is_not_available_before_the_end(key: str) -> None:
+    screen = PlayScreen(
+        GameController(make_game("crying-baby")), Terminal(True, "", True, True, False)
+    )
+    screen_text = press_keys(screen, "f", key)
+    assert "of 20" not in screen_text
+    assert "truly" not in screen_text
+    assert "Enter plays on" not in screen_text
+
+
+def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_path: Path) -> None:
+    screen = play_to_end("crying-baby", current_game=make_saved_game(tmp_path))
+    screen_text = press_keys(screen, "left", "left", "enter")
+    assert "on from turn 3. new game of crying-baby. " in screen_text
+    assert "turn 3/5" in screen_text
+    press_keys(screen, "i", "i")
+    screen.controller.end_game()
+    branch = tmp_path / "game-2.dmt"
+    assert read_transcript(branch).header.peeked
+    assert not read_transcript(tmp_path / "game.dmt").header.peeked
+    assert verify_file(branch).is_ok
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [({"strict": True}, "branch: this game is strict"), ({"strict": "hints"}, "branch: this game")],
+)
+def test_a_strict_game_cannot_be_played_on(
+    tmp_path: Path, changes: dict[str, object], message: str
+) -> None:
+    screen_text = press_keys(
+        play_to_end("crying-baby", current_game=make_saved_game(tmp_path, **changes)),
+        "left",
+        "enter",
+    )
+    assert message in screen_text
+    assert "turn 5 of 5" in screen_text
+    assert "← → turns  N new  R restart  ? help" in screen_text
+
+
+def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
+    assert "branch: no transcript is written" in press_keys(
+        play_to_end("hexworld"), "enter", "enter"
+    )
+
+
+def test_a_different_end_is_reviewed_again() -> None:
+    screen = play_to_end("hexworld")
+    assert "optimal:horizon=4 on the same dice: 8.1; you -1.539" in press_keys(screen)
+    assert "same dice" not in press_keys(screen, "backspace")
+    assert "optimal:horizon=4 on the same dice: 8.1; you -0.81" in press_keys(screen, "u")
+    assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
+
+
+def test_actions_without_values_are_listed_without_regret() -> None:
+    screen_text = press_keys(play_to_end("simple-regulator"), "enter")
+    assert "turn 2 of 2: chose 0." in screen_text
+    assert "regret" not in screen_text
+
+
+def test_two_players_see_both_choices_after_the_end() -> None:
+    current_game = make_game("travelers-dilemma", turns=1)
+    screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
+    screen_text = press_keys(screen, *"99", "enter", *"50", "enter", "left")
+    assert "agent1 chose 99" in screen_text
+    assert "agent2 chose 50" in screen_text
+
+
+def test_a_long_game_shows_the_regret_around_the_turn() -> None:
+    current_game = make_game("hexworld", turns=90)
+    screen = PlayScreen(GameController(current_game), Terminal(True, "", True, True, False))
+    screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
+    row = next(row for row in screen_text.split("\n") if "regret" in row)
+    assert len(row) <= SMALL_SIZE[0]
+    assert row.endswith("[▇]█▃▃  worst: turn 88, 87, 86")
+
+
+def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
+    screen = PlayScreen(
+        GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
+    )
+    end = press_keys(screen, "left")
+    assert "Enter looks back" in end
+    assert "left: the game is over" in press_keys(screen, "left")
+    assert "what if: the game is over" in press_keys(screen, "W")
+    assert "turn 1 of 1: chose w" in press_keys(screen, "enter")
+    assert press_keys(screen, "right") == end
+    assert "left: the game is over" in press_keys(play_to_end("simple-regulator"), "left")
+
+
+def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
+    assert "You are @" in press_keys(play_to_end("hexworld"), "enter", "?")
+    assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
+    assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
+    assert "turn 4 of 4" in press_keys(play_to_end("hexworld"), "enter", "x")

@@ -1,0 +1,182 @@
+"""Tests of scrolling the log, the review and pages by keys and by the mouse wheel."""
+
+import itertools
+import re
+
+import pytest
+
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.terminal.capabilities import Terminal
+from dmplay.terminal.painter import ENABLE_INPUT_REPORTS
+from dmplay.ui.screen.frame import compose_frame
+from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.play_screen import PlayScreen
+from tests.support.screens import KEY_SEQUENCES, make_game, play_keys
+
+WHEEL_UP, WHEEL_DOWN = "\x1b[<64;10;10M", "\x1b[<65;10;10M"
+KEY_SEQUENCES |= {
+    "s-pageup": "\x1b[5;2~",
+    "s-pagedown": "\x1b[6;2~",
+    "wheelup": WHEEL_UP,
+    "wheeldown": WHEEL_DOWN,
+}
+
+
+def play_twenty_turns(size: tuple[int, int]) -> PlayScreen:
+    """Play a whole game of twenty turns on a screen of this size."""
+    play_screen = PlayScreen(
+        GameController(make_game("crying-baby")), Terminal(True, "", True, True, False)
+    )
+    play_screen._viewport = Viewport(*size)
+    for key in "fsifsifsifsifsifsifs":
+        handle_key(play_screen, key)
+    assert play_screen.game.session.over
+    return play_screen
+
+
+def compose_rows(play_screen: PlayScreen) -> list[str]:
+    return compose_frame(
+        play_screen.game, play_screen._viewport, play_screen.frame_state, play_screen.log
+    ).plain.split("\n")
+
+
+@pytest.mark.parametrize("size", [(80, 24), (50, 14), (100, 24)])
+def test_every_line_of_the_review_can_be_reached_by_scrolling(size: tuple[int, int]) -> None:
+    play_screen = play_twenty_turns(size)
+    all_rows = []
+    handle_key(play_screen, "home")
+    for _ in range(60):
+        all_rows += compose_rows(play_screen)
+        if not play_screen.scroll_offset:
+            break
+        handle_key(play_screen, "wheel down")
+    text = " ".join(" ".join(row.split()) for row in all_rows)
+    for turn in range(1, 21):
+        assert f"turn {turn}. " in text
+    assert play_screen.scroll_offset == 0
+    assert "over: " in " ".join(compose_rows(play_screen))
+
+
+def test_the_last_rows_show_the_scroll_position() -> None:
+    play_screen = play_twenty_turns((80, 24))
+    (position,) = re.findall(
+        r"rows (\d+)-(\d+) of (\d+): PgUp PgDn Home End", "\n".join(compose_rows(play_screen))
+    )
+    assert position[1] == position[2]
+    for key in ("home", "pageup", "wheel up"):
+        handle_key(play_screen, key)
+        assert f"rows 1-{int(position[1]) - int(position[0]) + 1} of {position[2]}" in "\n".join(
+            compose_rows(play_screen)
+        )
+    handle_key(play_screen, "pagedown")
+    assert "rows 9-" in "\n".join(compose_rows(play_screen)), (
+        "what went past the first row is not to be undone"
+    )
+    handle_key(play_screen, "end")
+    assert f"rows {position[0]}-{position[1]} of {position[2]}" in "\n".join(
+        compose_rows(play_screen)
+    )
+
+
+def count_turns(game: Game) -> int:
+    return len(game.session.turns)
+
+
+def test_a_key_with_an_action_scrolls_when_shift_is_pressed() -> None:
+    current_game = make_game("hexworld", parameters={"rewards": []})
+    result = play_keys(
+        current_game, *"hlhlhlhlhlhl", "s-pageup", "s-pagedown", "pageup", size=(80, 20)
+    )
+    before, back, forward, _ = result.frames[-4:]
+    assert re.search(r"rows \d+-\d+ of \d+: PgUp", back)
+    assert forward == before
+    assert count_turns(current_game) == 13
+
+
+def test_a_turn_scrolls_to_the_end_of_the_log() -> None:
+    current_game = make_game("hexworld", parameters={"rewards": []})
+    result = play_keys(current_game, *"hlhlhlhlhlhl", "s-pageup", "h", size=(80, 20))
+    assert "turn 13. " in result.last
+    assert "PgUp" not in result.last
+
+
+def test_the_wheel_scrolls_and_plays_nothing() -> None:
+    current_game = make_game("2048", seed=1)
+    result = play_keys(
+        current_game, *("left", "down") * 7, "wheelup", "wheelup", "wheeldown", size=(80, 24)
+    )
+    assert ENABLE_INPUT_REPORTS in result.written
+    before, back, *_ = result.frames[-4:]
+    assert "PgUp PgDn" in back
+    assert "PgUp PgDn" not in before
+    current_game = make_game("2048", seed=1)
+    play_keys(current_game, "wheelup", "wheeldown")
+    assert count_turns(current_game) == 0
+
+
+def test_a_page_scrolls_back_and_forward() -> None:
+    keys = ("?", "pagedown", "pageup", "end", "home", "wheelup", "wheeldown", "space", "space")
+    result = play_keys(make_game("hexworld"), *keys, size=(80, 16))
+    parts = [re.search(r"part (\d) of \d", frame) for frame in result.frames]
+    assert [part and part[1] for part in parts] == [None, *"12131123", None]
+
+
+# Position of the log
+
+
+def test_the_log_is_on_the_right_from_100_columns() -> None:
+    for width, column in ((99, 1), (100, 63), (120, 83)):
+        lines = play_keys(make_game("hexworld"), "l", size=(width, 30)).last.split("\n")
+        (row,) = (row for row in lines if "turn 1. " in row)
+        assert row.index("turn 1. ") == column
+
+
+def test_a_log_on_the_right_does_not_shrink_the_board() -> None:
+    ends = {"collision-avoidance": "descend", "cart-pole": "┤", "mountain-car": "┤"}
+    for name, end in ends.items():
+        layouts = (
+            play_keys(make_game(name), size=size).last.split("\n")[:-1]
+            for size in ((80, 30), (100, 30))
+        )
+        below, right = (max(row.find(end) for row in rows) for rows in layouts)
+        assert right >= below, name
+
+
+def test_the_scroll_position_fits_a_narrow_column() -> None:
+    screen_text = play_keys(make_game("mountain-car"), *["l"] * 36, "pageup", size=(100, 30)).last
+    assert re.search(r" rows \d+-\d+ of \d+: PgUp( PgDn( Home End)?)?$", screen_text, re.MULTILINE)
+
+
+def test_a_log_below_the_board_has_at_most_eight_rows() -> None:
+    current_game = make_game("2048", seed=1)
+    screen_text = play_keys(
+        current_game, *("left", "down", "right", "down") * 6, size=(70, 40)
+    ).last
+    assert screen_text.count("\n turn ") <= 8
+    assert screen_text.count(" turn ") >= 4
+
+
+def test_a_log_on_the_right_moves_in_at_most_half_of_the_turns() -> None:
+    result = play_keys(
+        make_game("hexworld", parameters={"rewards": []}), *"hl" * 20, size=(120, 24)
+    )
+    tops = [frame.split("\n")[12][63:] for frame in result.frames]
+    change_count = sum(before != after for before, after in itertools.pairwise(tops))
+    assert change_count <= 20
+
+
+@pytest.mark.parametrize("size", [(100, 8), (100, 12), (120, 9)])
+def test_a_wide_screen_of_few_rows_has_its_log_below(size: tuple[int, int]) -> None:
+    lines = play_keys(make_game("hexworld"), "l", size=size).last.split("\n")
+    assert len(lines) == size[1]
+    assert any("turn 1. " in row for row in lines)
+
+
+@pytest.mark.parametrize("width", [50, 80, 120])
+def test_a_message_is_shown_once(width: int) -> None:
+    current_game = make_game("2048")
+    screen_text = play_keys(current_game, "left", "left", size=(width, 24)).last
+    assert screen_text.count("is not legal now") == 1
+    assert "expected one of" in " ".join(screen_text.split())

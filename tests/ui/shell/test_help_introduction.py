@@ -1,0 +1,86 @@
+"""Tests of the lesson at the start of `help`: three sentences and an example turn."""
+
+import re
+
+import pytest
+
+import dmplay
+from dmplay.game.game_series import GameController
+from dmplay.registry.builtin_names import problem_names
+from dmplay.ui.shell.commands import run_line
+from dmplay.ui.shell.help_introduction import lesson_lines
+from tests.support.screens import make_game, make_session_game, play_keys
+from tests.support.user_problems import Key
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game(name: str) -> None:
+    others = ["random"] * (len(dmplay.load_problem(name).agents) - 1)
+    lines = lesson_lines(make_game(name, "human", *others, seed=1))
+    assert [row.endswith(".") for row in lines] == [True] * 4
+    assert lines[0].startswith("You ")
+    assert lines[1].startswith("You want ")
+    assert re.match("For example, one turn[: ].* It pays you -?[0-9.]+", lines[3])
+    other_game = make_game(name, "human", *others, seed=2)
+    assert lesson_lines(other_game) == lines
+    legal_actions = [
+        label
+        for _, label, is_legal in other_game.keyboard.list_actions_with_keys(other_game.view())
+        if is_legal
+    ]
+    run_line(GameController(other_game), legal_actions[0] if legal_actions else "0.5")
+    assert lesson_lines(other_game) == lines
+
+
+@pytest.mark.parametrize(
+    ("name", "parameters", "row", "phrase"),
+    [
+        ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "a bump costs 3, and no step slips"),
+        ("hexworld", {"discount": 1.0}, 2, "slip aside."),
+        ("crying-baby", {"hungry_reward": -7.0}, 2, "finds it hungry costs 7, feeding 5"),
+        ("cart-pole", {"theta_limit": 20.0, "force": 5.0}, 1, "within 20 degrees of upright"),
+        ("2048", {"p_two": 0.9}, 2, "90% of them 2 and the others 4"),
+        ("predator-prey", {"predators": 2}, 1, "pays 1, shared by the predators on it"),
+        ("simple-regulator", {"noise": 0.0}, 2, "a push nothing; what comes a turn later"),
+    ],
+)
+def test_a_lesson_contains_the_parameters_of_the_game(
+    name: str, parameters: dict[str, object], row: int, phrase: str
+) -> None:
+    assert phrase in lesson_lines(make_game(name, parameters=parameters))[row]
+
+
+@pytest.mark.parametrize(
+    ("name", "turn"),
+    [
+        ("2048", "slid left. new 2 in row 3, column 4. It pays you 4."),
+        ("hexworld", "from (7,1): at (7,0). chose W, slipped, moved SW. It pays you 0."),
+        ("crying-baby", "from hungry, unseen: quiet. chose feed. belief: sated 1.000, "),
+        ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. It pays you 1."),
+    ],
+)
+def test_the_example_turn_is_a_turn_of_the_problem(name: str, turn: str) -> None:
+    assert turn in lesson_lines(make_game(name))[3]
+
+
+def test_each_seat_has_its_own_lesson() -> None:
+    prey_game = make_game("predator-prey", "flee", "human")
+    assert lesson_lines(prey_game)[1] == "You want never to share a hex with a predator."
+    assert "the other" not in lesson_lines(make_game("multicaregiver-crying-baby"))[3]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (50, 14)])
+def test_help_begins_with_the_lesson_on_the_screen_and_in_lines(size: tuple[int, int]) -> None:
+    hex_game = make_game("hexworld")
+    first = "You are @ and walk from hex to hex;"
+    assert play_keys(hex_game, "?", size=size).last.split("\n")[1].strip().startswith(first)
+    assert str(run_line(GameController(hex_game), "help")).startswith(first)
+    assert "You are" not in str(run_line(GameController(), "help"))
+
+
+def test_the_lesson_of_a_problem_without_a_view_uses_its_description() -> None:
+    session = dmplay.Session(Key(), dmplay.SeededUniforms(7), turn_limit=3)
+    lines = lesson_lines(make_session_game("key", session, ["human"]))
+    assert lines[0] == "You are agent, and you see the state."
+    assert lines[1].startswith("One who has taken the key may open;")
+    assert lines[3].startswith("For example, one turn from before: ")

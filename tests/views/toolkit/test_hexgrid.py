@@ -1,0 +1,44 @@
+"""Tests of hexagonal maps: results of moves, and the space that a map needs."""
+
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.canvas import measure_text as measured
+from dmplay.views.toolkit.hexgrid import HexCell, HexMove, HexSize, classify_move, iter_maps
+
+
+def test_a_move_is_straight_a_slip_or_a_bump() -> None:
+    assert classify_move((2, 1), (2, 2), 1) == HexMove("NE", has_slipped=False)
+    assert classify_move((2, 1), (2, 2), 0) == HexMove("NE", has_slipped=True)
+    assert classify_move((2, 1), (2, 1), 0) == HexMove("", has_slipped=False)
+
+
+def test_a_move_has_a_description() -> None:
+    moves = HexMove("NE", False), HexMove("E", True), HexMove("", False)
+    assert [move.description for move in moves] == [
+        "moved NE",
+        "slipped, moved E",
+        "bumped, stayed",
+    ]
+
+
+def test_a_map_too_wide_for_the_screen_is_blank_and_has_the_same_size() -> None:
+    def hex_(position: object, size: HexSize) -> HexCell:
+        return HexCell("@", dot_glyph="@")
+
+    hexes = [(q, 0) for q in range(5)]
+    wide, narrow = ([*iter_maps(hexes, hex_, DrawOptions(columns, 9))] for columns in (31, 30))
+    assert [measured(board) for board in wide] == [(31, 4), (21, 3), (18, 1), (9, 1)]
+    assert measured(narrow[0]) == (31, 4)
+    assert not narrow[0].plain.strip()
+    assert [board.plain for board in narrow[1:]] == [board.plain for board in wide[1:]]
+
+
+def test_hexes_outside_the_screen_are_not_drawn() -> None:
+    positions = list[object]()
+
+    def hex_(position: object, size: HexSize) -> HexCell:
+        positions.append(position)
+        return HexCell("@")
+
+    smallest = [*iter_maps([(-1000, -1000), (1000, 1000)], hex_, DrawOptions(300, 100))][-1]
+    assert measured(smallest) == (6001, 2001)
+    assert not positions
