@@ -1,6 +1,7 @@
 """Tests of the package's layers: allowed imports, no cycles, and the modules loaded at start."""
 
 import ast
+import os
 import re
 import subprocess
 import sys
@@ -34,6 +35,7 @@ ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
 MODULE_PATHS = sorted(PACKAGE_FOLDER.rglob("*.py"))
 # Ruff puts each import statement on its own lines, so a pattern finds them without parsing files.
 IMPORT_PATTERN = re.compile(r"^ *((?:from [\w.]+ )?import (?:\([^)]*\)|[\w., *]+))", re.MULTILINE)
+FOLDERS_OF_SOLVERS = {"mdp", "pomdp", "decpomdp", "games", "search"}
 DOTTED_NAME_PATTERN = re.compile(r"(?<![\w./])dmplay\.\w+(?:\.\w+)*")
 
 
@@ -148,6 +150,46 @@ def test_start_up_loads_no_more_than_it_needs(words: str, never: set[str]) -> No
         "    except SystemExit as end:\n        assert not end.code, end.code\n"
     )
     assert not list_loaded_modules(code, never)
+
+
+@pytest.mark.parametrize(
+    ("second_line", "solvers"),
+    [
+        ("T: * identity", {"methods", "pomdp.exact_pomdp", "pomdp.upper_envelope"}),
+        ("T: * identty", {"methods"}),
+    ],
+)
+def test_solve_loads_only_the_method_that_it_uses(
+    second_line: str, solvers: set[str], tmp_path: Path
+) -> None:
+    """Solve a file with two hidden states by alpha vectors; one with a syntax error, not at all."""
+    file = tmp_path / "two.pomdp"
+    file.write_text(
+        "discount: 0.9\nvalues: reward\nstates: 2\nactions: 2\nobservations: 2\n"
+        f"{second_line}\nO: * uniform\nR: 0 : 0 : * : * 1\nR: 1 : 1 : * : * 1\n"
+    )
+    code = (
+        "import sys\nfrom dmplay.__main__ import main\n"
+        f"sys.argv[1:] = ['solve', {str(file)!r}]\n"
+        "try:\n    main()\nexcept SystemExit as end:\n    assert end.code in (None, 0, 2)\n"
+        "for name in sorted(sys.modules):\n"
+        "    if name.startswith('dmplay.'):\n        print('loaded', name[7:])\n"
+    )
+    result = subprocess.run(
+        [sys.executable, "-c", code],
+        capture_output=True,
+        text=True,
+        check=True,
+        env=os.environ | {"XDG_CACHE_HOME": str(tmp_path)},
+    )
+    lines = (line.split() for line in result.stdout.splitlines())
+    loaded = {words[1] for words in lines if words[:1] == ["loaded"]}
+    assert not [
+        name for name in loaded if name.split(".")[0] in {"views", "ui", "external", "servers"}
+    ]
+    modules = {name.removeprefix("solvers.") for name in loaded if name.startswith("solvers.")}
+    checks = {"pomdp.legal_action_leak", "double_description"}  # before and below the method
+    assert modules - FOLDERS_OF_SOLVERS - checks == solvers
 
 
 def test_openblas_starts_only_one_thread() -> None:

@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents.base import GreedyPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.core.problem import Problem

@@ -11,12 +11,12 @@ from dmplay.agents._belief_policy import SparseTransition, apply_by_group
 from dmplay.agents.base import SeatPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.tabular import joint_actions, tabulate
 from dmplay.core.text import format_count
 from dmplay.solvers.decpomdp import joint_plan_dynamic_programming
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from dmplay.agents._belief_policy import apply_by_group
-from dmplay.agents._memoization import memoize
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.base import MAX_TABULAR_STATES, PAYS_SOONEST, StationaryPolicy
 from dmplay.agents.belief_policy_bases import FiniteHorizonPolicy, GreedyBeliefPolicy
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.chance import weighted_sum
+from dmplay.core.memoization import memoize
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
@@ -72,8 +73,8 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
         q = q if legal is None else np.where(legal, q, -np.inf)
         if self.problem.discount == 1.0:
             tie_break_q = self._tie_break_q[self.problem.state_indices(s)]
-            q = np.where(mdp_values.mark_best_actions(q), tie_break_q, -np.inf)
-        return mdp_values.select_greedy_actions(q)
+            q = np.where(mark_best_actions(q), tie_break_q, -np.inf)
+        return select_greedy_actions(q)
 
     @cached_property
     def _tie_break_q(self) -> Reals:

@@ -9,10 +9,10 @@ from typing import ClassVar, Self
 import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import check_parameters
 from dmplay.core.policy import Memory, Percept, Policy, requires_fields
 from dmplay.core.problem import Problem
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 
 # the scopes of values that are not about the turns left
 WITHOUT_END, ONE_ROUND = "without end", "for one round"

@@ -8,10 +8,10 @@ from typing import Self
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy, BeliefPolicy, apply_by_group
 from dmplay.agents.base import GreedyPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.text import format_count
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 
 MAX_HORIZON = 1000  # maximum number of turns that are planned
 NEGLIGIBLE_WEIGHT = 1e-12  # discount**turns below which the end of a game is ignored

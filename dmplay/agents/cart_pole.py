@@ -5,10 +5,10 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem

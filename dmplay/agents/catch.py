@@ -8,15 +8,15 @@ from itertools import count
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.memoization import memoize
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 from dmplay.solvers.pomdp.bounded_search import BoundedSearch
 
 

@@ -6,13 +6,14 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical, weighted_sum
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
@@ -24,7 +25,6 @@ from dmplay.solvers.decpomdp import joint_plan_improvement, reactive_predator_te
 from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp
 from dmplay.solvers.mdp import sparse_mdp
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 from dmplay.solvers.mdp.sparse_mdp import SparseMdpSolution
 
 PLAN_WORK_PER_JOINT_NODE = 4e8  # for each joint node of a plan

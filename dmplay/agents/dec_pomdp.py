@@ -3,12 +3,10 @@
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import prod
 from typing import Self
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
 from dmplay.agents.belief_policy_bases import describe_plan_length
@@ -16,20 +14,15 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
-from dmplay.core.spaces import Labels
-from dmplay.core.tabular import Tabular, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import Budget
-from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers.decpomdp import joint_plan_search
+from dmplay.errors import BadPolicy
 from dmplay.solvers.decpomdp.dec_pomdp_model import AgentPlan, DecPomdp, PlanLayer
 from dmplay.solvers.decpomdp.joint_plan_improvement import PlanGraph
-from dmplay.solvers.decpomdp.joint_plan_search import JointPlanSolution
+from dmplay.solvers.decpomdp.joint_plan_search import solve_joint_plan
 
 DEFAULT_PLAN_TURNS = 4  # turns of a plan if the game has no end of its own
 MAX_PLAN_TURNS = 100  # maximum number of turns that are planned
-# maximum number of elements of the arrays from which a joint plan is made
-MAX_ARRAY_ELEMENTS = 2**25
 VALUES_WORK_LIMIT = 1e10  # maximum work for the action values of a plan
 
 
@@ -133,49 +126,6 @@ def _stack_layers(parts: Sequence[Array]) -> Array:
     for turn, part in enumerate(parts):
         stacked[turn, : len(part)] = part
     return stacked
-
-
-@memoize
-def solve_joint_plan(problem: Problem, turns: int) -> JointPlanSolution:
-    """Return the best joint plan found for `turns` turns, the same for every seat."""
-    return joint_plan_search.find_joint_plan(DecPomdp.from_problem(problem), turns)
-
-
-def can_plan_jointly(problem: Problem) -> bool:
-    """Return whether joint plans can be made for a problem.
-
-    It needs several agents that observe separately, share one reward and observe nothing before the
-    first turn, few enough states, and all actions legal in every state.
-    """
-    is_team = len(problem.agents) > 1 and problem.partially_observable and problem.shared_reward
-    if not is_team or not isinstance(problem.state_count, int) or not all(problem.action_counts):
-        return False
-    if not all(isinstance(space, Labels) for space in problem.observations):
-        return False
-    joint_action_count, joint_observation_count = (
-        prod(problem.action_counts),
-        prod(problem.observation_counts),
-    )
-    if (
-        problem.state_count
-        * joint_action_count
-        * (problem.state_count + 2 * joint_observation_count)
-        > MAX_ARRAY_ELEMENTS
-    ):
-        return False
-    states = problem.enumerate_states()
-    # nothing is observed before the first turn
-    starts_unobserved = bool((problem.initial_observations(states) == -1).all())
-    return starts_unobserved and problem.legal_actions_mask(states) is None and _has_tables(problem)
-
-
-def _has_tables(problem: Problem) -> bool:
-    """Return whether the problem has arrays or can be tabulated."""
-    try:
-        _ = isinstance(problem, Tabular) or tabulate(problem)
-    except (BadParameter, BudgetExceeded):
-        return False
-    return True
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

@@ -1,38 +1,31 @@
-"""Agents for problems whose state every agent sees, and the choice among them."""
+"""Agents for problems whose state every agent sees."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from math import prod
 from typing import Self
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
 from dmplay.agents.base import ENDS_SOONEST, WITHOUT_END, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import Categorical
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
-from dmplay.core.problem import Problem, initial_state_distribution
-from dmplay.core.work_budget import limit_total_work
-from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.simulation import random_play
-from dmplay.solvers.games import best_response_dynamics, shapley
+from dmplay.core.problem import Problem
+from dmplay.errors import BudgetExceeded
+from dmplay.solvers.games import best_response_dynamics
 from dmplay.solvers.games.best_response_dynamics import BestResponseResult
-from dmplay.solvers.games.shapley import ShapleyResult
+from dmplay.solvers.games.shapley import ShapleyResult, solve_zero_sum
 from dmplay.solvers.games.zero_sum import MatrixGameSolutions
 from dmplay.solvers.mdp import backward_induction, transition_graph
-from dmplay.solvers.mdp.backward_induction import BackwardInductionResult
-from dmplay.solvers.mdp.mdp_values import compute_tolerance, select_greedy_actions
-
-MAX_HISTORY_WORK, MAX_JOINT_ACTIONS = (
-    5e6,
-    4096,
-)  # work for some thousand histories, and maximum number of joint actions in each
-ZERO_SUM_TEST_TURNS = 120  # turns of random play that test whether two agents' rewards are opposed
+from dmplay.solvers.mdp.backward_induction import (
+    BackwardInductionResult,
+    solve_by_backward_induction,
+)
 
 
 @dataclass(frozen=True)
@@ -255,55 +248,11 @@ class BestReplyEquilibrium(ReactivePolicy):
         ]
 
 
-@memoize
-def solve_by_backward_induction(problem: Problem, turns: int | None) -> BackwardInductionResult:
-    """Return the values of games of `turns` turns, by backward induction.
+def list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
+    """Return the agents that fit a finite problem of one agent: without end, and by turns.
 
-    They cover all states of a finite problem of one agent, else the reachable states.
+    Without end there must be a value: a discount below 1 or a terminal state.
     """
-    is_finite_single_agent = len(problem.agents) == 1 and isinstance(problem.state_count, int)
-    game_graph = (
-        transition_graph.build_full_graph(problem)
-        if is_finite_single_agent
-        else transition_graph.build_reachable_graph(problem)
-    )
-    return backward_induction.run_backward_induction(problem, game_graph, turns)
-
-
-def solve_zero_sum(problem: Problem, turns: int | None) -> ShapleyResult:
-    """Return the values of a game of two opposed agents over its reachable states (Shapley)."""
-    return shapley.run_shapley_iteration(
-        problem, transition_graph.build_reachable_graph(problem), turns
-    )
-
-
-def list_fully_observed_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    """Return the agents, by name, that fit a problem in which every agent sees the state."""
-    if not all(problem.action_counts):
-        return {}
-    if len(problem.agents) == 1:
-        return _list_single_agent_policies(problem)
-    if is_turn_based(problem):
-        return {"optimal": BackwardInductionPolicy}
-    applicable = {
-        "optimal": is_zero_sum_simultaneous(problem),
-        "equilibrium": is_discounted_simultaneous(problem),
-    }
-    kinds: dict[str, type[SeatPolicy]] = {
-        "optimal": MaximinPolicy,
-        "equilibrium": BestReplyEquilibrium,
-    }
-    return {name: kinds[name] for name, fits in applicable.items() if fits}
-
-
-def _list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    """Return the agents that fit a problem of one agent: without end, and by turns.
-
-    Without end there must be a value: a discount below 1 or a terminal state. For an infinite
-    number of states there are none.
-    """
-    if not isinstance(problem.state_count, int):
-        return {}
     if problem.discount < 1.0:
         return {"optimal": MdpOptimalPolicy} | (
             {} if problem.horizon is None else {"plan": BackwardInductionPolicy}
@@ -317,70 +266,3 @@ def _list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]
     return ({"optimal": MdpOptimalPolicy} if has_terminal_state else {}) | {
         "plan": BackwardInductionPolicy
     }
-
-
-def is_turn_based(problem: Problem) -> bool:
-    """Return whether several agents see the state and only one of them acts in the first turn.
-
-    If a state is the whole history of a game, the game must also be small enough to enumerate.
-    """
-    start_states = _list_start_states(problem)
-    if (
-        start_states is None
-        or (problem.inactive_agents(start_states).sum(axis=1) < len(problem.agents) - 1).any()
-    ):
-        return False
-    return start_states.dtype.kind != "O" or (
-        prod(problem.action_counts) <= MAX_JOINT_ACTIONS and _can_enumerate_game(problem)
-    )
-
-
-@memoize
-def _can_enumerate_game(problem: Problem) -> bool:
-    """Return whether the whole game can be enumerated quickly and one agent decides at a time."""
-    try:
-        with limit_total_work(MAX_HISTORY_WORK):
-            solve_by_backward_induction(problem, problem.horizon)
-    except (BadParameter, BadPolicy, BudgetExceeded):
-        return False
-    return True
-
-
-def is_discounted_simultaneous(problem: Problem) -> bool:
-    """Return whether several agents see the state, act at once, and the discount is below 1."""
-    return (
-        problem.discount < 1.0 and _has_numeric_start_states(problem) and not is_turn_based(problem)
-    )
-
-
-def is_zero_sum_simultaneous(problem: Problem) -> bool:
-    """Return whether two agents see the state, act at once, and have opposed rewards.
-
-    The rewards are tested on turns of random play. The game must have an end or a discount below 1.
-    """
-    has_two_agents = len(problem.agents) == 2 and (
-        problem.discount < 1.0 or problem.horizon is not None
-    )
-    if not has_two_agents or not _has_numeric_start_states(problem) or is_turn_based(problem):
-        return False
-    sampled = random_play.sample_turns(problem, ZERO_SUM_TEST_TURNS)
-    return (
-        shapley.compute_loss_ratio(problem.step(sampled.s, sampled.a, sampled.u).rewards)
-        is not None
-    )
-
-
-def _list_start_states(problem: Problem) -> Array | None:
-    """Return the possible start states of several agents that see them; None if not listable."""
-    if len(problem.agents) == 1 or problem.partially_observable or not all(problem.action_counts):
-        return None
-    try:
-        return initial_state_distribution(problem)[1]
-    except (BadParameter, BudgetExceeded):
-        return None
-
-
-def _has_numeric_start_states(problem: Problem) -> bool:
-    """Return whether the possible start states can be listed and are numbers."""
-    start_states = _list_start_states(problem)
-    return start_states is not None and start_states.dtype.kind != "O"

@@ -6,12 +6,12 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, RemainingHorizonPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import weighted_sum
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem

@@ -4,10 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem

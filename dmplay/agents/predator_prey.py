@@ -8,12 +8,13 @@ from typing import Self
 
 import numpy as np
 
-from dmplay.agents._memoization import memoize
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy, StationaryPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
+from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
 from dmplay.errors import BadPolicy
@@ -21,7 +22,6 @@ from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.shared.hexgrid import DIRECTIONS
 from dmplay.solvers.games import induced_mdp, markov_game_policy_iteration
 from dmplay.solvers.mdp import sparse_mdp
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 
 MAX_PLANNED_STATES = 200_000  # states times turns of which the values of all moves are kept
 MAX_QUICK_OUTCOMES = 300_000  # outcomes of all states and moves that can be enumerated in a moment

@@ -14,13 +14,13 @@ from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
 from dmplay.agents.base import PolicyLookup
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, Policy
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 from dmplay.solvers.search import leaf_values, uct
 from dmplay.solvers.search.leaf_values import LeafValues
 from dmplay.solvers.search.search_config import LeafEvaluator, SearchConfig, SearchRequest

@@ -1,82 +1,83 @@
-"""The policies that fit a user-defined problem, by its kind and size."""
+"""The agents that fit a user-defined problem, by the methods that fit its class and size."""
 
-from collections.abc import Callable
-
-import numpy as np
-
-from dmplay.agents import dec_pomdp
-from dmplay.agents._matrix_game_agents import FictitiousPlay, Nash, RegretMatchingEquilibrium
-from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
-from dmplay.agents._single_agent_planning import Qmdp, RecedingHorizonPolicy
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import SeatPolicy
-from dmplay.agents.fully_observable_problems import list_fully_observed_agents
-from dmplay.agents.point_based import MAX_EXACT_STATES, PointBasedOptimalPolicy, PointBasedPolicy
-from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
-from dmplay.errors import BadParameter, BudgetExceeded
-from dmplay.solvers.games import bimatrix_game
-from dmplay.solvers.pomdp.legal_action_leak import has_legal_action_leak
+from dmplay.solvers.methods import Method, find_methods, succeeds
+
+PLAYED_METHODS = [method for method in Method if method is not Method.FULLY_OBSERVED_TEAM]
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents that fit; an optimal or equilibrium agent gives hints, else search."""
-    if bimatrix_game.is_simple_game(problem):
-        return _build_repeated_game_roster(problem)
-    if dec_pomdp.can_plan_jointly(problem):
-        return dec_pomdp.build_roster(problem, seat)
-    agents = _select_agents(problem)
+    """Return the agents that fit; an optimal or equilibrium agent gives hints, else search.
+
+    The modules of agents are imported here, so that only those of methods that fit are loaded.
+    """
+    agents: dict[str, type[SeatPolicy]] = {}
+    turn_planner = None
+    match find_methods(problem, PLAYED_METHODS):
+        case [Method.EQUILIBRIUM_ENUMERATION, *_]:
+            return _build_repeated_game_roster(problem)
+        case [Method.REGRET_MATCHING, *_]:
+            from dmplay.agents._matrix_game_agents import RegretMatchingEquilibrium
+
+            return Roster({"equilibrium": RegretMatchingEquilibrium}, hint_provider="equilibrium")
+        case [Method.JOINT_PLANS, *_]:
+            from dmplay.agents import dec_pomdp
+
+            return dec_pomdp.build_roster(problem, seat)
+        case [Method.MDP_PLANNING, *_]:
+            from dmplay.agents.fully_observable_problems import list_single_agent_policies
+
+            agents = list_single_agent_policies(problem)
+            if problem.discount == 1.0 and "plan" in agents:
+                turn_planner = "plan"  # for any number of turns
+        case [Method.ALPHA_VECTORS | Method.POINT_BASED, *_]:
+            agents = _list_belief_policies(problem)
+        case [Method.BACKWARD_INDUCTION, *_]:
+            from dmplay.agents.fully_observable_problems import BackwardInductionPolicy
+
+            agents = {"optimal": BackwardInductionPolicy}
+        case [Method.SHAPLEY_ITERATION, *others]:
+            from dmplay.agents.fully_observable_problems import BestReplyEquilibrium, MaximinPolicy
+
+            agents = {"optimal": MaximinPolicy}
+            if Method.BEST_RESPONSES in others:
+                agents["equilibrium"] = BestReplyEquilibrium
+        case [Method.BEST_RESPONSES]:
+            from dmplay.agents.fully_observable_problems import BestReplyEquilibrium
+
+            agents = {"equilibrium": BestReplyEquilibrium}
     hint_agent = next((name for name in ("optimal", "equilibrium") if name in agents), "search")
-    is_turn_dependent = (
-        problem.discount == 1.0 and not problem.partially_observable
-    )  # for any number of turns
-    turn_planner = "plan" if is_turn_dependent and "plan" in agents else None
     return Roster(agents, hint_provider=hint_agent, finite_horizon_hint_provider=turn_planner)
 
 
 def _build_repeated_game_roster(problem: Problem) -> Roster:
-    """Return the agents for rounds of one game; classical rules only with two actions each."""
-    if len(problem.agents) > 2:
-        return Roster({"equilibrium": RegretMatchingEquilibrium}, hint_provider="equilibrium")
+    """Return the agents for rounds of a game of two; classical rules only with two actions each."""
+    from dmplay.agents._matrix_game_agents import FictitiousPlay, Nash
+    from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
+
     rules = REPEATED_GAME_RULES if problem.action_counts == (2, 2) else {}
     agents: dict[str, type[SeatPolicy]] = {"nash": Nash, "frequency": FictitiousPlay, **rules}
     return Roster(agents, hint_provider="frequency", default_partner="frequency")
 
 
-def _select_agents(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    """Return the agents that can play a problem, by name."""
-    is_single_agent = len(problem.agents) == 1 and problem.actions[0].labels
-    if not problem.partially_observable:
-        return list_fully_observed_agents(problem)
-    if (
-        not is_single_agent
-        or not isinstance(problem.state_count, int)
-        or has_legal_action_leak(problem)
-    ):
-        return {}
-    is_discounted = problem.discount < 1.0
-    if not _can_enumerate(lambda: problem.observation_counts) or not _can_enumerate(
-        lambda: _enumerate_first_outcomes(problem)
-    ):
-        return {}
+def _list_belief_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
+    """Return the agents, by name, that play by their belief over hidden states."""
+    from dmplay.agents._single_agent_planning import Qmdp, RecedingHorizonPolicy
+    from dmplay.agents.point_based import (
+        MAX_EXACT_STATES,
+        PointBasedOptimalPolicy,
+        PointBasedPolicy,
+    )
+
     agents: dict[str, type[SeatPolicy]] = {
         "optimal": PointBasedOptimalPolicy,
         "point-based": PointBasedPolicy,
     }
-    if problem.state_count > MAX_EXACT_STATES or not _can_enumerate(lambda: tabulate(problem)):
+    assert isinstance(problem.state_count, int)
+    if problem.state_count > MAX_EXACT_STATES or not succeeds(lambda: tabulate(problem)):
         return agents
-    return agents | {"plan": RecedingHorizonPolicy} | ({"qmdp": Qmdp} if is_discounted else {})
-
-
-def _enumerate_first_outcomes(problem: Problem) -> object:
-    """Return the possible outcomes of the first action in the first state."""
-    return enumerate_outcomes(problem, problem.enumerate_states()[:1], np.zeros((1, 1), np.int64))
-
-
-def _can_enumerate(enumerate_outcomes: Callable[[], object]) -> bool:
-    """Return whether an enumeration succeeds."""
-    try:
-        enumerate_outcomes()
-    except (BadParameter, BudgetExceeded):
-        return False
-    return True
+    agents["plan"] = RecedingHorizonPolicy
+    return agents | ({"qmdp": Qmdp} if problem.discount < 1.0 else {})

@@ -14,8 +14,8 @@ from typer.core import TyperGroup
 
 from dmplay.cli import config_files
 from dmplay.errors import BadParameter, DmplayError, UnknownName
+from dmplay.game.completion import name_lists
 from dmplay.registry.builtin_names import problem_names
-from dmplay.ui.shell.completion import name_lists
 
 DEFAULT_RATE = "50"  # turns per second of --rate without a value
 BASH_WORD_BREAKS = ":="  # characters at which bash splits words

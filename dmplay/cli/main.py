@@ -13,7 +13,7 @@ from dmplay.cli.command_group import rejoin_bash_words
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.errors import DmplayError
-from dmplay.ui.shell.completion.safe_words import is_safe_word
+from dmplay.game.completion.safe_words import is_safe_word
 
 COMPLETION_VARIABLE = "_DMPLAY_COMPLETE"  # set by a shell that requests completions
 FISH_ACTION_VARIABLE = "_TYPER_COMPLETE_FISH_ACTION"  # `is-args` only asks whether there are any

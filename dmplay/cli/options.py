@@ -10,10 +10,10 @@ import typer
 
 from dmplay.cli import config_files
 from dmplay.errors import BadParameter
+from dmplay.game.completion import name_lists
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.guide.topics import list_topics
 from dmplay.terminal.capabilities import TerminalOptions
-from dmplay.ui.shell.completion import name_lists
 
 
 def problem_in_context(ctx: typer.Context) -> str:
@@ -36,21 +36,21 @@ def is_set_by_user(ctx: typer.Context, option: str) -> bool:
 
 def _complete_agents(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the agents of the typed problem, for completion."""
-    from dmplay.ui.shell.completion.agents_seats_and_parameters import complete_agents
+    from dmplay.game.completion.agents_seats_and_parameters import complete_agents
 
     return complete_agents(problem_in_context(ctx), incomplete)
 
 
 def _complete_seats(ctx: typer.Context, incomplete: str) -> list[str]:
     """Return the seats of the typed problem, or the players of a seat, for completion."""
-    from dmplay.ui.shell.completion.agents_seats_and_parameters import complete_seats
+    from dmplay.game.completion.agents_seats_and_parameters import complete_seats
 
     return complete_seats(problem_in_context(ctx), incomplete)
 
 
 def _complete_parameters(ctx: typer.Context) -> list[str]:
     """Return the parameters of the typed problem, for completion."""
-    from dmplay.ui.shell.completion.agents_seats_and_parameters import list_parameters
+    from dmplay.game.completion.agents_seats_and_parameters import list_parameters
 
     return list_parameters(problem_in_context(ctx))
 
@@ -65,9 +65,9 @@ def _complete_variants(ctx: typer.Context) -> list[str]:
 
 def configured_keys(preset: str | None) -> Any:
     """Return the key preferences: the preset, and the keys of settings files."""
-    from dmplay.game import key_bindings
+    from dmplay.game.key_preferences import KeyPreferences
 
-    return key_bindings.KeyPreferences(preset or "", config_files.merged_keys())
+    return KeyPreferences(preset or "", config_files.merged_keys())
 
 
 def _argument(metavar: str, help_text: str, complete: Callable[..., list[str]]) -> Any:

@@ -2,6 +2,7 @@
 
 import sys
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import typer
 
@@ -10,7 +11,6 @@ from dmplay.cli.app import root_command
 from dmplay.cli.error_messages import USAGE_ERROR, format_error
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter
-from dmplay.game import player_records
 from dmplay.game.command_line_results import (
     BotServerConfig,
     CliResult,
@@ -18,9 +18,10 @@ from dmplay.game.command_line_results import (
     PlayCommand,
     Printout,
 )
-from dmplay.game.game_series import GameController
 from dmplay.terminal.capabilities import Terminal, current_terminal
-from dmplay.ui.shell.commands import is_command
+
+if TYPE_CHECKING:
+    from dmplay.game.game_series import GameController
 
 
 def execute_result(result: CliResult) -> int:
@@ -74,11 +75,15 @@ def _render_report(report: Printout, terminal: Terminal) -> str:
     return render_for_terminal(report.text, terminal)
 
 
-def _make_controller() -> GameController:
+def _make_controller() -> "GameController":
     """Return a game controller with the command line's interpreter, aliases and records.
 
     Raise BadParameter if an alias has the name of a command.
     """
+    from dmplay.game import player_records
+    from dmplay.game.game_series import GameController
+    from dmplay.ui.shell.commands import is_command
+
     for name in config_files.merged_aliases():
         if is_command(name):
             raise BadParameter(f"aliases.{name}: {name} is a command; give another name")

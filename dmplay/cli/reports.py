@@ -82,18 +82,18 @@ def solve(
       dmplay solve ./tigers.dpomdp --turns 4
       dmplay solve ./hallway.pomdp --work 10
     """
-    from dmplay.evaluation.solutions.simulated_returns import SimulationOptions
+    from dmplay.evaluation.solutions.options import SolveOptions
     from dmplay.game.launch_requests import GameRequest
     from dmplay.output import solution_report
 
     game_request = GameRequest(problem, variant, set_)
-    simulation_options = SimulationOptions(
+    solve_options = SolveOptions(
         episodes, turns, options.parse_workers(workers) if workers else None, work
     )
     return solution_report.report_solution(
         game_request.problem_name,
         game_request.changed_parameters(),
-        simulation_options,
+        solve_options,
         json=terminal_options.json,
         motion=terminal_options.motion,
     )

@@ -9,7 +9,7 @@ from dmplay.core.session import View
 from dmplay.core.spaces import Interval, Labels
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game import key_bindings
-from dmplay.game.key_bindings import DIGIT_KEYS, KeyPreferences
+from dmplay.game.key_preferences import DIGIT_KEYS, KeyPreferences
 from dmplay.views.protocol import load_view_module
 
 PLAYERS_SHARING_KEYBOARD = 2

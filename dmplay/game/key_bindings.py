@@ -11,15 +11,11 @@ from typing import NamedTuple
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter, UnknownName
+from dmplay.game.key_preferences import DIGIT_KEYS, KEY_PRESETS, NAVIGATION_KEYS, KeyPreferences
 from dmplay.registry import problem_module_exports, problems
 from dmplay.registry.builtin_names import stem_to_name
 from dmplay.views.protocol import load_view_module
 
-KeyOverrides = tuple[str, Mapping[str, str]]  # (config file, key -> action)
-NO_OVERRIDES: Mapping[str, KeyOverrides] = {}
-NAVIGATION_KEYS = ("left", "right", "up", "down", "home", "end", "pageup", "pagedown")
-DIGIT_KEYS = "1234567890"  # keys of the actions by number
-KEY_PRESETS = {"vi": "hjklyubn", "left": "wasdezx", "arrows": NAVIGATION_KEYS, "digits": DIGIT_KEYS}
 ARROW_PAIRS = [
     f"{vertical} {horizontal}" for vertical in ("up", "down") for horizontal in ("left", "right")
 ]
@@ -29,16 +25,6 @@ KEY_SYMBOLS = {
     "home": "Home", "end": "End", "pageup": "PgUp", "pagedown": "PgDn",
     "up left": "↑←", "up right": "↑→", "down left": "↓←", "down right": "↓→",
 }  # fmt: skip
-
-
-class KeyPreferences(NamedTuple):
-    """The player's preferences for keys: a preset, and overrides for families of problems."""
-
-    preset: str = ""
-    overrides: Mapping[str, KeyOverrides] = NO_OVERRIDES  # by family
-
-
-DEFAULT_KEY_PREFERENCES = KeyPreferences()  # the keys of the view
 
 
 class KeyMaps(NamedTuple):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from dmplay.errors import BadParameter
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.transcript.format import HUMAN_PLAYER
 from dmplay.transcript.header import Header
 

@@ -8,7 +8,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
 from dmplay.game.seats import list_human_seats

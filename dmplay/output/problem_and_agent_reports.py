@@ -15,7 +15,8 @@ from dmplay.core.spaces import Interval, Labels, TextLine
 from dmplay.core.text import format_count, format_json_report
 from dmplay.errors import UnknownName
 from dmplay.game.command_line_results import Printout
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences, resolve_key_maps
+from dmplay.game.key_bindings import resolve_key_maps
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.registry import agents, problems
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import TerminalOptions

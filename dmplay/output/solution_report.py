@@ -11,16 +11,16 @@ from dmplay.core.problem import Problem
 from dmplay.core.safe_files import user_folder
 from dmplay.core.text import format_json_report
 from dmplay.core.work_budget import report_progress_to
-from dmplay.evaluation.solutions.method_choice import solve_problem
-from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
 
 
 def load_or_solve(
-    name: str, parameters: Mapping[str, object], simulation_options: SimulationOptions
+    name: str, parameters: Mapping[str, object], solve_options: SolveOptions
 ) -> Solution:
     """Return the solution of a problem, from the user's cache folder if it is there.
 
@@ -29,8 +29,8 @@ def load_or_solve(
     """
     loaded = problems.resolve_problem(name, parameters)
     if not problems.builtin_stem(loaded.problem):
-        return _solve(loaded.problem, simulation_options)
-    option_values = simulation_options.episodes, simulation_options.turns, simulation_options.work
+        return _solve(loaded.problem, solve_options)
+    option_values = solve_options.episodes, solve_options.turns, solve_options.work
     key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]
     key = dumps(key_parts, sort_keys=True, default=str)
     root = user_folder(os.environ, "XDG_CACHE_HOME", ".cache")
@@ -39,7 +39,7 @@ def load_or_solve(
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         pass
-    result = _solve(loaded.problem, simulation_options)
+    result = _solve(loaded.problem, solve_options)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(dumps(result._asdict()), encoding="utf-8")
@@ -48,11 +48,11 @@ def load_or_solve(
     return result
 
 
-def _solve(problem: Problem, simulation_options: SimulationOptions) -> Solution:
+def _solve(problem: Problem, solve_options: SolveOptions) -> Solution:
     """Solve a problem with simulation options; raise BadParameter if an option has no effect."""
-    with use_simulation_options(simulation_options):
+    with use_solve_options(solve_options):
         result = solve_problem(problem)
-    simulation_options.check_options_used(result.method)
+    solve_options.check_options_used(result.method)
     return result
 
 
@@ -64,14 +64,14 @@ def _source_times() -> list[int]:
 def report_solution(
     name: str,
     parameters: Mapping[str, object],
-    simulation_options: SimulationOptions,
+    solve_options: SolveOptions,
     *,
     json: bool = False,
     motion: bool = True,
 ) -> str:
     """Return the solution of a problem as text or JSON; show progress while it is computed."""
     with ProgressBar(f"solving {name}", quiet=json, motion=motion) as bar, report_progress_to(bar):
-        result = load_or_solve(name, parameters, simulation_options)
+        result = load_or_solve(name, parameters, solve_options)
     if json:
         loaded = problems.resolve_problem(name, parameters)
         header = {"problem": loaded.name, "parameters": loaded.parameters}

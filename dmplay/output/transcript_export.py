@@ -15,7 +15,7 @@ from dmplay.game.action_input import Keyboard
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import EXPORT_FORMATS, check_extension_fits_format
 from dmplay.game.game import Game
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seat_snapshot import SeatSnapshot

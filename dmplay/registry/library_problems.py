@@ -3,7 +3,6 @@
 from importlib import import_module
 
 from dmplay.errors import BadParameter
-from dmplay.external.optional_libraries import format_library_version
 from dmplay.registry.problem_name_kinds import LookupResult
 
 LIBRARY_PACKAGES = {  # package of each library, by the word before the colon
@@ -34,6 +33,8 @@ def list_external_problems(word: str) -> list[str]:
 
 def load_external_problem(name: str) -> LookupResult:
     """Return the problem of this name; its origin is the library's version."""
+    from dmplay.external.optional_libraries import format_library_version
+
     library = name.partition(":")[0]
     problem = import_module(f"dmplay.external.{library}").load_problem(name)
     return LookupResult(name, problem, format_library_version(LIBRARY_PACKAGES[library]))

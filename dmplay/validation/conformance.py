@@ -15,7 +15,8 @@ from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.violation import CheckResult, CheckResults, Violation
 from dmplay.errors import BadPolicy
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
+from dmplay.game.key_bindings import resolve_key_maps
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.registry import agents, problem_module_exports, problems
 from dmplay.simulation import random_play
 from dmplay.simulation.random_play import (

@@ -7,10 +7,10 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import View
 from dmplay.core.tabular import tabulate
 from dmplay.problems.machine_replacement import MachineReplacement
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 from dmplay.solvers.pomdp.exact_pomdp import (
     AlphaVectorStage,
     compute_action_values,

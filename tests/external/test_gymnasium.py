@@ -12,9 +12,9 @@ from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.evaluation.solutions import simulated_returns
-from dmplay.evaluation.solutions.method_choice import solve_problem
-from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.external.gymnasium import GymnasiumTableProblem
 from dmplay.registry import problems
 from dmplay.validation.conformance import check
@@ -130,11 +130,11 @@ def test_real_actions_have_no_labels_in_a_view() -> None:
     assert list(session.view(0).past_action_labels) == []
 
 
-def solve_pendulum(options: SimulationOptions) -> tuple[Solution, list[float]]:
+def solve_pendulum(options: SolveOptions) -> tuple[Solution, list[float]]:
     """Return the solution of the pendulum and the shares of the work that were reported."""
     shares = list[float]()
     pendulum = dmplay.load_problem("gymnasium:Pendulum-v1")
-    with use_simulation_options(options), report_progress_to(shares.append):
+    with use_solve_options(options), report_progress_to(shares.append):
         return solve_problem(pendulum), shares
 
 
@@ -142,7 +142,7 @@ def test_long_games_of_an_environment_are_simulated_in_a_bounded_number_of_turns
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 300)
-    solution, shares = solve_pendulum(SimulationOptions(turns=20))
+    solution, shares = solve_pendulum(SolveOptions(turns=20))
     assert solution.method == (
         "not a solution, but a simulation of random play, because no exact solution is known here"
     )
@@ -156,5 +156,5 @@ def test_the_requested_games_of_an_environment_are_all_simulated(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 30)
-    solution, _ = solve_pendulum(SimulationOptions(turns=5, episodes=23))
+    solution, _ = solve_pendulum(SolveOptions(turns=5, episodes=23))
     assert solution.result == "23 games of seed 1, 5 turns each"

@@ -12,9 +12,9 @@ from dmplay.core.problem import WAIT_LABEL
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
-from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.game.action_input import Keyboard
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry.agents import load_roster
 from dmplay.validation import conformance

@@ -8,7 +8,7 @@ import dmplay
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.action_input import Keyboard
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.validation.conformance import check
 from tests.support.external_problems import check_external_problem
 

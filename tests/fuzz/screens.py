@@ -18,7 +18,7 @@ from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_operations import run_typed_line
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
-from dmplay.ui.shell.completion.completer import CommandCompleter
+from dmplay.ui.shell.completer import CommandCompleter
 from tests.fuzz.case import Case, CaseOutcome
 from tests.fuzz.program import enter_case_folder
 

@@ -7,12 +7,8 @@ from dmplay.errors import DmplayError
 from dmplay.game.action_input import describe_number_range, find_action_by_key
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.game.key_bindings import (
-    DEFAULT_KEY_PREFERENCES,
-    KEY_PRESETS,
-    KeyPreferences,
-    resolve_key_maps,
-)
+from dmplay.game.key_bindings import resolve_key_maps
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KEY_PRESETS, KeyPreferences
 from dmplay.game.seats import HUMAN
 from dmplay.output.problem_and_agent_reports import load_problem_info
 from dmplay.registry.builtin_names import problem_names

@@ -3,8 +3,8 @@
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.solvers.games.bimatrix_game import MixedProfile, compute_response_values
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 
 
 def compute_correlated_gains(payoffs: Reals, joint: Reals) -> Reals:

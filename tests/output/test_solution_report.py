@@ -12,9 +12,9 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter
 from dmplay.evaluation.solutions import simulated_returns, teams
-from dmplay.evaluation.solutions.method_choice import solve_problem
-from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
+from dmplay.evaluation.solutions.solve import solve_problem
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.problem_cases import every_problem, load_small_problem
 from tests.support.programs import run_dmplay
@@ -49,7 +49,7 @@ def test_twenty_turns_of_the_crying_baby_are_not_an_endless_game() -> None:
     # 20 is also the number of turns that the problem has by default.
     values = {}
     for turns in (19, 20, 21):
-        with use_simulation_options(SimulationOptions(turns=turns)):
+        with use_solve_options(SolveOptions(turns=turns)):
             baby_solution = solve_problem(dmplay.load_problem("crying-baby"))
         assert baby_solution.method == f"alpha vectors, {turns} turns"
         values[turns] = baby_solution.result
@@ -70,7 +70,7 @@ def test_the_best_first_throw_of_ten_is_at_fifty_metres() -> None:
 
 
 def solve_catch(turns: int, work: float | None = None, **parameters: float) -> Solution:
-    with use_simulation_options(SimulationOptions(turns=turns, work=work)):
+    with use_solve_options(SolveOptions(turns=turns, work=work)):
         return solve_problem(dmplay.load_problem("catch", **parameters))
 
 

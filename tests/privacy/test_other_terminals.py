@@ -9,7 +9,7 @@ from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
 from dmplay.ui.shell.commands import COMMANDS, run_line
-from dmplay.ui.shell.completion.completer import complete_line
+from dmplay.ui.shell.completer import complete_line
 from tests.privacy.command_arguments import PROGRAM_ARGUMENTS
 from tests.privacy.front_ends import (
     TRANSCRIPT_PATH,

@@ -11,15 +11,16 @@ from rich.text import Text
 import dmplay
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.completion import name_lists
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, resolve_key_maps
+from dmplay.game.key_bindings import resolve_key_maps
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.narration import render_transcript_frame
 from dmplay.output import problem_and_agent_reports as reports
 from dmplay.registry import agents, problems
 from dmplay.transcript.format import collect_turn_facts
 from dmplay.ui.shell.commands import run_line
-from dmplay.ui.shell.completion import name_lists
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support.document_examples import TIGER_SOURCE
 from tests.support.programs import run_dmplay

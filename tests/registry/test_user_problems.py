@@ -18,12 +18,9 @@ from dmplay.core.spaces import TextLine
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.evaluation.solutions import method_choice
-from dmplay.evaluation.solutions.simulated_returns import (
-    SimulationOptions,
-    solve_by_simulation,
-    use_simulation_options,
-)
+from dmplay.evaluation.solutions import solve
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
+from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.game.game import Game
 from dmplay.game.hints import hint_provider as advising
 from dmplay.game.seats import HUMAN
@@ -207,7 +204,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
 
 
 def test_an_illegal_action_is_neither_valued_nor_best() -> None:
-    solution = method_choice.solve_problem(Key())
+    solution = solve.solve_problem(Key())
     assert [(row["state"], row["best"]) for row in solution.rows] == [
         ("before", "take"), ("with the key", "open"), ("done", "take wait open"),
     ]  # fmt: skip
@@ -259,7 +256,7 @@ def test_only_legal_actions_are_chosen_in_a_repeated_game() -> None:
         assert dmplay.rollout(
             RestrictedDilemma(), policies, episodes=1, turn_limit=2
         ).turn_counts.tolist() == [2]
-    assert method_choice.solve_problem(RestrictedDilemma()).rows[0]["agent1"] == "talk"
+    assert solve.solve_problem(RestrictedDilemma()).rows[0]["agent1"] == "talk"
 
 
 @dataclass(frozen=True)
@@ -283,8 +280,8 @@ class LockedDoors(Tabular):
 def test_no_belief_value_is_shown_if_legal_actions_reveal_the_state() -> None:
     for kind, agents in ((Vault, {"optimal", "search"}), (RevealingVault, {"search"})):
         assert {"optimal", "search"} & set(load_roster(kind()).agents) == agents
-    with use_simulation_options(SimulationOptions(episodes=2)):
-        assert method_choice.solve_problem(RevealingVault()).method.startswith("not a solution")
+    with use_solve_options(SolveOptions(episodes=2)):
+        assert solve.solve_problem(RevealingVault()).method.startswith("not a solution")
 
 
 def test_illegal_first_actions_are_not_listed_with_hidden_states(
@@ -293,50 +290,50 @@ def test_illegal_first_actions_are_not_listed_with_hidden_states(
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
     for problem, first in ((Vault(), ["listen", "take"]), (LockedDoors(), ["listen"])):
         with limit_total_work(1e8):
-            solution = method_choice.solve_problem(problem)
+            solution = solve.solve_problem(problem)
         assert solution.method.startswith("point-based, ")
         assert [row["first"] for row in solution.rows] == first
         assert solution.rows[0]["best"] == "*"
 
 
 def test_a_long_game_without_a_discount_is_bounded() -> None:
-    with use_simulation_options(SimulationOptions(turns=150)), limit_total_work(1e8):
-        solution = method_choice.solve_problem(make_four_by_three(1.0))
+    with use_solve_options(SolveOptions(turns=150)), limit_total_work(1e8):
+        solution = solve.solve_problem(make_four_by_three(1.0))
     assert solution.method == "point-based, 150 turns"
     assert solution.result.startswith("value ")
     with (
-        use_simulation_options(SimulationOptions(turns=2000)),
+        use_solve_options(SolveOptions(turns=2000)),
         pytest.raises(BadParameter, match=r"^--turns: got 2000, expected"),
     ):
-        method_choice.solve_problem(make_four_by_three(1.0))
+        solve.solve_problem(make_four_by_three(1.0))
 
 
 def test_an_endless_game_is_simulated_for_a_limited_number_of_turns() -> None:
-    with use_simulation_options(SimulationOptions(episodes=2)):
+    with use_solve_options(SolveOptions(episodes=2)):
         assert solve_by_simulation(GrowingTower()).result == "2 games of seed 1, 20 turns each"
 
 
 def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "DEFAULT_WORK_LIMIT", 2e7)
-    with use_simulation_options(SimulationOptions(work=2.0)):
-        result = method_choice.solve_problem(make_four_by_three(0.95)).result
+    with use_solve_options(SolveOptions(work=2.0)):
+        result = solve.solve_problem(make_four_by_three(0.95)).result
     assert result.endswith("; more work brings them closer: --work 20")
     with (
-        use_simulation_options(options := SimulationOptions(work=2.0)),
+        use_solve_options(options := SolveOptions(work=2.0)),
         pytest.raises(
             BadParameter,
             match=r"^--work: nothing is brought between two bounds here; the",
         ),
     ):
-        options.check_options_used(method_choice.solve_problem(Lamp()).method)
+        options.check_options_used(solve.solve_problem(Lamp()).method)
 
 
 def test_the_values_of_a_lamp_are_those_of_the_turns_asked_for() -> None:
     # With one turn left the switch never pays; with two it costs 0.5 and earns 0.5 * 1.
     tables = {}
     for turns in (1, 2, 3):
-        with use_simulation_options(SimulationOptions(turns=turns)):
-            solution = method_choice.solve_problem(Lamp())
+        with use_solve_options(SolveOptions(turns=turns)):
+            solution = solve.solve_problem(Lamp())
         assert solution.method == f"backward induction over 2 states, {turns} turns".replace(
             "1 turns", "1 turn"
         )
@@ -350,26 +347,26 @@ def test_the_values_of_a_lamp_are_those_of_the_turns_asked_for() -> None:
 
 def test_more_turns_than_can_be_solved_are_refused_with_the_maximum() -> None:
     with (
-        use_simulation_options(SimulationOptions(turns=20_000)),
+        use_solve_options(SolveOptions(turns=20_000)),
         pytest.raises(
             BadParameter,
             match=r"^--turns: got 20000, expected at most 10000 for 2 states; without it games",
         ),
     ):
-        method_choice.solve_problem(Lamp(discount=0.999999))
+        solve.solve_problem(Lamp(discount=0.999999))
 
 
 def test_turns_beyond_the_discount_have_the_value_of_an_endless_game() -> None:
-    with use_simulation_options(SimulationOptions(turns=10**8)):
-        assert method_choice.solve_problem(Lamp()).result.endswith(
+    with use_solve_options(SolveOptions(turns=10**8)):
+        assert solve.solve_problem(Lamp()).result.endswith(
             "; value 0.5 at the start of 100000000 turns"
         )
-        result = method_choice.solve_problem(Lamp(discount=0.999999)).result
+        result = solve.solve_problem(Lamp(discount=0.999999)).result
     assert result.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
 
 
 def test_observations_that_depend_on_the_previous_state_are_planned_for() -> None:
-    solution = method_choice.solve_problem(CoinFlip())
+    solution = solve.solve_problem(CoinFlip())
     assert solution.method == "point-based, 5 turns"
     assert solution.result.startswith("value 4.0951 at the start; ")
     assert [row["best"] for row in solution.rows] == ["*", ""]

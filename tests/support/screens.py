@@ -17,7 +17,7 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
-from dmplay.game.key_bindings import DEFAULT_KEY_PREFERENCES, KeyPreferences
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES, KeyPreferences
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN, list_human_seats, make_seat_policy
 from dmplay.registry import problems

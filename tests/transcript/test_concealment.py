@@ -12,6 +12,7 @@ import pytest
 import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter, BadTranscript
+from dmplay.game.completion.name_lists import list_saved_seeds
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
@@ -21,7 +22,6 @@ from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.game_launcher import print_epilogue
 from dmplay.ui.shell.commands import run_line
-from dmplay.ui.shell.completion.name_lists import list_saved_seeds
 from tests.support.games import read_values, record_game, replace_in_file
 from tests.support.programs import run_dmplay
 from tests.support.terminals import CTRL_C, Terminal

@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 from dmplay.core import belief
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import ImpossibleObservation
@@ -111,10 +112,7 @@ def team_fully_observed(case: Case) -> None:
     team = make_single_agent_tables(TABLES.rewards[:, :, 0] + TABLES.rewards[:, :, 1])
     q = mdp_values.compute_optimal_q(team, PROBLEM.discount)
     case.close("values", name_values(q.max(axis=1)))
-    best = [
-        [list(JOINT_ACTIONS[a]) for a in np.flatnonzero(row)]
-        for row in mdp_values.mark_best_actions(q)
-    ]
+    best = [[list(JOINT_ACTIONS[a]) for a in np.flatnonzero(row)] for row in mark_best_actions(q)]
     assert dict(zip(STATE_NAMES, best, strict=True)) == case.expect["best"]
 
 

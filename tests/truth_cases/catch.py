@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.core.tabular import tabulate
 from dmplay.problems.catch import DISTANCES, PROFICIENCIES, Catch
@@ -55,7 +56,7 @@ def belief_chain(case: Case) -> None:
 def known_proficiency(case: Case) -> None:
     s = PROFICIENCIES.index(case.inputs["s"])
     q = mdp_values.compute_optimal_q(tabulate(PROBLEM), PROBLEM.discount)[s]
-    (best,) = np.flatnonzero(mdp_values.mark_best_actions(q))
+    (best,) = np.flatnonzero(mark_best_actions(q))
     case.close("best_distance", DISTANCES[best])
     case.close("reward", tabulate(PROBLEM).rewards[s, best, 0])
     case.close("infinite_value", q.max())
@@ -69,7 +70,7 @@ def make_search(discount: float) -> BoundedSearch:
 def find_best_throws(case: Case, b: list[float], horizon: int) -> tuple[Reals, list[float]]:
     """Return Q of each throw and the best distances."""
     q: Reals = make_search(case.inputs["gamma"]).compute_action_values(np.array([b]), horizon)[0]
-    return q, [DISTANCES[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
+    return q, [DISTANCES[a] for a in np.flatnonzero(mark_best_actions(q))]
 
 
 def optimal_from_belief(case: Case) -> None:

@@ -5,6 +5,7 @@ import numpy as np
 
 import dmplay
 from dmplay.core.arrays import Bools, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.core.policy import Percept, Policy
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
@@ -16,7 +17,6 @@ from dmplay.problems.collision_avoidance import (
 )
 from dmplay.solvers.mdp import collision_avoidance_grid
 from dmplay.solvers.mdp.collision_avoidance_grid import CLIMB_RATES, HEIGHTS
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE, mark_best_actions
 from tests.truth_cases.case import Case, map_by_kind
 
 LITERAL_PROBLEM = dmplay.load_problem("collision-avoidance")

@@ -6,6 +6,7 @@ import pytest
 import dmplay
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.errors import ImpossibleObservation
@@ -170,9 +171,7 @@ def check_action_values(case: Case, stage_solution: AlphaVectorStage) -> Reals:
         0
     ]
     case.close("q", dict(zip(ACTIONS, q, strict=True)))
-    assert case.expect["best"] == [
-        ACTIONS[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))
-    ]
+    assert case.expect["best"] == [ACTIONS[a] for a in np.flatnonzero(mark_best_actions(q))]
     return q
 
 

@@ -1,6 +1,7 @@
 import numpy as np
 
 import dmplay
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import tabulate
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.shared import hexgrid
@@ -28,7 +29,7 @@ def make_uniform_policy(problem: HexWorld) -> np.ndarray:
 
 
 def list_best_actions(q: np.ndarray) -> list[int]:
-    return [int(a) + 1 for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
+    return [int(a) + 1 for a in np.flatnonzero(mark_best_actions(q))]
 
 
 def transition(case: Case) -> None:

@@ -6,6 +6,7 @@ import pytest
 
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.errors import ImpossibleObservation
@@ -110,7 +111,7 @@ def value_grid(case: Case) -> None:
 def compute_action_values(horizon: int, b: list[float]) -> tuple[Reals, list[str]]:
     """Return Q of each action, and the best actions."""
     q: Reals = exact_pomdp.compute_action_values(compute_stage(horizon), np.array([b]))[0]
-    return q, [ACTIONS[a] for a in np.flatnonzero(mdp_values.mark_best_actions(q))]
+    return q, [ACTIONS[a] for a in np.flatnonzero(mark_best_actions(q))]
 
 
 def q_values(case: Case) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 
 import dmplay
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers.mdp import mdp_values
@@ -79,7 +80,7 @@ def best_response_to_random(case: Case) -> None:
     for seat, name in enumerate(("predator", "prey")):
         q = compute_best_q(case.inputs["map"], seat)[state_index(case)]
         case.close(f"{name}_value", q.max())
-        best = np.flatnonzero(mdp_values.mark_best_actions(q)) + 1
+        best = np.flatnonzero(mark_best_actions(q)) + 1
         assert best.tolist() == case.expect[f"{name}_actions"]
 
 

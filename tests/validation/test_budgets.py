@@ -70,13 +70,14 @@ TABLE_MODULES = {
 }  # computed once, of a size that no parameter changes
 PART_MODULES = {
     "legal_action_leak",
+    "methods",
     "belief_bounds",
     "simulated_opponents",
     "occupancy_state",
     "dec_pomdp_model",
     "search_tree_batch",
     "search_config",
-}  # parts of other solvers, which spend the work, and a check before them
+}  # parts of other solvers, which spend the work, and the choice among them
 TRIANGLE_HUNT = "predator-prey:triangle"
 ZERO_SUM_PAYOFFS = np.array([[0.0, -1.0, 2.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 PAYOFFS = np.random.default_rng(1).normal(size=(4, 4, 2))

@@ -5,6 +5,7 @@ import numpy as np
 from dmplay.agents.cart_pole import LinearQuadraticPolicy
 from dmplay.agents.mountain_car import VALUE_GRID, solve_on_grid
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
@@ -16,7 +17,6 @@ from dmplay.solvers.mdp import (
     grid_value_iteration,
     linear_gaussian_evaluation,
 )
-from dmplay.solvers.mdp.mdp_values import mark_best_actions, select_greedy_actions
 
 START_POSITIONS = (-0.5, -1.2, -0.9, 0.0, 0.3)  # of the car at rest
 MAX_DRIVE_TURNS = 1000

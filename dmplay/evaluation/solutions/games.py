@@ -4,12 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from dmplay.agents import fully_observable_problems
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_upper_bound
 from dmplay.evaluation.solutions.mdps import format_start_values, select_listed_states
-from dmplay.evaluation.solutions.simulated_returns import resolve_horizon
+from dmplay.evaluation.solutions.options import resolve_horizon
 from dmplay.evaluation.solutions.solution import Row, Solution, format_mixed_strategy
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.solvers.games import (
@@ -21,6 +20,7 @@ from dmplay.solvers.games import (
     regret_matching,
 )
 from dmplay.solvers.games.bimatrix_game import MixedProfile
+from dmplay.solvers.games.shapley import solve_zero_sum
 from dmplay.solvers.mdp import transition_graph
 
 
@@ -109,7 +109,23 @@ def _build_strategy_row(
     return row
 
 
-def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
+def solve_hunt(problem: PredatorPrey) -> Solution:
+    """Return the equilibrium of a small, discounted hunt of one predator and one prey.
+
+    Hunts of more agents are simulated.
+    """
+    if (
+        problem.walker_count == 2
+        and problem.discount < 1.0
+        and problem.state_count <= markov_game_policy_iteration.MAX_STATES
+    ):
+        return _solve_one_on_one_hunt(problem)
+    from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
+
+    return solve_by_simulation(problem)
+
+
+def _solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
     """Return the equilibrium of one predator and one prey, state by state."""
     result = markov_game_policy_iteration.find_equilibrium(problem)
     rows: list[Row] = []
@@ -132,7 +148,7 @@ def solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
 def solve_zero_sum_game(problem: Problem) -> Solution:
     """Return the values and strategies of a Markov game of two agents with opposed rewards."""
     horizon = resolve_horizon(problem.horizon)
-    result = fully_observable_problems.solve_zero_sum(problem, horizon)
+    result = solve_zero_sum(problem, horizon)
     turns_left = None if horizon is None else horizon - 1
     listed = select_listed_states(problem, result.graph)
     listed_live = listed[np.isin(listed, result.graph.nonterminal_states)]

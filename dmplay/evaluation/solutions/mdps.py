@@ -5,14 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents import fully_observable_problems
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_upper_bound
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget, scale_progress
 from dmplay.errors import BadParameter
-from dmplay.evaluation.solutions.simulated_returns import resolve_horizon
+from dmplay.evaluation.solutions.options import resolve_horizon
 from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
 from dmplay.solvers.mdp import (
     backward_induction,
@@ -20,7 +20,7 @@ from dmplay.solvers.mdp import (
     mdp_values,
     transition_graph,
 )
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
+from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
 from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
 MAX_SWEEPS = 10_000
@@ -51,7 +51,7 @@ def solve_mdp(problem: Problem) -> Solution:
     if len(problem.enumerate_states()) * effective_turns > MAX_STATE_TURNS:
         value_text = f"what {span} are worth takes too much to tell; try fewer"
     else:
-        finite = fully_observable_problems.solve_by_backward_induction(problem, effective_turns)
+        finite = solve_by_backward_induction(problem, effective_turns)
         value_text = (
             f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
             f"of {span}"
@@ -150,7 +150,7 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
 def solve_finite_horizon(problem: Problem) -> Solution:
     """Return the values and best actions of a game that ends, for the seat that decides."""
     horizon = resolve_horizon(problem.horizon)
-    result = fully_observable_problems.solve_by_backward_induction(problem, horizon)
+    result = solve_by_backward_induction(problem, horizon)
     next_values = result.get_values(None if horizon is None else horizon - 1)
     q = result.graph.compute_action_values(
         np.arange(len(result.graph.rewards)), problem.discount, next_values

@@ -1,10 +1,7 @@
 """Simulated returns of agents, for problems that are not solved."""
 
 import math
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from contextvars import ContextVar
-from dataclasses import dataclass, field
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -15,21 +12,18 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import append_noun, format_count, format_score
 from dmplay.core.work_budget import scale_progress
-from dmplay.errors import BadParameter
+from dmplay.evaluation.solutions.options import DEFAULT_TURNS, SolveOptions, _options
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.external.history_problem import ExternalProblem
 from dmplay.registry.agents import default_agent, load_agent
 from dmplay.simulation.rollouts import rollout
-from dmplay.simulation.worker_pool import WorkerCount
 
 DEFAULT_EPISODES, SIMULATION_SEED = 1000, 1
 EXTERNAL_SEARCH_EPISODES = 10  # if agents search in an external environment, which is slow
-DEFAULT_TURNS = 20  # of a game without an end of its own, when it is played or planned
 EPISODES_PER_BATCH = 100
 # of an external environment, whose turns are played one by one: if the user set no number of
 # games, no further batch begins after this many turns
 EXTERNAL_EPISODES_PER_BATCH, MAX_EXTERNAL_TURNS = 10, 50_000
-OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
 
 
 class SimulatedReturns(NamedTuple):
@@ -37,37 +31,6 @@ class SimulatedReturns(NamedTuple):
 
     returns: Reals  # [E, n]
     turns: Ints  # [E]
-
-
-@dataclass
-class SimulationOptions:
-    """The user's options for simulations; None stands for the default of each solution."""
-
-    episodes: int | None = None
-    turns: int | None = None
-    workers: WorkerCount | None = None
-    work: float | None = None  # times the default, for bounds on values
-    used_options: set[str] = field(default_factory=set)  # names of the options that had an effect
-
-    def check_options_used(self, method_name: str) -> None:
-        """Raise BadParameter for an option that was set and had no effect."""
-        for name in ("episodes", "turns", "workers", "work"):
-            if getattr(self, name) not in (None, "auto") and name not in self.used_options:
-                use = OPTION_USES.get(name, "simulated")
-                raise BadParameter(f"--{name}: nothing is {use} here; the method is {method_name}")
-
-
-_options: ContextVar[SimulationOptions | None] = ContextVar("wish", default=None)
-
-
-@contextmanager
-def use_simulation_options(options: SimulationOptions) -> Iterator[None]:
-    """Run the block with these options for simulations."""
-    token = _options.set(options)
-    try:
-        yield
-    finally:
-        _options.reset(token)
 
 
 def simulate_games(
@@ -85,7 +48,7 @@ def simulate_games(
     One process plays them in batches, so that progress is reported. In an external environment
     they are fewer than `episodes` if they are long, unless the user set a number.
     """
-    options = _options.get() or SimulationOptions()
+    options = _options.get() or SolveOptions()
     options.used_options |= {"episodes", "workers"}
     if not stands_for_endless:
         options.used_options.add("turns")
@@ -124,24 +87,6 @@ def simulate_games(
         turns_played += int(batch.turn_counts.sum())
     returns, lengths = zip(*parts, strict=True)
     return SimulatedReturns(np.concatenate(returns), np.concatenate(lengths))
-
-
-def resolve_horizon(default_turns: int | None) -> int | None:
-    """Return the number of turns to plan, as set by the user or else the default.
-
-    None stands for a game without end: `resolve_horizon(None)` is None unless the user set a
-    number.
-    """
-    options = _options.get() or SimulationOptions()
-    options.used_options.add("turns")
-    return options.turns or default_turns
-
-
-def resolve_work() -> float:
-    """Return the work for bounds on values, as a multiple of the default."""
-    options = _options.get() or SimulationOptions()
-    options.used_options.add("work")
-    return options.work or 1.0
 
 
 def mean_with_error(sample: Reals) -> dict[str, object]:

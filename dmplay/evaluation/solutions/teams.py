@@ -7,19 +7,16 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents.collaborative_predator_prey import HuntJointPlan, solve_fully_observed
-from dmplay.agents.dec_pomdp import solve_joint_plan
 from dmplay.core import belief
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import Budget, scale_progress, scale_progress_part
-from dmplay.evaluation.solutions.simulated_returns import (
-    DEFAULT_TURNS,
-    resolve_horizon,
-    simulate_games,
-)
+from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon
+from dmplay.evaluation.solutions.simulated_returns import simulate_games
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.multicaregiver_crying_baby import MulticaregiverCryingBaby
@@ -32,6 +29,7 @@ from dmplay.solvers.decpomdp import (
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
 from dmplay.solvers.decpomdp.dec_pomdp_model import PlanLayer
+from dmplay.solvers.decpomdp.joint_plan_search import solve_joint_plan
 from dmplay.solvers.mdp import mdp_values, sparse_mdp
 from dmplay.solvers.pomdp import exact_pomdp
 
@@ -66,7 +64,7 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
     for turns, (stage, planner) in enumerate(zip(stages, planner_stages, strict=True), 1):
         pair_values = np.einsum("s,sij->ij", b, stage.pair_values)
         pair = np.unravel_index(
-            int(mdp_values.select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
+            int(select_greedy_actions(pair_values.reshape(-1))), pair_values.shape
         )
         row: Row = {
             "turns": turns,

@@ -10,13 +10,13 @@ from typing import TypeVar
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.outcome_forecast import forecast_outcomes, format_forecast
 from dmplay.registry import agents
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 
 T = TypeVar("T")

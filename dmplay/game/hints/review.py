@@ -7,13 +7,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.hints.hint_provider import count_decimals, format_fixed
 from dmplay.registry import agents
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 
 REVIEW_NOTE_PREFIX = "# review "
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar

@@ -11,10 +11,10 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import Tables, joint_actions, tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
 
 MAX_VALUE_BYTES = 8 * 20_000_000  # of the values of pairs of plans
 

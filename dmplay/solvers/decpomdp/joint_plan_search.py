@@ -7,6 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.memoization import memoize
+from dmplay.core.problem import Problem
 from dmplay.core.work_budget import Budget, scale_progress
 from dmplay.solvers.decpomdp import joint_plan_improvement
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
@@ -121,3 +123,9 @@ def _compute_end_belief(team: DecPomdp, plans: tuple[AgentPlan, ...]) -> Reals:
         .sum(axis=0)
     )
     return np.asarray(weights / weights.sum())
+
+
+@memoize
+def solve_joint_plan(problem: Problem, turns: int) -> JointPlanSolution:
+    """Return the best joint plan found for `turns` turns, the same for every seat."""
+    return find_joint_plan(DecPomdp.from_problem(problem), turns)

@@ -12,10 +12,10 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
-from dmplay.solvers.mdp.mdp_values import compute_tolerance
 from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
 WORK_LIMIT = 2e10

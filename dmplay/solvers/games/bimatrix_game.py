@@ -10,11 +10,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.problems.shared.matrix_game import MatrixGame
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
 
 MAX_SUPPORT_PAIRS = 100_000  # pairs of supports, up to which a game is enumerated
 
@@ -24,18 +24,6 @@ class MixedProfile(NamedTuple):
 
     row_strategy: Reals  # [A1]
     column_strategy: Reals  # [A2]
-
-
-def is_simple_game(problem: Problem) -> bool:
-    """Return whether a problem is a repeated simple game with all actions legal.
-
-    It has one state, that agents observe, at least two agents, and finitely many actions.
-    """
-    is_observed = not problem.partially_observable and len(problem.agents) > 1
-    if problem.state_count != 1 or not is_observed or not all(problem.action_counts):
-        return False
-    legal_mask = problem.legal_actions_mask(problem.enumerate_states())
-    return legal_mask is None or bool(legal_mask.all())
 
 
 def build_payoffs(problem: Problem) -> Reals:

@@ -10,8 +10,8 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE
 
 MAX_ROUNDS = 4096
 

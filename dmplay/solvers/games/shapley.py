@@ -17,6 +17,7 @@ from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy
 from dmplay.solvers.games import zero_sum
 from dmplay.solvers.games.zero_sum import MatrixGameSolutions
+from dmplay.solvers.mdp import transition_graph
 from dmplay.solvers.mdp.mdp_values import FINITE_VALUE_REMEDY
 from dmplay.solvers.mdp.transition_graph import TransitionGraph
 
@@ -235,3 +236,8 @@ def compute_loss_ratio(rewards: Reals) -> float | None:
         float(np.abs(second + ratio * first).max(initial=0.0)) <= REWARD_TOLERANCE * scale
     )
     return ratio if is_proportional and (ratio > 0.0 or not first.any()) else None
+
+
+def solve_zero_sum(problem: Problem, turns: int | None) -> ShapleyResult:
+    """Return the values of a game of two opposed agents over its reachable states (Shapley)."""
+    return run_shapley_iteration(problem, transition_graph.build_reachable_graph(problem), turns)

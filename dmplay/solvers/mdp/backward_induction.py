@@ -13,10 +13,13 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.best_actions import compute_tolerance
+from dmplay.core.memoization import memoize
 from dmplay.core.problem import Problem
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.solvers.mdp.mdp_values import FINITE_VALUE_REMEDY, compute_tolerance
+from dmplay.solvers.mdp import transition_graph
+from dmplay.solvers.mdp.mdp_values import FINITE_VALUE_REMEDY
 from dmplay.solvers.mdp.transition_graph import OUTCOMES_PER_BLOCK, TransitionGraph, gather_ranges
 
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values, at a scale of 1, at which the induction ends
@@ -217,3 +220,18 @@ def select_soonest_ending_actions(result: BackwardInductionResult, discount: flo
         action_lengths <= np.repeat(min_lengths, counts) + tolerance, starts
     )
     return choice
+
+
+@memoize
+def solve_by_backward_induction(problem: Problem, turns: int | None) -> BackwardInductionResult:
+    """Return the values of games of `turns` turns, by backward induction.
+
+    They cover all states of a finite problem of one agent, else the reachable states.
+    """
+    is_finite_single_agent = len(problem.agents) == 1 and isinstance(problem.state_count, int)
+    game_graph = (
+        transition_graph.build_full_graph(problem)
+        if is_finite_single_agent
+        else transition_graph.build_reachable_graph(problem)
+    )
+    return run_backward_induction(problem, game_graph, turns)

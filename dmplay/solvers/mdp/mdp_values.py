@@ -2,16 +2,14 @@
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import compute_tolerance, mark_best_actions
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BudgetExceeded
 
 MAX_SWEEPS = 10_000  # without a discount
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop
-# Values this close count as equal, because the last bits differ between processors.
-VALUE_TOLERANCE = 1e-9
-ROUNDING_ERROR = 1e-13  # relative to the greatest value
 FINITE_VALUE_REMEDY = "a discount below 1, or a last turn: --turns N, or a horizon of the problem"
 ENDLESS_GAME_MESSAGE = f"nothing is discounted and games need not end; give {FINITE_VALUE_REMEDY}"
 
@@ -61,11 +59,6 @@ def _make_budget() -> Budget:
     return Budget("value iteration", "try fewer states, or search", 1e10)
 
 
-def compute_tolerance(values: Reals, min_tolerance: float = VALUE_TOLERANCE) -> float:
-    """Return the difference up to which values of this size count as equal."""
-    return max(min_tolerance, ROUNDING_ERROR * float(np.abs(values).max()))
-
-
 def _iterate_undiscounted_values(tables: Tables) -> Reals:
     """Return undiscounted values `[S]`, swept until they converge or MAX_SWEEPS is reached.
 
@@ -94,27 +87,3 @@ def evaluate_policy(tables: Tables, discount: float, policy: Reals) -> Reals:
     transition = np.einsum("sa,sat->st", policy, tables.transition)
     rewards = (policy * tables.rewards[:, :, 0]).sum(axis=1)
     return np.linalg.solve(np.eye(len(rewards)) - discount * transition, rewards)
-
-
-def mark_best_actions(q: Reals) -> Bools:
-    """Return a mask of the actions `[..., A]` with the greatest value, ties included."""
-    # The maximum along the first axis is much faster.
-    greatest = np.ascontiguousarray(q.T).max(axis=0).T
-    return np.asarray(q >= greatest[..., None] - VALUE_TOLERANCE)
-
-
-def select_greedy_actions(q: Reals) -> Ints:
-    """Return the index `[...]` of the first action of greatest value, from values `[..., A]`."""
-    if q.ndim != 2 or len(q) < q.shape[1]:
-        return np.asarray(np.argmax(mark_best_actions(q), axis=-1))
-    # For many rows, a comparison action by action is much faster.
-    by_action = np.ascontiguousarray(q.T)
-    threshold = by_action.max(axis=0) - VALUE_TOLERANCE
-    is_decided, first = (
-        by_action[0] >= threshold,
-        np.zeros(len(q), np.min_scalar_type(len(by_action))),
-    )
-    for values in by_action[1:]:
-        first += ~is_decided
-        is_decided |= values >= threshold
-    return first.astype(np.int64)

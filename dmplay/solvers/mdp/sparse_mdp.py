@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.chance import FiniteChance
 from dmplay.core.problem import Problem, checked_state_indices, enumerate_possible_outcomes
 from dmplay.core.tabular import joint_actions
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.solvers.mdp.mdp_values import compute_tolerance, select_greedy_actions
 
 OUTCOMES_PER_BLOCK = 2**17  # few enough to report progress after each block
 BYTES_PER_OUTCOME = 16

@@ -14,10 +14,10 @@ import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.belief import Posterior, apply_bayes_rule
+from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.chance import weighted_sum
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
-from dmplay.solvers.mdp.mdp_values import compute_tolerance
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.belief_grid import BeliefGrid
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage

@@ -9,11 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Bools, Ints, Reals
+from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.chance import weighted_sum_columns
 from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.double_description import BORDER_TOLERANCE
-from dmplay.solvers.mdp.mdp_values import compute_tolerance
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 
 MAX_POLICY_ITERATIONS = 200  # iterations; the problems here need a handful

@@ -36,7 +36,7 @@ from dmplay.terminal.styles import to_fragments
 from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
-from dmplay.ui.shell.completion.completer import CommandCompleter
+from dmplay.ui.shell.completer import CommandCompleter
 
 MAX_COMPLETION_ROWS = 8  # rows
 HIDDEN_INPUT_PROMPT = " :(what is typed is not shown) "

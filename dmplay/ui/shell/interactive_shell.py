@@ -26,7 +26,7 @@ from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.paste_limit import limit_pastes
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
-from dmplay.ui.shell.completion.completer import CommandCompleter
+from dmplay.ui.shell.completer import CommandCompleter
 from dmplay.ui.shell.shell import Shell
 
 MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar

@@ -4,9 +4,9 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.registry.problems import load_problem
 from dmplay.solvers.mdp import collision_avoidance_grid
-from dmplay.solvers.mdp.mdp_values import VALUE_TOLERANCE, mark_best_actions
 from dmplay.views.toolkit.canvas import Canvas
 
 CLIMB_RATES = (0.0, 5.0)  # m/s, in the left and the right column

@@ -4,6 +4,7 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Array
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.problem import Problem, initial_state_distribution
 from dmplay.core.tabular import tabulate
 from dmplay.problems.hexworld import HexWorld
@@ -37,7 +38,7 @@ def _draw_optimal_policy(problem: Problem) -> Text:
                 "◆" if exits[hex_] > 0 else "✗", format_signed(exits[hex_]), style="bold"
             )
         values = q[problem.hexes.index(hex_)]
-        arrow = ARROWS[mdp_values.select_greedy_actions(values)]
+        arrow = ARROWS[select_greedy_actions(values)]
         value = float(values.max())
         return HexCell(arrow, format_to_width(value, 5), style="green" if value > 0 else "yellow")
 

@@ -4,12 +4,12 @@ import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
 from dmplay.problems.catch import DISTANCES
 from dmplay.registry.problems import load_problem
-from dmplay.solvers.mdp.mdp_values import select_greedy_actions
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from dmplay.views.toolkit.canvas import Canvas

@@ -13,9 +13,9 @@ from typing import NamedTuple
 import numpy as np
 from rich.text import Text
 
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.text import format_count
 from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,

@@ -11,6 +11,7 @@ import pytest
 
 import dmplay
 from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.game.game import Game
@@ -26,7 +27,6 @@ from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN
 from dmplay.registry import agents
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
 from tests.support.problem_cases import CASE_NAMES, load_problem, load_small_problem
 from tests.support.screens import make_session_game
 

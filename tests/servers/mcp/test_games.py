@@ -11,13 +11,13 @@ from dmplay.cli.parsed_command_runner import execute_result, interpret_command
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
 from dmplay.game.command_line_results import McpServerConfig
+from dmplay.game.completion import name_lists
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
 from dmplay.game.transcript_files import verify_file
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
-from dmplay.ui.shell.completion import name_lists
 from tests.privacy.indistinguishable_pairs import SHARED_TURNS, TURN_COUNT, Pair, Side, find_pair
 from tests.support.games import assert_verified, read_values
 

@@ -11,7 +11,7 @@ from dmplay import load_agent, rollout
 from dmplay.core.arrays import Reals
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadPolicy
-from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.solvers.games import best_response_dynamics
 from dmplay.solvers.mdp import transition_graph
 from tests.support.random_problems import RandomGame, with_two_or_ten_seeds

@@ -5,7 +5,7 @@ import pytest
 
 from dmplay import load_agent, rollout
 from dmplay.core.arrays import Reals
-from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.solvers.games import bimatrix_game, lemke_howson
 from tests.support.random_problems import Large
 

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from dmplay import load_agent, rollout
-from dmplay.agents import fully_observable_problems
 from dmplay.core.arrays import Reals
 from dmplay.errors import BadPolicy
-from dmplay.evaluation.solutions.method_choice import solve_problem
-from dmplay.evaluation.solutions.simulated_returns import SimulationOptions, use_simulation_options
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.registry.agents import load_roster
 from dmplay.solvers.games import best_response_dynamics, shapley, zero_sum
+from dmplay.solvers.games.shapley import solve_zero_sum
 from dmplay.solvers.mdp import transition_graph
 from tests.support.random_problems import RandomGame, RandomRivalGame, with_two_or_ten_seeds
 from tests.support.soccer import Soccer
@@ -35,7 +35,7 @@ def test_random_games_have_the_values_of_iterated_matrix_games(seeds: range) -> 
         values = np.zeros(5)
         for _ in range(16):
             values = backup_values(problem, values)
-        result = fully_observable_problems.solve_zero_sum(problem, None)
+        result = solve_zero_sum(problem, None)
         expected = values[result.graph.states]
         np.testing.assert_allclose(result.values_by_turns_left[-1], expected, atol=1e-8)
         assert result.gap < 1e-8
@@ -49,9 +49,9 @@ def test_bounds_are_valid_if_the_work_limit_is_reached(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     problem = RandomRivalGame(seed=10, ends=False)
-    exact = fully_observable_problems.solve_zero_sum(problem, None).values_by_turns_left[-1]
+    exact = solve_zero_sum(problem, None).values_by_turns_left[-1]
     monkeypatch.setattr(shapley, "WORK_LIMIT", 1.2e7)  # enough for five turns
-    result = fully_observable_problems.solve_zero_sum(problem, None)
+    result = solve_zero_sum(problem, None)
     assert 1e-5 < result.gap < 1e-3
     assert np.abs(result.values_by_turns_left[-1] - exact).max() <= result.gap / 2
 
@@ -64,7 +64,7 @@ def test_the_turn_limit_determines_the_value() -> None:
             values = backup_values(problem, values)
         expected = f"value {values[0]:.6g} to one, "
         assert solve_problem(problem).result.startswith(expected)
-        with use_simulation_options(SimulationOptions(turns=4)):
+        with use_solve_options(SolveOptions(turns=4)):
             assert solve_problem(
                 RandomRivalGame(seed=seed, turns=9, discount=1.0)
             ).result.startswith(expected)
@@ -77,7 +77,7 @@ def test_the_turn_limit_determines_the_value() -> None:
 @pytest.mark.slow
 def test_soccer_is_symmetric_and_the_optimal_policies_secure_its_value() -> None:
     field = Soccer()
-    result = fully_observable_problems.solve_zero_sum(field, None)
+    result = solve_zero_sum(field, None)
     assert len(result.graph.states) == 760  # as in the paper, without the states after a goal
     assert result.gap < 1e-8
     start_values = result.values_by_turns_left[-1][

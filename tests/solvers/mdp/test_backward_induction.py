@@ -17,18 +17,18 @@ from dmplay import (
     load_agent,
     rollout,
 )
-from dmplay.agents.fully_observable_problems import solve_by_backward_induction
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Chance
 from dmplay.core.parameters import parameter
 from dmplay.core.problem import WAIT_LABEL
 from dmplay.core.session import Session
 from dmplay.errors import BadPolicy, BudgetExceeded
-from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.output.evaluation_request import EvaluationRequest, make_lineup
 from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.solvers.mdp import backward_induction, transition_graph
+from dmplay.solvers.mdp.backward_induction import solve_by_backward_induction
 from tests.support.random_problems import RandomGame, RandomProblem
 from tests.support.tic_tac_toe import Toe
 from tests.support.turn_based_games import Nim

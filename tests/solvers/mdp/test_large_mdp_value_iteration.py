@@ -17,7 +17,7 @@ from dmplay.core.sparse_matrix import SparseMatrix
 from dmplay.core.tabular import SparseTables, tabulate
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BudgetExceeded
-from dmplay.evaluation.solutions.method_choice import solve_problem
+from dmplay.evaluation.solutions.solve import solve_problem
 from dmplay.solvers.mdp import large_mdp_value_iteration, mdp_values, transition_graph
 from tests.support.grid_field import Field, InRows
 from tests.support.random_problems import RandomProblem, with_two_or_ten_seeds

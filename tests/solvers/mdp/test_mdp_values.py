@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dmplay.core.belief import apply_bayes_rule
-from dmplay.solvers.mdp.mdp_values import mark_best_actions, select_greedy_actions
+from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
 
 
 def test_greedy_choices_of_a_row_do_not_depend_on_the_batch() -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.ui.shell.completion.agents_seats_and_parameters import complete_seats
-from dmplay.ui.shell.completion.safe_words import is_safe_word
+from dmplay.game.completion.agents_seats_and_parameters import complete_seats
+from dmplay.game.completion.safe_words import is_safe_word
 from tests.support.shells import SHELL_COMMANDS, CompletingShell, is_installed
 
 pytestmark = pytest.mark.slow

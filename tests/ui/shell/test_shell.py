@@ -24,7 +24,7 @@ from dmplay.terminal.capabilities import TerminalOptions
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.shell import interactive_shell
 from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC, run_line
-from dmplay.ui.shell.completion.completer import CommandCompleter, complete_line
+from dmplay.ui.shell.completer import CommandCompleter, complete_line
 from dmplay.ui.shell.shell import Shell
 from tests.support.games import read_values
 from tests.support.programs import run_dmplay

@@ -3,7 +3,7 @@
 import numpy as np
 
 import dmplay
-from dmplay.agents._memoization import memoize
+from dmplay.core.memoization import memoize
 from dmplay.core.work_budget import report_progress_to
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
 from tests.support.literature_pomdps import UnhashableProblem

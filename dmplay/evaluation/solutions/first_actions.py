@@ -1,4 +1,4 @@
-"""Solutions of problems of one agent with finitely many hidden states."""
+"""The value of each first action of one agent with finitely many hidden states."""
 
 from dataclasses import replace
 
@@ -13,78 +13,16 @@ from dmplay.agents.point_based import (
 )
 from dmplay.core import belief
 from dmplay.core.arrays import Ints
+from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import Problem
-from dmplay.core.tabular import tabulate
-from dmplay.core.text import format_count, format_upper_bound
-from dmplay.core.work_budget import limit_total_work
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.evaluation.solutions.simulated_returns import (
-    DEFAULT_TURNS,
-    resolve_horizon,
-    resolve_work,
-    solve_by_simulation,
-)
-from dmplay.evaluation.solutions.solution import Row, Solution, format_action_names
+from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, resolve_work
+from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
+from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
-from dmplay.solvers.mdp.mdp_values import mark_best_actions
-from dmplay.solvers.pomdp import exact_pomdp
-from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
-MAX_VECTOR_STATES = 3  # states, up to which every vector is listed
-VECTOR_WORK_LIMIT = 4e9  # to list the vectors
 MAX_SEARCH_TURNS = 100  # in longer games search is not simulated
-
-
-def solve_alpha_vectors(problem: Problem) -> Solution:
-    """Return the alpha vectors of an infinite horizon or, if that has no value, of some turns.
-
-    If they are too many, return the value of each first action, which needs no list of them.
-    Likewise if states have actions of their own: a vector does not say which of them it is for.
-    """
-    legal = problem.legal_actions_mask(problem.enumerate_states())
-    if legal is not None and not legal.all():
-        return solve_first_actions(problem)
-    try:
-        with limit_total_work(VECTOR_WORK_LIMIT):
-            return _list_alpha_vectors(problem)
-    except (BadParameter, BudgetExceeded):
-        return solve_first_actions(problem)
-
-
-def _list_alpha_vectors(problem: Problem) -> Solution:
-    """Return the alpha vectors as a solution; raise BudgetExceeded if they are too many."""
-    tables = tabulate(problem)
-    start = belief.initial_belief(problem)
-    turns = resolve_horizon(problem.horizon)
-    hint_agent = agents.find_hint_provider(problem, 0, turns)
-    plans_whole_game = hint_agent is not None and hint_agent[1].plans_whole_game
-    is_default = (
-        resolve_horizon(None) is None
-        and turns == DEFAULT_TURNS == problem.horizon
-        and not plans_whole_game
-    )
-    is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
-    if problem.discount < 1.0 and (turns is None or is_default or is_long):
-        stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
-        method = "alpha vectors, without end"
-    else:
-        stage = exact_pomdp.solve_finite_horizon(tables, problem.discount, turns or DEFAULT_TURNS)[
-            -1
-        ]
-        method = f"alpha vectors, {format_count(turns or DEFAULT_TURNS, 'turn')}"
-    states = [problem.format_state(s) for s in problem.enumerate_states()]
-    rows: list[Row] = [
-        {f"at {name}": float(value) for name, value in zip(states, vector, strict=True)}
-        | {"first": format_action_names(problem, mask)}
-        for vector, mask in zip(stage.alpha_vectors, stage.first_action_mask, strict=True)
-    ]
-    value = float((stage.alpha_vectors @ start).max())
-    gap_text = f", at most {format_upper_bound(stage.gap)} more" if stage.gap else ""
-    return Solution(
-        method,
-        f"{format_count(len(rows), 'vector')}; value {value:.6g} at the start{gap_text}",
-        rows,
-    )
 
 
 def solve_first_actions(problem: Problem) -> Solution:

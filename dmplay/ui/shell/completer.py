@@ -5,16 +5,16 @@ from collections.abc import Callable, Iterable
 from prompt_toolkit.completion import CompleteEvent, Completer, Completion
 from prompt_toolkit.document import Document
 
-from dmplay.game.export_formats import EXPORT_FORMATS
-from dmplay.game.game_series import GameController
-from dmplay.guide.topics import list_topics
-from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
-from dmplay.ui.shell.completion import name_lists
-from dmplay.ui.shell.completion.agents_seats_and_parameters import (
+from dmplay.game.completion import name_lists
+from dmplay.game.completion.agents_seats_and_parameters import (
     complete_agents,
     complete_seats,
     list_parameters,
 )
+from dmplay.game.export_formats import EXPORT_FORMATS
+from dmplay.game.game_series import GameController
+from dmplay.guide.topics import list_topics
+from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (

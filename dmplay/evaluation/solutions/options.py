@@ -1,0 +1,61 @@
+"""The user's options for solutions: turns, games, workers and work."""
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field
+
+from dmplay.errors import BadParameter
+from dmplay.simulation.worker_pool import WorkerCount
+
+DEFAULT_TURNS = 20  # of a game without an end of its own, when it is played or planned
+OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
+
+
+@dataclass
+class SolveOptions:
+    """The user's options for simulations; None stands for the default of each solution."""
+
+    episodes: int | None = None
+    turns: int | None = None
+    workers: WorkerCount | None = None
+    work: float | None = None  # times the default, for bounds on values
+    used_options: set[str] = field(default_factory=set)  # names of the options that had an effect
+
+    def check_options_used(self, method_name: str) -> None:
+        """Raise BadParameter for an option that was set and had no effect."""
+        for name in ("episodes", "turns", "workers", "work"):
+            if getattr(self, name) not in (None, "auto") and name not in self.used_options:
+                use = OPTION_USES.get(name, "simulated")
+                raise BadParameter(f"--{name}: nothing is {use} here; the method is {method_name}")
+
+
+_options: ContextVar[SolveOptions | None] = ContextVar("wish", default=None)
+
+
+@contextmanager
+def use_solve_options(options: SolveOptions) -> Iterator[None]:
+    """Run the block with these options for simulations."""
+    token = _options.set(options)
+    try:
+        yield
+    finally:
+        _options.reset(token)
+
+
+def resolve_horizon(default_turns: int | None) -> int | None:
+    """Return the number of turns to plan, as set by the user or else the default.
+
+    None stands for a game without end: `resolve_horizon(None)` is None unless the user set a
+    number.
+    """
+    options = _options.get() or SolveOptions()
+    options.used_options.add("turns")
+    return options.turns or default_turns
+
+
+def resolve_work() -> float:
+    """Return the work for bounds on values, as a multiple of the default."""
+    options = _options.get() or SolveOptions()
+    options.used_options.add("work")
+    return options.work or 1.0

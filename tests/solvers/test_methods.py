@@ -1,0 +1,41 @@
+"""Tests of the registry of solution methods, which `solve`, agents and hints share."""
+
+import pytest
+
+import dmplay
+from dmplay.agents.user_defined_problems import build_roster
+from dmplay.evaluation.solutions.solve import OWN_SOLUTIONS, SIMULATION, SOLUTIONS, load_function
+from dmplay.registry.builtin_names import name_to_stem, problem_names
+from dmplay.solvers.methods import FIT_TESTS, Method, find_method, find_methods
+
+METHODS_OF_PROBLEMS = {
+    "hexworld": [Method.MDP_PLANNING],
+    "2048": [],  # too many states for any but a search
+    "cart-pole": [],  # real numbers
+    "crying-baby": [Method.ALPHA_VECTORS, Method.POINT_BASED],
+    "machine-replacement": [Method.ALPHA_VECTORS, Method.POINT_BASED],
+    "catch": [Method.POINT_BASED],  # four states are too many to list all vectors
+    "prisoners-dilemma": [Method.EQUILIBRIUM_ENUMERATION],
+    "collaborative-predator-prey": [Method.FULLY_OBSERVED_TEAM],
+}
+
+
+@pytest.mark.parametrize("name", METHODS_OF_PROBLEMS)
+def test_class_and_size_of_a_problem_choose_its_methods(name: str) -> None:
+    problem = dmplay.load_problem(name)
+    assert find_methods(problem) == METHODS_OF_PROBLEMS[name]
+    assert find_method(problem) == next(iter(METHODS_OF_PROBLEMS[name]), None)
+
+
+def test_every_method_has_a_test_and_a_solution_that_can_be_loaded() -> None:
+    assert {*FIT_TESTS} == {*SOLUTIONS} == {*Method}
+    for name in (*SOLUTIONS.values(), *OWN_SOLUTIONS.values(), SIMULATION):
+        assert callable(load_function(name))
+    assert {*OWN_SOLUTIONS} <= {name_to_stem(name) for name in problem_names()}
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_a_problem_with_a_method_has_an_agent_that_plays_it(name: str) -> None:
+    problem = dmplay.load_problem(name)
+    if [method for method in find_methods(problem) if method is not Method.FULLY_OBSERVED_TEAM]:
+        assert build_roster(problem, 0).agents
