@@ -24,6 +24,7 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
@@ -224,6 +225,17 @@ class Game:
                 agents_only=self.agents_only,
             )
         return self._snapshot
+
+    def is_action_key(self, key: str) -> bool:
+        """Return whether a key plays an action of the viewing seat, or changes a typed number."""
+        return key in self.keyboard.number_steps or bool(
+            self.keyboard.find_key_action(self.viewing_seat, key)
+        )
+
+    def import_hint_agents(self) -> None:
+        """Import the modules of the agents that may give hints to people in this game."""
+        for seat in self.human_seats:
+            load_roster(self.problem, seat)
 
     def view(self, seat: int | None = None) -> View[Problem]:
         """Return the view of a seat (by default the viewing seat) that policies and drawings

@@ -29,6 +29,7 @@ def render_screen(
     screen = PlayScreen(GameController(game), Terminal(True, "", True, True, ascii_))
     for key in keys:
         handle_key(screen, key)
+        screen.review_game()
     easel = EmulatedPainter(EmulatedScreen(), *size)
     screen.paint(easel)
     return easel.paper.text

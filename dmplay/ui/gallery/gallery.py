@@ -38,6 +38,7 @@ class Gallery:
     """The state of the gallery: the list, the filter, the selection and the final command."""
 
     thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
+    follow_up = None  # no key leaves work to do
 
     def __init__(self, entries: list[ProblemEntry], terminal: Terminal, daily_seed: int) -> None:
         self.terminal = terminal
@@ -332,6 +333,10 @@ class Gallery:
     def abandon_task(self) -> None:
         """Abandon a cancelled task."""
         self.message = "cancelled"
+
+    def may_take_long(self, key: str) -> bool:
+        """Return True, because any key may show a problem that is not loaded yet."""
+        return True
 
 
 def _load_your_games() -> tuple[list[ProblemRecord], dict[str, TranscriptOutline]]:

@@ -1,8 +1,8 @@
 """The event loop of full screens: keys, clocks, signals and the command row.
 
-prompt_toolkit reads the keys. Events are handled one after another. The work of an event runs as a
-background task; if it takes longer than a moment, the keys pressed meanwhile are handled as
-`busy_keys` decides.
+prompt_toolkit reads the keys. Events are handled one after another. A key that only plays a turn is
+handled at once. Where an agent, a hint or code of users may take longer, the event runs as a
+background task, and the keys pressed meanwhile are handled as `busy_keys` decides.
 """
 
 import asyncio
@@ -251,6 +251,16 @@ class ScreenEventLoop(ABC):
             await self._run_action(on_beat)
 
     async def _run_action(self, action: Callable[[], None], key: str = "") -> None:
+        """Run an action, in the background if it may take long, and then its follow-up."""
+        if self.screen.may_take_long(key):
+            await self._run_in_background(action, key)
+        else:
+            action()
+        follow_up = self.screen.follow_up
+        if follow_up:
+            await self._run_in_background(follow_up, key)
+
+    async def _run_in_background(self, action: Callable[[], None], key: str) -> None:
         """Run an action as a background task, and show its progress if it takes long.
 
         Raise the action's error. A key that cancelled the task may then be handled itself.
@@ -389,6 +399,11 @@ class PlayEventLoop(ScreenEventLoop):
         super().__init__(screen, partial(handle_key, screen), painter, input_)
         self._play_screen = screen
         self._history = InMemoryHistory()
+
+    async def run(self, early_signals: list[int]) -> int:
+        """Handle events until the player quits, with hints loaded in the background."""
+        self._play_screen.load_hints_in_background()
+        return await super().run(early_signals)
 
     def _iter_clocks(self) -> Iterator[Awaitable[None]]:
         """Yield the clocks of autoplay and of real time."""

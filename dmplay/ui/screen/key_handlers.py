@@ -125,9 +125,8 @@ def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
     if timeline and key == "escape":
         screen.modes.handle_event(ModeEvent.CLOSED)
         return True
-    if not timeline and _is_game_key(
-        screen.game, key
-    ):  # A fast player may press an action key after the end; it must not open the lookback.
+    if not timeline and screen.game.is_action_key(key):
+        # A fast player may press an action key after the end; it must not open the lookback.
         return False
     turn = screen.post_game_review.turn_for_key(key, timeline.turns_played if timeline else None)
     if turn is None or full_timeline is None:
@@ -139,13 +138,6 @@ def _handle_lookback_key(screen: PlayScreen, key: str) -> bool:
         full_timeline.go_to_turn(turn)
         screen.modes.handle_event(ModeEvent.LOOKBACK_STARTED)
     return True
-
-
-def _is_game_key(game: Game, key: str) -> bool:
-    """Return whether a key is one of the game's action keys."""
-    return key in game.keyboard.number_steps or bool(
-        game.keyboard.find_key_action(game.viewing_seat, key)
-    )
 
 
 def _handle_command_key(screen: PlayScreen, key: str) -> None:
@@ -167,7 +159,7 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
     elif key.isprintable():
-        is_late_action = game.session.over and _is_game_key(game, key)
+        is_late_action = game.session.over and game.is_action_key(key)
         screen.message = (
             f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? shows them'}"
         )

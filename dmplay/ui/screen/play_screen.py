@@ -1,7 +1,8 @@
 """The play screen: the state of the full-screen user interface of a game."""
 
 import contextlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from threading import Thread
 
 from rich.text import Text
 
@@ -15,6 +16,7 @@ from dmplay.game.command_reply import Page, TurnReports
 from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
@@ -264,22 +266,48 @@ class PlayScreen:
                 self.message = f"{hint.summary}{price_text}"
         self.log_new_turns(rows)
 
+    def may_take_long(self, key: str) -> bool:
+        """Return whether a key does more than to play a turn of people in a built-in problem."""
+        game = self.game
+        is_people_only = len(game.human_seats) == len(game.player_names) and not game.ghost
+        is_plain_turn = (
+            is_people_only
+            and self.modes.display_mode is Mode.BOARD
+            and not self.overlay_index
+            and game.is_action_key(key)
+        )
+        return not (is_plain_turn and builtin_stem(game.problem))
+
+    @property
+    def follow_up(self) -> Callable[[], None] | None:
+        """The review of a game that has just ended."""
+        return self.review_game if self.post_game_review.is_due(self.game) else None
+
+    def review_game(self) -> None:
+        """Review the game if it has ended, for the log and for stepping through its turns."""
+        self.post_game_review.review_game(self.game)
+
+    def load_hints_in_background(self) -> None:
+        """Import the agents that give hints, so that no key press waits for it."""
+        game = self.game
+        Thread(target=game.import_hint_agents, daemon=True).start()
+
     def open_page(self, rows: list[str]) -> None:
         """Open a page of rows in place of the board."""
         self.message, self.page_rows, self.page_index = "", rows, 0
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
     def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
-        """Log the new turns, and review a finished game.
+        """Log the new turns; `turn_rows` are their reports in a command's reply.
 
-        `turn_rows` are these turns' reports in a command's reply. A new game resets the screen.
+        A new game resets the screen.
         """
         if self._event_log.game is not self.game:
             self._reset_for_game()
+            self.load_hints_in_background()
         elif self._event_log.add_new_turns(turn_rows):
             self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
-        self.post_game_review.review_game(self.game)
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""

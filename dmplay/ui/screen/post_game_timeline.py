@@ -172,6 +172,12 @@ def _describe_choice(move: ReviewedAction) -> str:
     return f"chose {move.chosen}; {' or '.join(move.best)} {better}"
 
 
+def _last_turn_if_over(game: Game) -> Turn | None:
+    """Return the last turn of a finished game with people; None of any other game."""
+    turns = game.session.turns if game.session.over and game.human_seats else []
+    return turns[-1] if turns else None
+
+
 class PostGameReview:
     """The review of a finished game, and the timeline for stepping through its turns."""
 
@@ -179,15 +185,18 @@ class PostGameReview:
         self.timeline: GameTimeline | None = None
         self._reviewed_turn: Turn | None = None  # last turn of the reviewed game
 
+    def is_due(self, game: Game) -> bool:
+        """Return whether the game has ended, or goes on again, since the last review."""
+        return _last_turn_if_over(game) is not self._reviewed_turn
+
     def review_game(self, game: Game) -> None:
         """Review the game when it has ended, unless this end was reviewed before.
 
         Stores the review lines in the game; if the user cancels, those that are complete.
         """
-        turns = game.session.turns if game.session.over and game.human_seats else []
-        last_turn = turns[-1] if turns else None
-        if last_turn is self._reviewed_turn:
+        if not self.is_due(game):
             return
+        last_turn = _last_turn_if_over(game)
         self._reviewed_turn, game.review_lines = last_turn, ()
         self.timeline = GameTimeline(game) if last_turn else None
         if last_turn:

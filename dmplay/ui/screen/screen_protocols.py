@@ -1,5 +1,6 @@
 """Protocols of the full screens that the event loop runs."""
 
+from collections.abc import Callable
 from typing import Protocol
 
 from dmplay.game.background_tasks import TaskInfo
@@ -22,6 +23,13 @@ class FullScreen(Protocol):
 
     def abandon_task(self) -> None:
         """Abandon a task that was cancelled but does not stop."""
+
+    def may_take_long(self, key: str) -> bool:
+        """Return whether handling a key may take longer than a moment; '' is a clock's beat."""
+
+    @property
+    def follow_up(self) -> Callable[[], None] | None:
+        """Work that the last event left to do and that may take long; None if there is none."""
 
 
 class KeyDrivenScreen(FullScreen, Protocol):

@@ -115,6 +115,7 @@ def _press_keys(screen: PlayScreen, keys: str) -> None:
             types_numbers = screen.game.keyboard.is_number_entry(screen.game.viewing_seat)
             for single_key in (*key, "enter") if types_numbers else (key,):
                 handle_key(screen, single_key)
+                screen.review_game()
 
 
 def _draw_sizes(screen: PlayScreen, moment: str) -> Iterator[tuple[str, str]]:

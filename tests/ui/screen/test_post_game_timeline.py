@@ -39,6 +39,7 @@ def press_keys(screen: PlayScreen, *keys: str, size: tuple[int, int] = LARGE_SIZ
     """Press keys, and return the text of the screen."""
     for key in keys:
         handle_key(screen, key)
+        screen.review_game()
     easel = EmulatedPainter(EmulatedScreen(), *size)
     screen.paint(easel)
     return easel.paper.text

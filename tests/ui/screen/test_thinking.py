@@ -3,7 +3,9 @@ abandoned.
 """
 
 import io
-from collections.abc import Iterator, Sequence
+import subprocess
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import pytest
@@ -12,15 +14,16 @@ from dmplay.core.arrays import Array
 from dmplay.core.chance import Chance
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.game.background_tasks import TaskCancelled, TaskInfo, run_cancellable
+from dmplay.game.background_tasks import BackgroundTask, TaskCancelled, TaskInfo, run_cancellable
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.seats import HUMAN
 from dmplay.registry import problems
 from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen import event_loop
 from dmplay.ui.screen.busy_keys import BusyKeyAction, classify_busy_key
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
-from tests.support.screens import ScreenRun, make_session_game, play_keys, press_keys
+from tests.support.screens import ScreenRun, make_game, make_session_game, play_keys, press_keys
 from tests.support.slow_agents import PROGRESS_EVENT, RELEASE_EVENT, SlowAgent, SlowHeap
 from tests.support.user_problems import Heap
 
@@ -69,6 +72,41 @@ def iter_keys_until_reviewed(game: Game) -> Iterator[str]:
     while not game.review_lines:
         yield ""
     yield "z"
+
+
+def test_a_turn_of_people_is_played_in_the_thread_of_the_screen(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    threads = list[str]()
+
+    class WatchedTask(BackgroundTask):
+        def __init__(self, action: Callable[[], None]) -> None:
+            threads.append("background")
+            super().__init__(action)
+
+    monkeypatch.setattr(event_loop, "BackgroundTask", WatchedTask)
+    game = make_game("hexworld", turns=4)
+    assert play_keys(game, "h", "h", "h").code == 0
+    assert len(game.session.turns) == 3
+    assert not threads
+    play_keys(make_game("hexworld", turns=4), "tab")
+    assert threads == ["background"], "a hint may take long"
+
+
+def test_hints_are_imported_when_the_game_starts() -> None:
+    """Ask for a hint some time after the first frame: no module of the package is then loaded."""
+    code = (
+        "import sys, threading\n"
+        "from dmplay.game.launch_requests import GameRequest\n"
+        "from dmplay.game.game_setup import start_new_game\n"
+        "from pathlib import Path\n"
+        "game = start_new_game(GameRequest('hexworld', seed=7, record_path=Path('/dev/null')))\n"
+        "game.import_hint_agents()\n"
+        "before = {*sys.modules}\n"
+        "game.hint_provider.create_hint()\n"
+        "assert not [name for name in {*sys.modules} - before if name.startswith('dmplay')]\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
 
 
 def test_a_thinking_agent_is_named_with_its_progress() -> None:
