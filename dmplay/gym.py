@@ -22,7 +22,7 @@ from gymnasium.vector.utils import batch_space
 
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, EpisodeOver, IllegalAction
@@ -62,7 +62,7 @@ class Env(gymnasium.Env[Any, Any]):
         **parameters: Any,
     ) -> None:
         self.problem = resolve_problem(problem, parameters)
-        seat_index = self.problem.seat_index(seat) if seat else 0
+        seat_index = find_seat(self.problem, seat) if seat else 0
         self.seat = SeatSpaces(self.problem, seat_index)
         self.action_space, self.observation_space = (
             self.seat.action_space,
@@ -174,7 +174,7 @@ class VectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         if uniforms not in ("recorded", "fast"):
             raise BadParameter(f"uniforms: got {uniforms!r}, expected recorded or fast")
         self.problem = resolve_problem(problem, parameters)
-        seat_index = self.problem.seat_index(seat) if seat else 0
+        seat_index = find_seat(self.problem, seat) if seat else 0
         self.num_envs = num_envs
         self._seat = SeatSpaces(self.problem, seat_index)
         self.single_action_space = self._seat.action_space

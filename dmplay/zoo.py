@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import pettingzoo
 
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter, IllegalAction
@@ -49,11 +49,11 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
 
     def observation_space(self, agent: str) -> Space:
         """Return the observation space of an agent."""
-        return self._seats[self.problem.seat_index(agent)].observation_space
+        return self._seats[find_seat(self.problem, agent)].observation_space
 
     def action_space(self, agent: str) -> Space:
         """Return the action space of an agent."""
-        return self._seats[self.problem.seat_index(agent)].action_space
+        return self._seats[find_seat(self.problem, agent)].action_space
 
     def reset(
         self, seed: int | None = None, options: Info | None = None

@@ -349,9 +349,9 @@ PLANTED_FAULTS = [
     (
         "walk",
         "actions =",
-        "inactive_agents = 3\n    actions =",
-        "inactive_agents =",
-        "inactive_agents: got 3, expected a method",
+        "initial_observations = 3\n    actions =",
+        "initial_observations =",
+        "initial_observations: got 3, expected a method",
     ),
     (
         "walk",

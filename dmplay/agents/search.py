@@ -18,7 +18,7 @@ from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.chance import sample_masked_index
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, Policy
-from dmplay.core.problem import enumerate_outcomes
+from dmplay.core.problem import enumerate_outcomes, make_initial_observation
 from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.solvers.search import leaf_values, uct
@@ -177,7 +177,9 @@ class TreeSearch(BeliefPolicy):
             try:
                 policy.action_values(
                     policy.initial_memory(
-                        self.problem.initial_observation(make_start_state(self.problem), self.seat)
+                        make_initial_observation(
+                            self.problem, make_start_state(self.problem), self.seat
+                        )
                     )
                 )
             except BudgetExceeded:

@@ -4,7 +4,7 @@ import sys
 from contextlib import redirect_stdout
 
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, find_seat
 from dmplay.external.bots.protocol import JsonObject
 from dmplay.external.optional_libraries import import_library
 from dmplay.game.command_line_results import McpServerConfig
@@ -42,7 +42,7 @@ def make_seat_factory(agent: str, problem_name: str) -> SeatFactory:
     def create_seat(hello: JsonObject) -> tuple[Problem, int, Policy]:
         """Load the problem with its parameters and create the agent in its seat."""
         problem = problems.load_problem(problem_name, **hello["parameters"])
-        seat_index, turn_limit = problem.seat_index(hello["seat"]), hello["turns"]
+        seat_index, turn_limit = find_seat(problem, hello["seat"]), hello["turns"]
         agent_name = (
             agent
             if turn_limit is None

@@ -245,24 +245,6 @@ class Problem(ABC):
         """
         return None
 
-    def inactive_agents(self, s: Array) -> Bools:
-        """Return a mask `[B, n]` of the inactive agents, whose only legal action is to wait."""
-        inactive = np.zeros((len(s), len(self.agents)), bool)
-        legal = self.legal_actions_mask(s) if len(self.agents) > 1 else None
-        if legal is None:
-            return inactive
-        for seat, action_set in enumerate(self.actions):
-            if WAIT_LABEL in action_set.labels:
-                seat_legal = legal[:, seat]
-                inactive[:, seat] = seat_legal[:, action_set.labels.index(WAIT_LABEL)] & (
-                    seat_legal.sum(axis=1) == 1
-                )
-        return inactive
-
-    def wait_action(self, seat: int) -> int:
-        """Return the index of the wait action of a seat."""
-        return self.actions[seat].labels.index(WAIT_LABEL)
-
     def format_transcript_state(self, s: Array) -> str:
         """Return the state as transcripts record it: `format_state`, unless it grows with the
         game.
@@ -338,44 +320,6 @@ class Problem(ABC):
         """
         return np.stack([space.null_observation(len(s)) for space in self.observations], axis=1)
 
-    def initial_observation(self, s: Array, seat: int) -> Array:
-        """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
-        return readonly_copy(
-            select_seat_observations(self.initial_observations(s), seat)
-            if self.partially_observable
-            else s
-        )
-
-    def build_percept(
-        self,
-        seat: int,
-        actions: Array,
-        outcome: Outcome,
-        field_names: Collection[str] = Percept._fields,
-    ) -> Percept:
-        """Return the information that a turn with joint actions `[B, n]` gives a seat, as copies.
-
-        Only the fields in `field_names` are copied; the others are empty.
-        """
-
-        def copy_if_required(name: str, array: Array) -> Array:
-            """Return a copy of an array if its field is required, else FIELD_OMITTED."""
-            return readonly_copy(array) if name in field_names else FIELD_OMITTED
-
-        observation = (
-            select_seat_observations(outcome.observations, seat)
-            if self.partially_observable
-            else outcome.observations
-        )
-        return Percept(
-            copy_if_required("action", actions[:, seat]),
-            copy_if_required("observation", observation),
-            None if self.partially_observable else copy_if_required("actions", actions),
-            copy_if_required("reward", outcome.rewards[:, seat])
-            if self.rewards_observable
-            else None,
-        )
-
     @property
     def kind(self) -> str:
         """The class of problem, such as MDP, POMDP or Markov game, derived from its attributes."""
@@ -387,12 +331,6 @@ class Problem(ABC):
             return "Markov game"
         return "Dec-POMDP" if self.shared_reward else "POMG"
 
-    def seat_index(self, name: str) -> int:
-        """Return the index of the agent with this name; raise UnknownName if there is none."""
-        if name not in self.agents:
-            raise UnknownName("seat", name, self.agents)
-        return int(self.agents.index(name))
-
     def parse_action(self, seat: int, text: str) -> float:
         """Return the action that a typed text names: an index, or a number of the interval."""
         return self.actions[seat].parse_action(self.action_aliases.get(normalize_label(text), text))
@@ -400,6 +338,73 @@ class Problem(ABC):
     def format_action(self, seat: int, action: float) -> str:
         """Return the label of an action, or its number as text."""
         return self.actions[seat].format_action(action)
+
+
+def mark_inactive_agents(problem: Problem, s: Array) -> Bools:
+    """Return a mask `[B, n]` of the inactive agents, whose only legal action is to wait."""
+    inactive = np.zeros((len(s), len(problem.agents)), bool)
+    legal = problem.legal_actions_mask(s) if len(problem.agents) > 1 else None
+    if legal is None:
+        return inactive
+    for seat, action_set in enumerate(problem.actions):
+        if WAIT_LABEL in action_set.labels:
+            seat_legal = legal[:, seat]
+            inactive[:, seat] = seat_legal[:, action_set.labels.index(WAIT_LABEL)] & (
+                seat_legal.sum(axis=1) == 1
+            )
+    return inactive
+
+
+def find_wait_action(problem: Problem, seat: int) -> int:
+    """Return the index of the wait action of a seat."""
+    return problem.actions[seat].labels.index(WAIT_LABEL)
+
+
+def make_initial_observation(problem: Problem, s: Array, seat: int) -> Array:
+    """Return a seat's initial observations `[B, ...]`: the states if it sees them."""
+    return readonly_copy(
+        select_seat_observations(problem.initial_observations(s), seat)
+        if problem.partially_observable
+        else s
+    )
+
+
+def build_percept(
+    problem: Problem,
+    seat: int,
+    actions: Array,
+    outcome: Outcome,
+    field_names: Collection[str] = Percept._fields,
+) -> Percept:
+    """Return the information that a turn with joint actions `[B, n]` gives a seat, as copies.
+
+    Only the fields in `field_names` are copied; the others are empty.
+    """
+
+    def copy_if_required(name: str, array: Array) -> Array:
+        """Return a copy of an array if its field is required, else FIELD_OMITTED."""
+        return readonly_copy(array) if name in field_names else FIELD_OMITTED
+
+    observation = (
+        select_seat_observations(outcome.observations, seat)
+        if problem.partially_observable
+        else outcome.observations
+    )
+    return Percept(
+        copy_if_required("action", actions[:, seat]),
+        copy_if_required("observation", observation),
+        None if problem.partially_observable else copy_if_required("actions", actions),
+        copy_if_required("reward", outcome.rewards[:, seat])
+        if problem.rewards_observable
+        else None,
+    )
+
+
+def find_seat(problem: Problem, name: str) -> int:
+    """Return the index of the agent with this name; raise UnknownName if there is none."""
+    if name not in problem.agents:
+        raise UnknownName("seat", name, problem.agents)
+    return int(problem.agents.index(name))
 
 
 def _ensure_dataclass(problem_class: type[Problem]) -> type[Problem]:

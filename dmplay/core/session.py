@@ -29,7 +29,17 @@ from dmplay.core.policy import (
     describe_policies,
     is_policy_sequence,
 )
-from dmplay.core.problem import ContinuousStates, Outcome, Problem, check_problem, check_rewards
+from dmplay.core.problem import (
+    ContinuousStates,
+    Outcome,
+    Problem,
+    build_percept,
+    check_problem,
+    check_rewards,
+    find_wait_action,
+    make_initial_observation,
+    mark_inactive_agents,
+)
 from dmplay.core.seat_history import BeliefHistory, HistorySnapshot, SeatHistory
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tabular
@@ -213,7 +223,7 @@ class Session(NotebookDisplay):
         if self._cached_facts is None or self._cached_facts.last_turn is not last_turn:
             s = self.state[None]
             legal = self.problem.legal_actions_mask(s)
-            inactive = None if legal is None else self.problem.inactive_agents(s)[0]
+            inactive = None if legal is None else mark_inactive_agents(self.problem, s)[0]
             self._cached_facts = _CurrentFacts(
                 last_turn,
                 None if legal is None else legal[0],
@@ -259,37 +269,12 @@ class Session(NotebookDisplay):
         """Return whether a seat is inactive, because it is another's turn."""
         return bool(self._current_facts().inactive_agents[seat])
 
-    def active_seats(self, seats: Sequence[int]) -> list[int]:
-        """Return those of the given seats that are active this turn."""
-        return [seat for seat in seats if not self.is_inactive(seat)]
-
-    def is_waiting_for_others(self, seats: Sequence[int]) -> bool:
-        """Return whether there is a turn to play in which none of the given seats is active."""
-        return bool(seats) and not self.over and not self.active_seats(seats)
-
     def choose_policy_actions(self) -> list[float | None]:
         """Return each policy's action; None for a seat played from outside, or inactive."""
         return [
             None if seated_policy is None or self.is_inactive(seat) else seated_policy.choose()
             for seat, seated_policy in enumerate(self.seated_policies)
         ]
-
-    def can_reproduce_turns(self, turns: Turn) -> bool:
-        """Return whether the policies choose the recorded actions of the next turns `[T, ...]`.
-
-        All policies are checked in one batch. The result is False if a seat is inactive in one of
-        the turns, or if a policy raises an error.
-        """
-        seated_policies = [seated_policy for seated_policy in self.seated_policies if seated_policy]
-        if not seated_policies:
-            return True
-        s = np.concatenate([self.state[None], turns.state[:-1]])
-        with suppress(Exception):  # Policies that accept only one row raise errors.
-            any_inactive = self.problem.inactive_agents(s).any()
-            return not any_inactive and all(
-                seated_policy.can_reproduce_turns(s, turns) for seated_policy in seated_policies
-            )
-        return False
 
     def fill_in_actions(self, actions: Sequence[float | None] = ()) -> list[float | None]:
         """Return the given actions, with missing ones chosen by the policies.
@@ -311,7 +296,7 @@ class Session(NotebookDisplay):
     def _choose_for_seat(self, seat: int, seated_policy: "SeatedPolicy | None") -> float | None:
         """Return a seat's wait action, or its policy's choice, or None if it has no policy."""
         if self.is_inactive(seat):
-            return self.problem.wait_action(seat)
+            return find_wait_action(self.problem, seat)
         return seated_policy.choose() if seated_policy else None
 
     def advance(self, actions: Sequence[float | None] = (), uniforms: Reals | None = None) -> Turn:
@@ -345,10 +330,6 @@ class Session(NotebookDisplay):
         self.turns.append(turn)
         return turn
 
-    def next_turn_numbers(self, count: int) -> range:
-        """Return the numbers of the next `count` turns."""
-        return range(len(self.turns) + 1, len(self.turns) + 1 + count)
-
     def append_turns(self, turns: Iterable[Turn]) -> None:
         """Append turns that were computed before, from the current state on."""
         self.turns.extend(turns)
@@ -361,29 +342,6 @@ class Session(NotebookDisplay):
             raise IllegalAction(f"{error_prefix}: no action given")
         action_set = self.action_labels(seat) or problem.actions[seat]
         return action_set.validate_action(action, error_prefix, self.legal_actions_mask(seat))
-
-    def turns_to_undo(self, seats: Sequence[int], choices: int) -> int:
-        """Return the number of turns that contain the last `choices` choices of these seats.
-
-        Without seats, every turn counts as a choice. Raise IllegalAction if the seats chose less
-        often, in some turns only. If they chose in every turn, return `choices`, which `undo`
-        refuses if too large.
-        """
-        choice_states = [self.initial_state, *(turn.state for turn in self.turns[:-1])][
-            : len(self.turns)
-        ]
-        choice_count = 0
-        for turns, state in enumerate(reversed(choice_states), 1):
-            choice_count += (
-                not seats or not self.problem.inactive_agents(state[None])[0, seats].all()
-            )
-            if choice_count == choices:
-                return turns
-        if choice_count < len(self.turns):
-            raise IllegalAction(
-                f"undo {choices}: you chose in {format_count(choice_count, 'turn')}"
-            )
-        return choices
 
     def undo(self, turns: int = 1) -> list[Turn]:
         """Undo the last turns and return them; the same actions give the same outcomes again."""
@@ -418,7 +376,9 @@ class Session(NotebookDisplay):
         observation.
         """
         if turn == 0:
-            initial: Array = self.problem.initial_observation(self.initial_state[None], seat)[0]
+            initial: Array = make_initial_observation(self.problem, self.initial_state[None], seat)[
+                0
+            ]
             return initial
         return self._seat_observation(seat, self.turns[turn - 1])
 
@@ -435,7 +395,7 @@ class Session(NotebookDisplay):
         """Return the information that a turn (from 1) gave a seat, as a batch of one row."""
         actions, _, state, observations, rewards = self.turns[turn - 1]
         outcome = Outcome(state[None], rewards[None], observations[None])
-        return self.problem.build_percept(seat, actions[None], outcome)
+        return build_percept(self.problem, seat, actions[None], outcome)
 
     @cached_property
     def has_visible_beliefs(self) -> bool:
@@ -538,6 +498,61 @@ class Session(NotebookDisplay):
         return self._running_sums[-1]
 
 
+def list_active_seats(session: Session, seats: Sequence[int]) -> list[int]:
+    """Return those of the given seats that are active this turn."""
+    return [seat for seat in seats if not session.is_inactive(seat)]
+
+
+def is_waiting_for_others(session: Session, seats: Sequence[int]) -> bool:
+    """Return whether there is a turn to play in which none of the given seats is active."""
+    return bool(seats) and not session.over and not list_active_seats(session, seats)
+
+
+def can_reproduce_turns(session: Session, turns: Turn) -> bool:
+    """Return whether the policies choose the recorded actions of the next turns `[T, ...]`.
+
+    All policies are checked in one batch. The result is False if a seat is inactive in one of
+    the turns, or if a policy raises an error.
+    """
+    seated_policies = [seated_policy for seated_policy in session.seated_policies if seated_policy]
+    if not seated_policies:
+        return True
+    s = np.concatenate([session.state[None], turns.state[:-1]])
+    with suppress(Exception):  # Policies that accept only one row raise errors.
+        any_inactive = mark_inactive_agents(session.problem, s).any()
+        return not any_inactive and all(
+            seated_policy.can_reproduce_turns(s, turns) for seated_policy in seated_policies
+        )
+    return False
+
+
+def number_next_turns(session: Session, count: int) -> range:
+    """Return the numbers of the next `count` turns."""
+    return range(len(session.turns) + 1, len(session.turns) + 1 + count)
+
+
+def count_turns_to_undo(session: Session, seats: Sequence[int], choices: int) -> int:
+    """Return the number of turns that contain the last `choices` choices of these seats.
+
+    Without seats, every turn counts as a choice. Raise IllegalAction if the seats chose less
+    often, in some turns only. If they chose in every turn, return `choices`, which `undo`
+    refuses if too large.
+    """
+    choice_states = [session.initial_state, *(turn.state for turn in session.turns[:-1])][
+        : len(session.turns)
+    ]
+    choice_count = 0
+    for turns, state in enumerate(reversed(choice_states), 1):
+        choice_count += (
+            not seats or not mark_inactive_agents(session.problem, state[None])[0, seats].all()
+        )
+        if choice_count == choices:
+            return turns
+    if choice_count < len(session.turns):
+        raise IllegalAction(f"undo {choices}: you chose in {format_count(choice_count, 'turn')}")
+    return choices
+
+
 def _check_uniform_source(source: object) -> None:
     """Raise BadParameter if this does not generate uniforms, for example a seed or a class."""
     if isinstance(source, type) or not hasattr(source, "generate_uniforms"):
@@ -609,7 +624,7 @@ class SeatedPolicy:
         """
         problem, seat, turn_count = self.session.problem, self.seat, len(s)
         outcome = Outcome(turns.state, turns.rewards, turns.observations)
-        percept = problem.build_percept(seat, turns.actions, outcome)
+        percept = build_percept(problem, seat, turns.actions, outcome)
         repeated_memory = tuple(
             make_readonly(array.repeat(turn_count, axis=0)) for array in self.current_memory()
         )
@@ -624,7 +639,7 @@ class SeatedPolicy:
             memories_before, memories_after = self._memories_in_sequence(percept, turn_count)
         draw, numbers = (
             self.session.uniform_source.generate_uniforms,
-            self.session.next_turn_numbers(turn_count),
+            number_next_turns(self.session, turn_count),
         )
         uniforms = [draw(1 + seat, turn, 0, self.policy.uniform_count) for turn in numbers]
         legal = problem.legal_actions_mask(s)

@@ -11,7 +11,14 @@ from dmplay.agents.script import EndOfScript
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.core.safe_files import MAX_FILE_BYTES
-from dmplay.core.session import SeatedPolicy, Session, View
+from dmplay.core.session import (
+    SeatedPolicy,
+    Session,
+    View,
+    count_turns_to_undo,
+    is_waiting_for_others,
+    list_active_seats,
+)
 from dmplay.core.text import describe_end_reason, escape_newlines, escape_unprintable
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.core.work_budget import ComputationStopped
@@ -190,7 +197,7 @@ class Game:
             return None
         undecided = (
             seat
-            for seat in self.session.active_seats(self.human_seats)
+            for seat in list_active_seats(self.session, self.human_seats)
             if seat not in self._pending_choices
         )
         return next(undecided, None)
@@ -290,7 +297,7 @@ class Game:
             raise BadParameter("no person plays here")
         self.session.validate_action(choosing_seat, action)
         choices = {**self._pending_choices, choosing_seat: action}
-        if len(choices) == len(self.session.active_seats(self.human_seats)):
+        if len(choices) == len(list_active_seats(self.session, self.human_seats)):
             is_played = self.advance(choices)
             self.play_until_choice()
             return is_played
@@ -326,7 +333,7 @@ class Game:
 
     def play_until_choice(self) -> None:
         """Play turns until a person must choose or the game is over."""
-        while self.session.is_waiting_for_others(self.human_seats):
+        while is_waiting_for_others(self.session, self.human_seats):
             self.on_intermediate_turn()
             self.advance()
 
@@ -376,7 +383,9 @@ class Game:
             self._pending_choices.clear()
             return
         with defer_signals():
-            undone_turns = self.session.undo(self.session.turns_to_undo(self.human_seats, turns))
+            undone_turns = self.session.undo(
+                count_turns_to_undo(self.session, self.human_seats, turns)
+            )
             self._undone_actions += [list(turn.actions) for turn in reversed(undone_turns)]
             if self.recorder:
                 self.recorder.write_event("undo", len(undone_turns))
@@ -391,7 +400,7 @@ class Game:
             raise BadParameter("redo: nothing was taken back")
         self._pending_choices.clear()
         self._replay_undone_turn()
-        while self._undone_actions and self.session.is_waiting_for_others(self.human_seats):
+        while self._undone_actions and is_waiting_for_others(self.session, self.human_seats):
             self.on_intermediate_turn()
             self._replay_undone_turn()
         self.play_until_choice()

@@ -7,7 +7,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from dmplay.core.policy import Policy
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, find_seat
 from dmplay.core.safe_files import check_not_source, is_game_running, write_file
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
 from dmplay.core.text import describe_end_reason, format_count
@@ -186,7 +186,7 @@ def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem)
         for seat in other_seats
     ]
     for name, player in parse_settings(request.seats, "--seat").items():
-        players[problem.seat_index(name)] = str(player)
+        players[find_seat(problem, name)] = str(player)
     turns = request.turns
     check_turn_limit(turns)
     if turns is None:

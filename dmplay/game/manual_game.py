@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from dmplay.core.notebook_display import NotebookDisplay
 from dmplay.core.policy import Policy, is_policy_sequence
-from dmplay.core.problem import Problem, check_problem
+from dmplay.core.problem import Problem, check_problem, find_seat
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms, new_seed
@@ -40,7 +40,7 @@ class ManualGame(NotebookDisplay):
 
     def _seat_index(self, agent: str) -> int:
         """Return the seat of the agent with this name; by default the first manual seat."""
-        return self.session.problem.seat_index(agent) if agent else (self._manual_seats or [0])[0]
+        return find_seat(self.session.problem, agent) if agent else (self._manual_seats or [0])[0]
 
     def legal_actions(self, agent: str = "") -> object:
         """Return the legal actions of a seat by name, or the bounds of a number."""

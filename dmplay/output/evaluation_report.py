@@ -7,6 +7,7 @@ import numpy as np
 
 from dmplay.agents.point_based import PointBasedPolicy
 from dmplay.core.arrays import Reals
+from dmplay.core.problem import find_seat
 from dmplay.core.text import append_noun, format_count, format_json_report, format_score
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import Comparison, Difference, compare
@@ -263,7 +264,7 @@ def report_comparison(
         raise BadParameter(f"got {got}, expected two or more to compare")
     problem = request.load_problem().problem
     for name in parse_settings(request.seats, "--seat"):
-        if not problem.seat_index(name):
+        if not find_seat(problem, name):
             raise BadParameter(f"--seat: {name} is the seat of those who are compared")
     lineups = [make_lineup(request._replace(agent=name)) for name in entrants]
     start_time = time.monotonic()

@@ -13,7 +13,16 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Ints, Reals, readonly_copy
 from dmplay.core.policy import Memory, Policy, call_policy, check_policies, required_fields
-from dmplay.core.problem import Outcome, Problem, check_problem, check_rewards
+from dmplay.core.problem import (
+    Outcome,
+    Problem,
+    build_percept,
+    check_problem,
+    check_rewards,
+    find_wait_action,
+    make_initial_observation,
+    mark_inactive_agents,
+)
 from dmplay.core.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
 from dmplay.core.spaces import ACTION_DECIMALS, Interval, Labels
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms, generate_uniforms
@@ -228,7 +237,7 @@ def _max_episodes_in_memory(problem: Problem, policies: Sequence[Policy], seed: 
         array.nbytes
         for seat, policy in enumerate(policies)
         for array in call_memory_method(
-            "turn 1", policy.initial_memory, 1, problem.initial_observation(state, seat)
+            "turn 1", policy.initial_memory, 1, make_initial_observation(problem, state, seat)
         )
     )
     return int(
@@ -396,7 +405,10 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
     weight, turns_played = 1.0, 0
     memories = [
         call_memory_method(
-            "turn 1", player.initial_memory, episode_count, problem.initial_observation(state, seat)
+            "turn 1",
+            player.initial_memory,
+            episode_count,
+            make_initial_observation(problem, state, seat),
         )
         for seat, player in enumerate(policies)
     ]
@@ -437,7 +449,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
                 player.update_memory,
                 len(running),
                 memory,
-                problem.build_percept(seat, actions, outcome, required_fields(player)),
+                build_percept(problem, seat, actions, outcome, required_fields(player)),
             )
             for seat, (prefix, player, memory) in enumerate(
                 zip(error_prefixes, policies, memories, strict=True)
@@ -521,10 +533,12 @@ def _choose_joint_actions(
         for seat, (choose, u) in enumerate(zip(choosers, uniforms, strict=True))
     ]
     if legal is not None:  # Inactive agents wait, whatever their policy chose.
-        inactive = problem.inactive_agents(state)
+        inactive = mark_inactive_agents(problem, state)
         for seat, is_inactive in enumerate(inactive.T):
             if is_inactive.any():
-                choices[seat] = np.where(is_inactive, problem.wait_action(seat), choices[seat])
+                choices[seat] = np.where(
+                    is_inactive, find_wait_action(problem, seat), choices[seat]
+                )
     valid_actions = [
         _validate_actions(
             problem.actions[seat],

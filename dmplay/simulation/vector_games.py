@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory, Policy, required_fields
-from dmplay.core.problem import Outcome, check_rewards
+from dmplay.core.problem import Outcome, build_percept, check_rewards, make_initial_observation
 from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.uniforms import NATURE_STREAM
 from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces
@@ -60,10 +60,10 @@ class VectorGames:
         memories: list[Memory] = [
             ()
             if policy is None
-            else policy.initial_memory(problem.initial_observation(state, seat))
+            else policy.initial_memory(make_initial_observation(problem, state, seat))
             for seat, policy in enumerate(self._policies)
         ]
-        first_observation = problem.initial_observation(state, self.seat_spaces.seat)
+        first_observation = make_initial_observation(problem, state, self.seat_spaces.seat)
         return state, memories, self.seat_spaces.encode_observations(first_observation, None)
 
     def step(self, actions: Array) -> tuple[Reals, Bools, Bools]:
@@ -145,7 +145,7 @@ class VectorGames:
         """Return the memory `[B]` of a seat's policy after a turn; empty for the learner."""
         if policy is None:
             return ()
-        percept = self.problem.build_percept(seat, joint, outcome, required_fields(policy))
+        percept = build_percept(self.problem, seat, joint, outcome, required_fields(policy))
         return policy.update_memory(memory, percept)
 
     def _observe(self, joint: Array, outcome: Outcome) -> Array:

@@ -10,7 +10,12 @@ from math import prod
 
 from dmplay.core.arrays import Array
 from dmplay.core.memoization import memoize
-from dmplay.core.problem import Problem, enumerate_outcomes, initial_state_distribution
+from dmplay.core.problem import (
+    Problem,
+    enumerate_outcomes,
+    initial_state_distribution,
+    mark_inactive_agents,
+)
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import Tabular, tabulate
 from dmplay.core.work_budget import limit_total_work
@@ -158,7 +163,7 @@ def is_turn_based(problem: Problem) -> bool:
     start_states = _list_start_states(problem)
     if (
         start_states is None
-        or (problem.inactive_agents(start_states).sum(axis=1) < len(problem.agents) - 1).any()
+        or (mark_inactive_agents(problem, start_states).sum(axis=1) < len(problem.agents) - 1).any()
     ):
         return False
     return start_states.dtype.kind != "O" or (

@@ -30,7 +30,14 @@ from typing import NamedTuple
 
 from dmplay.core.arrays import Array, array_bytes
 from dmplay.core.problem import Problem
-from dmplay.core.session import DEFAULT_TURN_LIMIT, MAX_LISTED_STATES, Session, Turn, belief_size
+from dmplay.core.session import (
+    DEFAULT_TURN_LIMIT,
+    MAX_LISTED_STATES,
+    Session,
+    Turn,
+    belief_size,
+    number_next_turns,
+)
 from dmplay.core.spaces import NO_OBSERVATION_TEXT
 
 # players that are not dmplay's agents: a person, or a language model
@@ -220,7 +227,7 @@ class TurnFormatter:
             for key in self._fact_keys
         ]
         lines_by_turn = zip(
-            self._session.next_turn_numbers(len(turns.state)), *columns, strict=True
+            number_next_turns(self._session, len(turns.state)), *columns, strict=True
         )
         return "".join([join_block([f"turn: {turn}", *rows]) for turn, *rows in lines_by_turn])
 

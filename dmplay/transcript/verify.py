@@ -8,7 +8,7 @@ import numpy as np
 
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
-from dmplay.core.session import Session, Turn
+from dmplay.core.session import Session, Turn, can_reproduce_turns, number_next_turns
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, BadTranscript, BudgetExceeded
 from dmplay.transcript.draws_and_actions import read_actions
@@ -124,11 +124,11 @@ class _Verifier:
         rerolls = session.reroll_counts
         seed_uniforms = [
             uniform_source.generate_uniforms(NATURE_STREAM, n, rerolls.get(n, 0), uniform_count)
-            for n in session.next_turn_numbers(turn_count)
+            for n in number_next_turns(session, turn_count)
         ]
         if not np.array_equal(
             turns.uniforms, np.concatenate(seed_uniforms)
-        ) or not session.can_reproduce_turns(turns):
+        ) or not can_reproduce_turns(session, turns):
             return False
         session.append_turns(split_turns(turns))
         self.rewritten_digest.update(new_text.encode())

@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory, Policy
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, build_percept, make_initial_observation
 from dmplay.core.spaces import Interval, Labels
 from dmplay.core.violation import CheckResult, CheckResults
 from dmplay.simulation.random_play import (
@@ -124,7 +124,7 @@ def _iter_policy_calls(
     """Yield the calls of a seat's policy in the first turns of a batch of games."""
     s = problem.sample_initial_states(turn_uniforms(problem.uniform_counts.start, 0, rows))
     memories = [
-        policy.initial_memory(problem.initial_observation(s, index))
+        policy.initial_memory(make_initial_observation(problem, s, index))
         for index, policy in enumerate(policies)
     ]
     for turn in range(1, TRIED_TURNS + 1):
@@ -149,7 +149,7 @@ def _iter_policy_calls(
         a = np.stack([call.actions for call in calls], axis=1)
         outcome = step_turn(problem, s, a, turn)
         memories = [
-            policy.update_memory(memory, problem.build_percept(index, a, outcome))
+            policy.update_memory(memory, build_percept(problem, index, a, outcome))
             for index, (policy, memory) in enumerate(zip(policies, memories, strict=True))
         ]
         s = outcome.state

@@ -9,7 +9,7 @@ import dmplay
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.chance import Chance, DiscreteUniform, Normal, Uniform
 from dmplay.core.policy import Memory, Percept, Policy
-from dmplay.core.problem import ContinuousStates, Outcome, Problem
+from dmplay.core.problem import ContinuousStates, Outcome, Problem, make_initial_observation
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import expand_uniforms
 from dmplay.errors import BadParameter, BadPolicy, DmplayError
@@ -129,7 +129,7 @@ def choose_first_actions(problem: Problem, seat: int, agent: str, rows: int) -> 
     search = dmplay.load_agent(problem, seat, agent)
     s = problem.sample_initial_states(np.full((rows, problem.uniform_counts.start), 0.5))
     chosen = search.choose(
-        search.initial_memory(problem.initial_observation(s, seat)),
+        search.initial_memory(make_initial_observation(problem, s, seat)),
         None,
         np.linspace(0, 0.9, rows)[:, None],
     )
@@ -196,7 +196,7 @@ def test_a_choice_is_the_same_alone_and_in_a_batch(name: str) -> None:
         np.linspace(0, 0.9, rows * problem.uniform_counts.start).reshape(rows, -1)
     )
     memory, u = (
-        search.initial_memory(problem.initial_observation(s, 0)),
+        search.initial_memory(make_initial_observation(problem, s, 0)),
         np.linspace(0.1, 0.8, rows)[:, None],
     )
     batch = search.choose(memory, None, u)
@@ -263,7 +263,7 @@ def test_a_choice_takes_at_most_simulations_times_depth_steps(
     problem, row_counts = dmplay.load_problem(name), [0]
     search = dmplay.load_agent(problem, 0, "search:simulations=50,depth=7")
     s = problem.sample_initial_states(np.full((1, problem.uniform_counts.start), 0.4))
-    memory = search.initial_memory(problem.initial_observation(s, 0))
+    memory = search.initial_memory(make_initial_observation(problem, s, 0))
     problem_type, step = type(problem), type(problem).step
 
     def counted(self: Problem, s: Array, a: Array, u: Reals) -> Outcome:

@@ -9,6 +9,7 @@ import numpy as np
 import dmplay
 from dmplay.agents.search import TreeSearch
 from dmplay.core.policy import Memory
+from dmplay.core.problem import make_initial_observation
 from dmplay.registry.builtin_names import problem_names
 
 SIMULATION_COUNTS = (400, 1000)  # simulations per choice
@@ -44,7 +45,7 @@ def _measure_simulation_rate(name: str, simulations: int, rows: int, runs: int) 
     s = problem.sample_initial_states(rng.random((rows, problem.uniform_counts.start)))
     legal, memory = (
         problem.legal_actions_mask(s),
-        search.initial_memory(problem.initial_observation(s, 0)),
+        search.initial_memory(make_initial_observation(problem, s, 0)),
     )
     choose = partial(_time_choice, search, memory, None if legal is None else legal[:, 0])
     choose(rng.random((rows, 1)))  # warm up: some results are cached

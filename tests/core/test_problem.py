@@ -25,8 +25,11 @@ from dmplay.core.problem import (
     checked_state_indices,
     enumerate_outcomes,
     enumerate_possible_outcomes,
+    find_seat,
     initial_state_distribution,
+    mark_inactive_agents,
 )
+from dmplay.core.session import Session
 from dmplay.core.spaces import INTERVAL_GRID_SIZE, Interval, Labels, RealVector, TextLine
 from dmplay.errors import BadParameter, BudgetExceeded, IllegalAction, UnknownName
 from dmplay.problems.cart_pole import CartPole
@@ -85,9 +88,9 @@ def test_a_value_outside_the_choices_of_a_parameter_is_refused() -> None:
 
 def test_a_seat_is_found_by_its_name() -> None:
     hunt = dmplay.load_problem("predator-prey")
-    assert hunt.seat_index("prey") == 1
+    assert find_seat(hunt, "prey") == 1
     with pytest.raises(UnknownName, match="unknown seat 'pray'; did you mean prey"):
-        hunt.seat_index("pray")
+        find_seat(hunt, "pray")
 
 
 def test_an_action_is_parsed_from_its_label_or_an_alias() -> None:
@@ -265,9 +268,9 @@ def test_only_an_agent_whose_only_action_is_wait_is_inactive() -> None:
         actions = (Labels(("one", "two", WAIT_LABEL)), Labels(("one", "two", "pass")))
 
     start = Nim().initial_states(1, ())
-    assert Nim().inactive_agents(start).tolist() == [[False, True]]
-    assert Passing().inactive_agents(start).tolist() == [[False, False]]
-    assert RockPaperScissors().inactive_agents(np.array([0])).tolist() == [[False, False]]
+    assert mark_inactive_agents(Nim(), start).tolist() == [[False, True]]
+    assert mark_inactive_agents(Passing(), start).tolist() == [[False, False]]
+    assert mark_inactive_agents(RockPaperScissors(), np.array([0])).tolist() == [[False, False]]
 
 
 def test_array_bytes_leaks_no_memory() -> None:
@@ -304,3 +307,9 @@ def test_a_turn_of_one_agent_computes_the_legal_actions_once() -> None:
     problem = CountingGame2048()
     rollout(problem, [Random(problem, 0)], episodes=3, turn_limit=5)
     assert CountingGame2048.queried_states == [3] * 5
+
+
+@pytest.mark.parametrize("kind", [Problem, Session])
+def test_a_base_class_has_at_most_20_public_methods(kind: type) -> None:
+    methods = [name for name in vars(kind) if not name.startswith("_")]
+    assert len([name for name in methods if callable(getattr(kind, name))]) <= 20

@@ -15,7 +15,7 @@ from dmplay.agents.random_agent import Random
 from dmplay.agents.script import Script
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.policy import Memory, Percept
-from dmplay.core.session import SeatedPolicy, Turn
+from dmplay.core.session import SeatedPolicy, Turn, count_turns_to_undo
 from dmplay.core.spaces import Labels
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, EpisodeOver, IllegalAction
@@ -512,4 +512,4 @@ def test_undoing_n_choices_undoes_n_turns_if_the_seat_always_chose() -> None:
     session = dmplay.Session(dmplay.load_problem("rock-paper-scissors"), dmplay.SeededUniforms(1))
     for _ in range(3):
         session.advance([0, 0])
-    assert [session.turns_to_undo([0], choices) for choices in (1, 2, 3, 4)] == [1, 2, 3, 4]
+    assert [count_turns_to_undo(session, [0], choices) for choices in (1, 2, 3, 4)] == [1, 2, 3, 4]

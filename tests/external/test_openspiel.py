@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core.problem import WAIT_LABEL
+from dmplay.core.problem import WAIT_LABEL, find_wait_action
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
@@ -135,7 +135,7 @@ def test_an_inactive_player_does_not_choose() -> None:
         game.validate_action(1, 4)
     game.advance([4, None])
     assert [game.is_inactive(0), game.is_inactive(1)] == [True, False]
-    assert game.turns[-1].actions.tolist() == [4, board.wait_action(1)]
+    assert game.turns[-1].actions.tolist() == [4, find_wait_action(board, 1)]
     with pytest.raises(IllegalAction, match="turn 2, player-1: no action given"):
         game.advance([None, None])
 

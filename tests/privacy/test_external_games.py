@@ -8,6 +8,7 @@ import pytest
 
 import dmplay
 from dmplay.core.arrays import Array
+from dmplay.core.problem import find_wait_action
 from dmplay.core.session import Session
 from dmplay.external.history_problem import ExternalProblem
 from tests.privacy.command_arguments import FOLLOW_UP_COMMANDS, QUERY_ARGUMENTS, list_queries
@@ -44,7 +45,7 @@ def find_twin_deals(name: str) -> Pair:
     """Find two deals: the person passes with one card, the opponent bets with different ones."""
     problem = dmplay.load_problem(name)
     other = dmplay.load_agent(problem, 1, "random")
-    wait, seed_by_deal = problem.wait_action(0), dict[str, int]()
+    wait, seed_by_deal = find_wait_action(problem, 0), dict[str, int]()
     for seed in SEEDS:
         game = Session(problem, dmplay.SeededUniforms(seed), [None, other])
         game.advance([PASS, None])

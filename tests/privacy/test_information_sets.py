@@ -8,8 +8,13 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core.problem import WAIT_LABEL
-from dmplay.core.session import Session
+from dmplay.core.problem import (
+    WAIT_LABEL,
+    build_percept,
+    find_wait_action,
+    make_initial_observation,
+)
+from dmplay.core.session import Session, list_active_seats
 from dmplay.external.openspiel import OpenSpielEnvironment
 from tests.privacy.indistinguishable_pairs import (
     SECRET_PROBLEM_PARAMS,
@@ -55,7 +60,7 @@ def make_play(name: str, seed: int, path: tuple[str, ...]) -> Play:
     session = Session(problem, dmplay.SeededUniforms(seed))
     while not session.over:
         joint = [WAIT_LABEL] * len(problem.agents)
-        for seat in session.active_seats(range(len(joint))):
+        for seat in list_active_seats(session, range(len(joint))):
             joint[seat] = actions.pop(0)
         session.advance([problem.parse_action(seat, label) for seat, label in enumerate(joint)])
         labels.append(tuple(joint))
@@ -231,7 +236,7 @@ def test_the_length_of_another_seats_text_is_not_shown() -> None:
     problem = dmplay.load_problem("openspiel:kuhn_poker")
     state = problem.sample_initial_states(np.array([[0.5]]))
     outcome = dmplay.Outcome(state, np.zeros((1, 2)), np.array([["2", "a long text"]]))
-    assert problem.build_percept(0, np.array([[0, 2]]), outcome).observation.dtype == "<U1"
+    assert build_percept(problem, 0, np.array([[0, 2]]), outcome).observation.dtype == "<U1"
 
 
 def test_a_waiting_player_cannot_tell_whether_the_other_has_an_action_without_a_fixed_name(
@@ -250,7 +255,7 @@ def test_a_waiting_player_cannot_tell_whether_the_other_has_an_action_without_a_
     problem, outputs, names = dmplay.load_problem(str(file)), set[str](), set[str]()
     for seed in SEEDS:
         game = Session(problem, dmplay.SeededUniforms(seed))
-        game.advance([problem.parse_action(0, "call"), problem.wait_action(1)])
+        game.advance([problem.parse_action(0, "call"), find_wait_action(problem, 1)])
         view = game.view(0)
         outputs.add(repr((view.state_action_labels, [*view.past_action_labels], view.observation)))
         names.add(game.view(1).action_labels.describe_actions(game.legal_actions_mask(1)))
@@ -262,5 +267,5 @@ def test_a_waiting_player_cannot_tell_whether_the_other_has_an_action_without_a_
 def test_a_game_that_is_made_of_a_file_shows_a_waiting_player_nothing(wrapper: str) -> None:
     problem = dmplay.load_problem(f"openspiel:{wrapper}(game=efg_game(filename={POKER}))")
     start = problem.sample_initial_states((np.arange(12)[:, None] + 0.5) / 12)
-    assert {*problem.initial_observation(start, 1).tolist()} == {"nothing"}
-    assert len({*problem.initial_observation(start, 0).tolist()}) == 3
+    assert {*make_initial_observation(problem, start, 1).tolist()} == {"nothing"}
+    assert len({*make_initial_observation(problem, start, 0).tolist()}) == 3

@@ -6,6 +6,7 @@ from typing import Any
 import pytest
 
 import dmplay
+from dmplay.core.problem import find_seat
 from dmplay.errors import BadParameter, DmplayError, UnknownName
 from dmplay.registry import problems
 from dmplay.registry.builtin_names import problem_names
@@ -100,9 +101,9 @@ def test_an_action_is_read_by_name_and_alias(text: str, action: int) -> None:
 
 def test_a_seat_is_found_by_name() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    assert problem.seat_index("agent2") == 1
+    assert find_seat(problem, "agent2") == 1
     with pytest.raises(UnknownName, match=r"unknown seat 'agent3'; did you mean agent"):
-        problem.seat_index("agent3")
+        find_seat(problem, "agent3")
 
 
 def test_a_rollout_needs_a_policy_for_each_seat() -> None:

@@ -11,6 +11,7 @@ import pytest
 import dmplay
 from dmplay import solvers
 from dmplay.agents.mountain_car import VALUE_GRID
+from dmplay.core.problem import make_initial_observation
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.work_budget import Budget, ComputationStopped, report_progress_to
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
@@ -295,7 +296,9 @@ def test_a_stopped_agent_gives_the_same_values_when_it_is_called_again(name: str
         )  # Nothing is cached for this discount.
         expected_agent, agent = (dmplay.load_agent(problem, 0, "optimal") for _ in range(2))
         memory = agent.initial_memory(
-            problem.initial_observation(problem.sample_initial_states(np.full((1, 1), 0.3)), 0)
+            make_initial_observation(
+                problem, problem.sample_initial_states(np.full((1, 1), 0.3)), 0
+            )
         )
         with (
             contextlib.suppress(ComputationStopped),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, make_initial_observation
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import DmplayError
@@ -84,7 +84,7 @@ def choose_once(problem: Problem, seat: int, name: str) -> None:
     """Let an agent choose once."""
     policy = agents.load_agent(problem, seat, name)
     s = problem.sample_initial_states(np.full((1, problem.uniform_counts.start), 0.3))
-    memory = policy.initial_memory(problem.initial_observation(s, seat))
+    memory = policy.initial_memory(make_initial_observation(problem, s, seat))
     legal = problem.legal_actions_mask(s)
     policy.choose(
         memory, None if legal is None else legal[:, seat], np.full((1, policy.uniform_count), 0.5)

@@ -9,7 +9,7 @@ from dmplay.core.arrays import Array
 from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
 from dmplay.core.problem import ContinuousStates, Problem, enumerate_possible_outcomes
-from dmplay.core.session import Session, View
+from dmplay.core.session import Session, View, list_active_seats
 from dmplay.core.text import count_probability_decimals
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, BudgetExceeded
@@ -147,7 +147,7 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
     problem = session.problem
     name = session.format_action(seat, forecast.action)
     other_count = len(
-        session.active_seats([other for other in range(len(problem.agents)) if other != seat])
+        list_active_seats(session, [other for other in range(len(problem.agents)) if other != seat])
     )
     others = f", the other{'s' * (other_count > 1)} at random" if other_count else ""
     sample_note = f" ({len(forecast.probabilities)} samples)" if forecast.is_sampled else ""

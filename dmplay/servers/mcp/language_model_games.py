@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TypedDict
 
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.external.bots.protocol import (
@@ -99,7 +99,7 @@ class ModelGames:
         """
         name = self._problem_name(problem)
         game_problem = problems.load_problem(name)
-        model_seat = game_problem.seat_index(seat) if seat else 0
+        model_seat = find_seat(game_problem, seat) if seat else 0
         players = _assign_players(game_problem, model_seat, others)
         self._discard_finished_game()
         config, episode = self.config, self._started_count

@@ -15,7 +15,7 @@ import numpy as np
 from dmplay.core.arrays import Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance
 from dmplay.core.memoization import memoize
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, mark_inactive_agents
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.errors import BadPolicy, BudgetExceeded
 from dmplay.solvers.mdp import transition_graph
@@ -119,7 +119,9 @@ def _find_deciding_seats(problem: Problem, graph: TransitionGraph) -> Ints:
     deciding = legal_counts > 1
     if len(problem.agents) > 1 and (deciding[graph.nonterminal_states].sum(axis=1) > 1).any():
         raise BadPolicy("got agents who act at once, expected one at a time, the others waiting")
-    return np.asarray(np.argmax(2 * deciding + ~problem.inactive_agents(graph.states), axis=1))
+    return np.asarray(
+        np.argmax(2 * deciding + ~mark_inactive_agents(problem, graph.states), axis=1)
+    )
 
 
 def _backup_one_turn(result: BackwardInductionResult, discount: float) -> tuple[Reals, Reals]:

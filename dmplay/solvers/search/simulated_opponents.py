@@ -8,7 +8,14 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.policy import Memory, Policy
-from dmplay.core.problem import Outcome, Problem
+from dmplay.core.problem import (
+    Outcome,
+    Problem,
+    build_percept,
+    find_wait_action,
+    make_initial_observation,
+    mark_inactive_agents,
+)
 
 SeatPolicies = tuple[Policy | None, ...]  # indexed by seat; None plays uniformly at random
 
@@ -57,7 +64,7 @@ class OpponentModel:
         return tuple(
             ()
             if policy is None
-            else policy.initial_memory(self.problem.initial_observation(s, seat))
+            else policy.initial_memory(make_initial_observation(self.problem, s, seat))
             for seat, policy in enumerate(self.seat_policies)
         )
 
@@ -95,9 +102,9 @@ class OpponentModel:
         is_single = len(columns) == 1
         joint = columns[0][:, None] if is_single else np.stack(columns, axis=1)
         if legal_mask is not None and any(self.seat_policies):
-            for seat, is_inactive in enumerate(problem.inactive_agents(s).T):
+            for seat, is_inactive in enumerate(mark_inactive_agents(problem, s).T):
                 if is_inactive.any():
-                    joint[is_inactive, seat] = problem.wait_action(seat)
+                    joint[is_inactive, seat] = find_wait_action(problem, seat)
         return joint
 
     def step_states(self, s: Array, joint: Array, u: Reals) -> Outcome:
@@ -110,7 +117,7 @@ class OpponentModel:
         """Return the memory of each seat after a turn."""
         if not any(self.seat_policies):
             return memories
-        percept = partial(self.problem.build_percept, actions=joint, outcome=outcome)
+        percept = partial(build_percept, self.problem, actions=joint, outcome=outcome)
         return tuple(
             () if policy is None else policy.update_memory(memory, percept(seat))
             for seat, (policy, memory) in enumerate(zip(self.seat_policies, memories, strict=True))

@@ -4,6 +4,7 @@ from pathlib import Path
 from shlex import quote
 
 from dmplay.core.parameter_parsing import parse_whole_number
+from dmplay.core.problem import find_seat
 from dmplay.errors import BadParameter
 from dmplay.game.command_reply import format_reply
 from dmplay.game.export_formats import EXPORT_FORMATS
@@ -68,11 +69,11 @@ def seat_agent(controller: GameController, argument: str) -> str:
         return f"seats: {', '.join(f'{name} {player}' for name, player in pairs)}."
     name, player = (game.problem.agents[0], words[0]) if len(words) == 1 else words[:2]
     make_seat_policy(
-        game.problem, game.problem.seat_index(name), player
+        game.problem, find_seat(game.problem, name), player
     )  # Raises for an invalid player before the game is restarted.
     seats = [*(game.request.seats if game.request else ()), f"{name}={player}"]
     players = [*game.player_names]
-    players[game.problem.seat_index(name)] = player
+    players[find_seat(game.problem, name)] = player
     cleared_options = (
         {}
         if list_human_seats(players)
