@@ -1,4 +1,8 @@
-"""Fifteen decision problems to play, evaluate agents on, and test with recorded transcripts."""
+"""Fifteen decision problems to play, evaluate agents on, and test with recorded transcripts.
+
+The names listed here are the public interface; `dmplay guide python` describes them. Everything
+else in the package's folders is private and may change.
+"""
 
 from importlib import import_module
 
@@ -9,45 +13,61 @@ __version__ = "0.1.0"
 # The module that defines each public name. It is imported on first use, so that `dmplay --version`
 # needs no NumPy.
 _PUBLIC_MODULES = {
-    "Categorical": "core.chance",
-    "DiscreteUniform": "core.chance",
-    "Interval": "core.spaces",
-    "Labels": "core.spaces",
-    "Normal": "core.chance",
+    # problems: their base classes and parts
+    "ContinuousStates": "core.problem",
+    "MatrixGame": "problems.shared.matrix_game",
     "Outcome": "core.problem",
-    "Policy": "core.policy",
     "Problem": "core.problem",
-    "SeededUniforms": "core.uniforms",
-    "Session": "core.session",
+    "SparseMatrix": "core.sparse_matrix",
+    "SparseTables": "core.tabular",
     "Tables": "core.tabular",
     "Tabular": "core.tabular",
-    "Uniform": "core.chance",
-    "check": "validation.conformance",
-    "compare": "evaluation.comparison",
+    "WAIT_LABEL": "core.problem",
     "enumerate_outcomes": "core.problem",
+    "parameter": "core.parameters",
+    "tabulate": "core.tabular",
+    # spaces of actions and observations
+    "Interval": "core.spaces",
+    "Labels": "core.spaces",
+    "RealVector": "core.spaces",
+    "TextLine": "core.spaces",
+    # random events
+    "Categorical": "core.chance",
+    "DiscreteUniform": "core.chance",
+    "Normal": "core.chance",
+    "SeededUniforms": "core.uniforms",
+    "Uniform": "core.chance",
+    # policies: their interface and simple bases
+    "ConstantPolicy": "agents.base",
+    "Percept": "core.policy",
+    "Policy": "core.policy",
+    "ReactivePolicy": "agents.base",
+    "Roster": "agents.available_agents",
+    "requires_fields": "core.policy",
+    "SeatPolicy": "agents.base",
+    "StationaryPolicy": "agents.base",
+    # by name, from files and installed packages
     "load_agent": "registry.agents",
     "load_problem": "registry.problems",
+    # one game
+    "Playback": "game.playback",
+    "Session": "core.session",
+    "View": "core.session",
     "play": "game.manual_game",
+    "review": "game.playback",
+    "verify": "game.transcript_files",
+    # many games, and solutions
+    "check": "validation.conformance",
+    "compare": "evaluation.comparison",
     "rollout": "simulation.rollouts",
     "run": "evaluation.many_games",
     "run_tournament": "evaluation.tournament",
-}
-# public names of version 0.1.0 that were renamed
-_RENAMED = {
-    "Dice": "SeededUniforms",
-    "Pick": "DiscreteUniform",
-    "Span": "Uniform",
-    "agent": "load_agent",
-    "exact": "enumerate_outcomes",
-    "load": "load_problem",
-    "tournament": "run_tournament",
+    "solve": "evaluation.solutions.solve",
 }
 __all__ = [*_PUBLIC_MODULES]  # noqa: PLE0604 - the names above
 
 
 def __getattr__(name: str) -> object:
-    if name in _RENAMED:
-        raise AttributeError(f"dmplay.{name} was renamed to dmplay.{_RENAMED[name]}")
     if name not in _PUBLIC_MODULES:
         raise AttributeError(f"module 'dmplay' has no attribute {name!r}")
     return getattr(import_module(f"dmplay.{_PUBLIC_MODULES[name]}"), name)

@@ -61,7 +61,7 @@ class TranscriptItem(pytest.Item):
             diff = transcript_files.rewrite_file(path, trusted=trusted)
             if diff:
                 self.add_report_section("call", "rewritten", escape_unprintable(diff))
-        report = transcript_files.verify_file(path, trusted=trusted)
+        report = transcript_files.verify(path, trusted=trusted)
         self.add_report_section("call", "compared", escape_unprintable(report.summary))
         if not report.is_ok:
             accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from tests.support.games import assert_verified, record_game, replace_in_file
 from tests.support.programs import (
     SmallDisk,
@@ -58,7 +58,7 @@ def test_a_full_disk_is_reported_once_and_the_game_can_be_resumed(
     assert re.fullmatch(r"error: cannot write small\.dmt: [\w ]+\n", result.stderr)
     assert output_option == "--quiet" or "quit" in result.stdout.splitlines()[-1]  # the game ended
     # on a smaller disk, not even the header fits
-    report = verify_file(small) if size > 100 else None
+    report = verify(small) if size > 100 else None
     assert small.stat().st_size if report else not small.stat().st_size
     assert report is None or report.is_unfinished
     turns = report.turns if report else 0
@@ -92,7 +92,7 @@ def test_a_full_disk_prints_one_error_line_and_leaves_existing_files(
     assert not [*folder.rglob("*.tmp")]
     assert {path.name for path in folder.iterdir()} <= {"g.dmt", "new", ".cache"}
     if words[0] == "branch":
-        assert verify_file(folder / "new").is_unfinished
+        assert verify(folder / "new").is_unfinished
     else:
         assert not (folder / "new").exists()
 
@@ -109,7 +109,7 @@ def test_the_screen_reports_a_full_disk_and_plays_on(tmp_path: Path) -> None:
         assert terminal.press("q").ended() == 1
         assert "error: cannot write g.dmt: No space left on device" in terminal.text
         assert terminal.left_clean()
-    assert verify_file(tmp_path / "g.dmt").is_unfinished
+    assert verify(tmp_path / "g.dmt").is_unfinished
 
 
 def test_a_saved_game_that_does_not_fit_is_reported(tmp_path: Path) -> None:
@@ -142,7 +142,7 @@ def test_a_game_that_could_not_be_recorded_is_saved_elsewhere(record: str, tmp_p
         assert "error: " in result.stderr
         assert not (tmp_path / "s.dmt").exists()  # it does not fit there either
         return
-    report = verify_file(tmp_path / "s.dmt")
+    report = verify(tmp_path / "s.dmt")
     assert (report.is_unfinished, report.turns) == (True, 2)
     assert run_dmplay(tmp_path, "resume", "s.dmt", stdin="e\n").returncode == 0
     assert assert_verified(tmp_path / "s.dmt").read_text().count("\n| ") > 2
@@ -151,7 +151,7 @@ def test_a_game_that_could_not_be_recorded_is_saved_elsewhere(record: str, tmp_p
 def test_a_game_recorded_to_standard_output_can_be_saved(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, *GAME_ARGS, "-q", "-o", "-", stdin="e\nsave s.dmt\nquit\n")
     assert result.returncode == 0
-    assert verify_file(tmp_path / "s.dmt").turns == 1
+    assert verify(tmp_path / "s.dmt").turns == 1
 
 
 def test_an_unexpected_error_whose_log_does_not_fit_is_one_line(tmp_path: Path) -> None:

@@ -249,3 +249,5 @@ def test_the_stub_and_the_lazy_names_agree() -> None:
         assert getattr(dmplay, name)
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = dmplay.nothing  # type: ignore[attr-defined]
+    page = (PACKAGE_FOLDER / "guide" / "70-python.md").read_text(encoding="utf-8")
+    assert not [name for name in modules if f"`{name}`" not in page]

@@ -35,7 +35,7 @@ def verify(
     diffs, update_errors = (
         transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
     )
-    reports = [transcript_files.verify_file(file, trusted=trust) for file in files]
+    reports = [transcript_files.verify(file, trusted=trust) for file in files]
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
     rows = [*diffs, *transcript_files.format_reports(reports, accepted, json=json, quiet=quiet)]
     code = 0 if all(accepted) else MISMATCH_EXIT_CODE
@@ -102,6 +102,6 @@ def review(
       dmplay review game.dmt --write
     """
     from dmplay.game.launch_requests import ReplayRequest
-    from dmplay.output.review_report import review_transcript
+    from dmplay.output.review_report import report_review
 
-    return review_transcript(ReplayRequest(file, trust, peek), write=write, json=json)
+    return report_review(ReplayRequest(file, trust, peek), write=write, json=json)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cached_property
 from itertools import product
-from typing import NamedTuple, Self
+from typing import NamedTuple, Self, dataclass_transform
 
 import numpy as np
 
@@ -64,29 +64,47 @@ def check_problem(problem: object, turn_limit: int | None) -> None:
         raise BadParameter(f"turns: got {turn_limit!r}, expected a whole number, 0 or more")
 
 
-def check_rewards(problem: "Problem", rewards: Reals) -> None:
-    """Raise BadParameter if a reward `[B, n]` is NaN, infinite or too large to be summed.
+def validate_outcome(problem: "Problem", outcome: "Outcome") -> None:
+    """Raise BadParameter for a reward or an observation that no record or table can hold.
 
-    The error names the line of user-defined code. Without it, a NaN would be written into files
-    that no reader accepts.
+    A reward `[B, n]` may not be NaN, infinite or too large to be summed, and an observation must be
+    the index of one of its labels. The error names the line of user-defined code.
     """
-    if (
+    rewards = outcome.rewards
+    if not (
         rewards.min(initial=0.0) >= -MAX_REWARD  # False for NaN
         and rewards.max(initial=0.0) <= MAX_REWARD
     ):
-        return
-    invalid = ~(np.abs(rewards) <= MAX_REWARD)
-    name = user_code_locations.locate_definition(type(problem), "resolve_events")
-    raise BadParameter(
-        f"{name or type(problem).__name__} resolve_events: got the reward {rewards[invalid][0]:g} "
-        f"of {problem.agents[int(invalid.nonzero()[1][0])]}, expected a number "
-        f"from {-MAX_REWARD:g} to {MAX_REWARD:g}"
-    )
+        row, seat = (axis[0] for axis in (~(np.abs(rewards) <= MAX_REWARD)).nonzero())
+        raise BadParameter(
+            f"{_locate_resolve_events(problem)}: got the reward {rewards[row, seat]:g} "
+            f"of {problem.agents[int(seat)]}, expected a number "
+            f"from {-MAX_REWARD:g} to {MAX_REWARD:g}"
+        )
+    for seat, space in enumerate(problem.observations):
+        column = outcome.observations[:, seat]
+        if (
+            isinstance(space, Labels)
+            and len(column)
+            and not 0 <= column.min() <= column.max() < len(space)
+        ):
+            wrong = column[(column < 0) | (column >= len(space))][0]
+            raise BadParameter(
+                f"{_locate_resolve_events(problem)}: got the observation {wrong} "
+                f"of {problem.agents[seat]}, expected 0 to {len(space) - 1}"
+            )
+
+
+def _locate_resolve_events(problem: "Problem") -> str:
+    """Return the line on which a problem defines `resolve_events`, or its class, and the name."""
+    location = user_code_locations.locate_definition(type(problem), "resolve_events")
+    return f"{location or type(problem).__name__} resolve_events"
 
 
 MAX_REWARD = 1e290  # of one turn; the sum over any game is finite, too
 
 
+@dataclass_transform(frozen_default=True)
 @dataclass(frozen=True)
 class Problem(ABC):
     """A decision problem with n agents and one Markov state.
@@ -445,7 +463,7 @@ def enumerate_outcomes(problem: Problem, s: Array, a: Array) -> OutcomeDistribut
     outcome = problem.resolve_events(
         np.repeat(s, event_count, axis=0), np.repeat(a, event_count, axis=0), events
     )
-    check_rewards(problem, outcome.rewards)
+    validate_outcome(problem, outcome)
     arrays = [array.reshape(row_count, event_count, *array.shape[1:]) for array in outcome]
     return OutcomeDistribution(probabilities, Outcome(*arrays))
 
@@ -460,7 +478,7 @@ def enumerate_possible_outcomes(
     row, _ = nonzero = np.nonzero(probabilities)
     possible_events = tuple(event.reshape(probabilities.shape)[nonzero] for event in events)
     outcome = problem.resolve_events(s[row], a[row], possible_events)
-    check_rewards(problem, outcome.rewards)
+    validate_outcome(problem, outcome)
     return row, probabilities[nonzero], outcome
 
 

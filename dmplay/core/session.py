@@ -35,10 +35,10 @@ from dmplay.core.problem import (
     Problem,
     build_percept,
     check_problem,
-    check_rewards,
     find_wait_action,
     make_initial_observation,
     mark_inactive_agents,
+    validate_outcome,
 )
 from dmplay.core.seat_history import BeliefHistory, HistorySnapshot, SeatHistory
 from dmplay.core.spaces import Labels
@@ -317,7 +317,7 @@ class Session(NotebookDisplay):
                 NATURE_STREAM, turn_number, reroll, self.problem.uniform_counts.step
             )[0]
         outcome = self.problem.step(self.state[None], joint[None], uniforms[None])
-        check_rewards(self.problem, outcome.rewards)
+        validate_outcome(self.problem, outcome)
         state = readonly_copy(outcome.state[0])
         hidden = self.problem.partially_observable
         turn = Turn(

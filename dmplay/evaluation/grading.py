@@ -18,7 +18,7 @@ from dmplay.game.game import REPEATED_UNIFORMS_NOTE
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.seats import HUMAN, list_human_seats
-from dmplay.game.transcript_files import load_transcript_problem, verify_file
+from dmplay.game.transcript_files import load_transcript_problem, verify
 from dmplay.registry import agents
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, is_concealed
 from dmplay.transcript.format import NATURAL_END_REASONS
@@ -144,13 +144,13 @@ def _grade_file(
     try:
         transcript = read_transcript(file)
     except (DmplayError, OSError):
-        fault = _first_fault(verify_file(file))
+        fault = _first_fault(verify(file))
         yield _GradedGame(Grade(str(file), verified=False, fault=fault), (), ())
         return
     header = transcript.header
     assigned_names = None if assignment is None else assignment.find_assigned_names(header, file)
     differences = None if assignment is None else (*assignment.find_differences(header, file),)
-    report = verify_file(file, trusted=trusted, assigned_names=assigned_names)
+    report = verify(file, trusted=trusted, assigned_names=assigned_names)
     fault = _first_fault(report)
     try:
         problem = load_transcript_problem(

@@ -8,6 +8,7 @@ from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import Game
+from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.game.launch_requests import format_settings
 from dmplay.game.saves import load_transcript
@@ -109,6 +110,12 @@ class Playback(NotebookDisplay, Game):
         """The path of the replayed transcript."""
         return Path(self.transcript.path)
 
+    def review_choices(self) -> list[ReviewedAction]:
+        """Play to the end of the file, and return the review of each choice of people."""
+        list(self.iter_agent_turns())
+        human_seats = list_human_seats(self.player_names)
+        return list(review_actions(self.session, human_seats, self.player_names))
+
     def redo(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""
         raise BadParameter("a recording is only looked at; branch plays on")
@@ -135,3 +142,12 @@ class Playback(NotebookDisplay, Game):
             # Turns that an event had undone are played again from the start.
             if self._blocks[self._next_index].kind != "turn":
                 self._attach_session(self._session_before(self._next_index))
+
+
+def review(path: Path | str, *, trusted: bool = False, peek: bool = False) -> list[ReviewedAction]:
+    """Return each choice of the people in a recorded game, with its values and its regret.
+
+    Code that the file names is imported only if it is `trusted`. `peek` shows hidden information of
+    an unfinished game.
+    """
+    return Playback(Path(path), trusted=trusted, peek=peek).review_choices()

@@ -221,11 +221,11 @@ def _is_verified(path: Path, record: ProblemRecord) -> bool:
     may name another by now.
     """
     from dmplay.game.transcript_files import (
-        verify_file,  # imported here because it is needed only now
+        verify,  # imported here because it is needed only now
     )
 
     played_names = {record.problem: record.problem}
-    return verify_file(path, trusted=True, assigned_names=played_names).is_ok
+    return verify(path, trusted=True, assigned_names=played_names).is_ok
 
 
 def _save_record(record: ProblemRecord) -> None:

@@ -25,7 +25,7 @@ from dmplay.transcript.verification_report import (
     make_finding,
     merge_waiting_observations,
 )
-from dmplay.transcript.verify import verify
+from dmplay.transcript.verify import verify_transcript
 
 TRANSCRIPT_SUFFIX = ".dmt"
 TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
@@ -127,8 +127,8 @@ def _load_verifiable_policies(
     )
 
 
-def verify_file(
-    path: Path, *, trusted: bool = False, assigned_names: Mapping[str, str] | None = None
+def verify(
+    path: Path | str, *, trusted: bool = False, assigned_names: Mapping[str, str] | None = None
 ) -> VerificationReport:
     """Verify one transcript file and return a report.
 
@@ -137,6 +137,7 @@ def verify_file(
     gives a report with one finding. While the hidden information of the game is concealed, findings
     do not contain values.
     """
+    path = Path(path)
     try:
         transcript = read_transcript(path)
         loaded_problem = load_transcript_problem(
@@ -156,7 +157,7 @@ def verify_file(
         return VerificationReport(
             str(path), [Finding("facts", str(path), line, "seats", str(error))]
         )
-    report = verify(transcript, problem, policies, render_transcript_frame)
+    report = verify_transcript(transcript, problem, policies, render_transcript_frame)
     report.problem_change = describe_problem_change(transcript, loaded_problem)
     report.findings = merge_waiting_observations(report.findings)
     if is_concealed(transcript, problem):

@@ -3,23 +3,21 @@
 from dmplay.core.safe_files import write_file
 from dmplay.core.text import format_json_report
 from dmplay.errors import BadParameter
-from dmplay.game.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table, review_actions
+from dmplay.game.hints.review import REVIEW_NOTE_PREFIX, format_notes, format_table
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
 from dmplay.transcript.verification_report import describe_peeks_and_hints
 
 
-def review_transcript(recording: ReplayRequest, *, write: bool = False, json: bool = False) -> str:
+def report_review(recording: ReplayRequest, *, write: bool = False, json: bool = False) -> str:
     """Return the review of a transcript as text or JSON; if `write`, also save it in the file.
 
     Raise BadParameter if a review of an unfinished game is to be saved.
     """
     path = recording.path
     game = Playback(path, trusted=recording.trusted, peek=recording.peek)
-    list(game.iter_agent_turns())
-    human_seats = list_human_seats(game.player_names)
-    reviewed_actions = list(review_actions(game.session, human_seats, game.player_names))
+    reviewed_actions = game.review_choices()
     if write and game.transcript.end_block is None:
         raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
     if write:
@@ -33,6 +31,8 @@ def review_transcript(recording: ReplayRequest, *, write: bool = False, json: bo
             {"actions": rows_by_action, "peeked": peeked, "help": hint_counts}
         )
     rows = (
-        format_table(reviewed_actions) if human_seats else ["review: no person plays in this game"]
+        format_table(reviewed_actions)
+        if list_human_seats(game.player_names)
+        else ["review: no person plays in this game"]
     )
     return "\n".join([*rows, *describe_peeks_and_hints(hint_counts, peeked=peeked)])

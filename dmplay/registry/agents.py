@@ -26,11 +26,6 @@ from dmplay.registry.problems import builtin_stem, load_problem
 from dmplay.registry.user_code import load_named_attribute, may_name_code
 
 NON_PARAMETER_FIELDS = ("problem", "seat", "policy_lookup")  # fields that are not parameters
-RENAMED_POLICY_MEMBERS = {  # first names of the members of Policy in version 0.1.0 -> today's
-    "draws": "uniform_count",
-    "begin": "initial_memory",
-    "update": "update_memory",
-}
 MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that does not fit
 
 
@@ -100,13 +95,7 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
         if not hasattr(policy, member)
     ]
     if missing:
-        renamed = [
-            f"{old_name} is now called {new_name}"
-            for old_name, new_name in RENAMED_POLICY_MEMBERS.items()
-            if new_name in missing and hasattr(policy, old_name)
-        ]
-        message = "; ".join([f"not a policy, it lacks {', '.join(missing)}", *renamed])
-        raise BadPolicy(f"{name}: {message}")
+        raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         raise BadPolicy(
             f"{name}: uniform_count: got {policy.uniform_count!r}, expected how many, 0 or more"

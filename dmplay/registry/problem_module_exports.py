@@ -20,26 +20,6 @@ from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
 
-# First names of the members of Problem and Tabular in version 0.1.0, and their names today.
-RENAMED_METHODS = {
-    "opening": "initial_chance",
-    "place": "initial_states",
-    "move": "resolve_events",
-    "notation": "format_state",
-    "parse": "parse_state",
-    "legal": "legal_actions_mask",
-    "called": "action_labels",
-    "carry": "joint_belief_update",
-    "waiting": "inactive_agents",
-    "story": "description",
-    "picture": "draw_state",
-    "glimpse": "draw_observation",
-}
-RENAMED_ATTRIBUTES = {
-    "states": "state_count",
-    "names": "state_names",
-    "start_belief": "initial_belief",
-}
 # names that a player can have besides those of agents
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 
@@ -87,17 +67,6 @@ def to_problem(name: str, value: object) -> Problem:
 
 def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     """Return a problem with default parameters; raise BadParameter if its class is incomplete."""
-    members = {
-        # An annotated name is a parameter of the problem, and may be called anything.
-        name: value
-        for name, value in vars(kind).items()
-        if name not in vars(kind).get("__annotations__", {})
-    }
-    for name, value in members.items():
-        renamed = RENAMED_METHODS if inspect.isfunction(value) else RENAMED_ATTRIBUTES
-        if name in renamed:
-            location = user_code_locations.locate_definition(kind, name)
-            raise BadParameter(f"{location} {kind.__name__}.{name} is now called {renamed[name]}")
     if inspect.isabstract(kind):
         missing = ", ".join(sorted(kind.__abstractmethods__))
         message = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
@@ -217,10 +186,7 @@ def _ignored_parameters(agent_class: type) -> list[str]:
 
 def module_view(problem: Problem) -> Any:
     """Return the view that a problem's module defines in VIEW; None if it defines none."""
-    module = _user_module(problem)
-    if hasattr(module, "LOOK") and not hasattr(module, "VIEW"):
-        raise BadParameter(f"{module_file(problem)}: LOOK is now called VIEW")
-    return getattr(module, "VIEW", None)
+    return getattr(_user_module(problem), "VIEW", None)
 
 
 def module_keys(problem: Problem) -> dict[str, str]:

@@ -18,10 +18,10 @@ from dmplay.core.problem import (
     Problem,
     build_percept,
     check_problem,
-    check_rewards,
     find_wait_action,
     make_initial_observation,
     mark_inactive_agents,
+    validate_outcome,
 )
 from dmplay.core.session import DEFAULT_TURN_LIMIT, call_memory_method, validate_policy_actions
 from dmplay.core.spaces import ACTION_DECIMALS, Interval, Labels
@@ -442,7 +442,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
             actions,
             generate_block_uniforms(NATURE_STREAM, turn, problem.uniform_counts.step),
         )
-        check_rewards(problem, outcome.rewards)
+        validate_outcome(problem, outcome)
         memories = [
             call_memory_method(
                 prefix,

@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory, Policy, required_fields
-from dmplay.core.problem import Outcome, build_percept, check_rewards, make_initial_observation
+from dmplay.core.problem import Outcome, build_percept, make_initial_observation, validate_outcome
 from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.uniforms import NATURE_STREAM
 from dmplay.simulation.seat_spaces import IllegalActionRule, SeatSpaces
@@ -76,7 +76,7 @@ class VectorGames:
             NATURE_STREAM, self._turns, problem.uniform_counts.step, self._all_rows
         )
         outcome = problem.step(self._state, joint, u)
-        check_rewards(problem, outcome.rewards)
+        validate_outcome(problem, outcome)
         rewards = outcome.rewards[:, seat] + 0.0
         illegal_rows = self._apply_outcome(joint, outcome, rewards)
         was_done = self.done_mask

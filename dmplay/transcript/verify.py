@@ -30,7 +30,7 @@ from dmplay.transcript.turn_batch_replay import BatchReplayer, apply_block, spli
 from dmplay.transcript.verification_report import Finding, VerificationReport, make_finding
 
 
-def verify(
+def verify_transcript(
     transcript: Transcript,
     problem: Problem,
     policies: Sequence[Policy | None] = (),

@@ -10,7 +10,7 @@ from dmplay.evaluation.assignment import read_assignment
 from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.transcript.reader import read_transcript as transcript
 
 ASSIGNMENT_TEXT = """dmplay: 1
@@ -70,8 +70,8 @@ def test_an_assignment_without_seeds_uses_new_ones() -> None:
 def test_the_games_of_an_assignment_are_played_one_after_another() -> None:
     first, second = record_empty_game(*ADA_ARGUMENTS), record_empty_game(*ADA_ARGUMENTS)
     assert [str(first), str(second)] == ["ada-lovelace-8.dmt", "ada-lovelace-7.dmt"]
-    assert verify_file(first).is_ok
-    assert verify_file(second).is_ok
+    assert verify(first).is_ok
+    assert verify(second).is_ok
     header = transcript(second).header
     assert (header.player, header.seed, header.turns) == ("Ada Lovelace", 7, 3)
     assert (header.strict, header.parameters) == ("hints", {"slip": 0.2})

@@ -17,7 +17,7 @@ from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
 from dmplay.game.command_line_results import Printout
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.guide.topics import read_topic
 from dmplay.output import evaluation_request
 from dmplay.output.evaluation_report import _run_headline, draw_histogram
@@ -194,7 +194,7 @@ def test_recorded_games_of_a_run_match_its_rows(tmp_path: Path) -> None:
     assert returns[numbers[0], 0] == returns.min()
     assert returns[numbers[1], 0] == returns.max()
     for number, row in zip(numbers, records, strict=True):
-        assert verify_file(Path(row["kept"])).is_ok
+        assert verify(Path(row["kept"])).is_ok
         end = read_transcript(row["kept"]).end_block
         assert end
         result = end["end"]

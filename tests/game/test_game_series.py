@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController, next_numbered_path
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.shell.commands import run_line
 from dmplay.views.protocol import DrawOptions
@@ -33,7 +33,7 @@ def create_controller(path: Path, **options: object) -> GameController:
 
 def verify_and_read_end(path: Path) -> tuple[object, object]:
     """Verify a transcript; return its end reason and its number of turns."""
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     end = read_transcript(path).end_block
     assert end is not None
     end_facts = json.loads(json.dumps(end["end"]))
@@ -195,7 +195,7 @@ def test_a_saved_copy_is_unfinished_or_complete(tmp_path: Path) -> None:
     run_line(controller, f"save {tmp_path / 'one.dmt'}")
     run_line(controller, "e")
     run_line(controller, f"save {tmp_path / 'two.dmt'}")
-    assert verify_file(tmp_path / "one.dmt").is_unfinished
+    assert verify(tmp_path / "one.dmt").is_unfinished
     assert verify_and_read_end(tmp_path / "two.dmt") == ("turn limit", 2)
     with pytest.raises(BadParameter, match="exists; give another name"):
         run_line(controller, f"save {tmp_path / 'two.dmt'}")

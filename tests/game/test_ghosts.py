@@ -9,7 +9,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -92,7 +92,7 @@ def test_the_transcript_with_a_ghost_differs_only_by_a_note(tmp_path: Path) -> N
         for action in (3, 0, 3):
             game.choose(action)
         game.finish()
-        assert verify_file(tmp_path / "game.dmt").is_ok
+        assert verify(tmp_path / "game.dmt").is_ok
         texts.append((tmp_path / "game.dmt").read_text())
     assert texts[0] == texts[1].replace("turn: 1\n", "# ghost: optimal\nturn: 1\n")
 

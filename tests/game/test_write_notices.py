@@ -21,7 +21,7 @@ from dmplay.game.command_line_results import PlayCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.terminal.capabilities import Terminal, TerminalOptions
 from dmplay.ui.game_launcher import play_game
 from dmplay.ui.screen.key_handlers import handle_key
@@ -104,8 +104,8 @@ def test_a_failed_write_is_reported_once_after_its_turn(
         assert json.loads(rows[failed - 1])["turn"] == 2
     else:
         assert "turn 2." in rows[failed - 1]
-    assert verify_file(path).is_ok
-    assert verify_file(path).turns == 4
+    assert verify(path).is_ok
+    assert verify(path).turns == 4
 
 
 @with_room_afterwards()
@@ -279,7 +279,7 @@ def test_a_file_that_was_removed_or_emptied_is_written_again(
     assert is_game_running(path)
     run_line(controller, actions[2])
     controller.end_game()
-    assert (verify_file(path).findings, verify_file(path).turns) == ([], 3)
+    assert (verify(path).findings, verify(path).turns) == ([], 3)
 
 
 @with_room_afterwards()
@@ -290,8 +290,8 @@ def test_a_file_that_was_removed_before_the_last_line_is_complete(tmp_path: Path
     run_line(controller, "e")
     path.unlink()
     controller.end_game()
-    assert verify_file(path).is_ok
-    assert not verify_file(path).is_unfinished
+    assert verify(path).is_ok
+    assert not verify(path).is_unfinished
 
 
 @pytest.mark.parametrize(
@@ -326,7 +326,7 @@ def test_a_file_that_was_taken_away_is_reported_at_the_next_turn_and_left_alone(
     run_line(controller, "w")
     assert controller.take_write_notice() == f"{path} is written again, and nothing is missing"
     controller.end_game()
-    assert (verify_file(path).findings, verify_file(path).turns) == ([], 4)
+    assert (verify(path).findings, verify(path).turns) == ([], 4)
 
 
 @pytest.mark.parametrize("is_json", [False, True])
@@ -372,7 +372,7 @@ def test_a_game_whose_file_was_removed_is_saved_elsewhere(tmp_path: Path) -> Non
     run_line(controller, "e")
     path.unlink()
     assert run_line(controller, f"save {copy}").startswith(f"saved {copy}")
-    assert verify_file(copy).turns == 1
+    assert verify(copy).turns == 1
 
 
 @with_room_afterwards()
@@ -385,4 +385,4 @@ def test_a_game_that_is_resumed_is_written_again_too(tmp_path: Path) -> None:
     path.unlink()
     run_line(resumed, "w")
     resumed.end_game()
-    assert (verify_file(path).findings, verify_file(path).turns) == ([], 2)
+    assert (verify(path).findings, verify(path).turns) == ([], 2)

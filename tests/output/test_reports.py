@@ -16,7 +16,7 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import saved_games
-from dmplay.output.review_report import review_transcript
+from dmplay.output.review_report import report_review
 from dmplay.output.tables import format_csv, format_csv_row, format_table
 from dmplay.terminal.capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
@@ -153,7 +153,7 @@ def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
     start_new_game(
         GameRequest("hexworld", seed=7, agent="random", turns=1, record_path=tmp_path / "g.dmt")
     ).finish()
-    message = review_transcript(ReplayRequest(tmp_path / "g.dmt"))
+    message = report_review(ReplayRequest(tmp_path / "g.dmt"))
     assert message == "review: no person plays in this game"
 
 

@@ -13,7 +13,7 @@ from rich.text import Text
 from dmplay.cli.parsed_command_runner import execute_result
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import ReplayRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.output.svg_export import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript
 from tests.support.games import read_transcript, record_game
@@ -193,7 +193,7 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
         "2     w      sw    0.58 ###############",
         "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1",
     ]
-    assert verify_file(transcript_path).is_ok
+    assert verify(transcript_path).is_ok
     notes = [row for row in transcript_path.read_text().splitlines() if row.startswith("# review ")]
     assert notes[0].startswith("# review turn 1, agent: chose e, best se, regret 0.78. values: e ")
     assert len(notes) == 3
@@ -216,7 +216,7 @@ def test_a_branch_has_the_first_turns_and_uniforms_of_the_original(transcript_pa
     )
     assert completed.returncode == 0
     branch_path = transcript_path.parent / "b.dmt"
-    assert verify_file(branch_path).is_ok
+    assert verify(branch_path).is_ok
     original, branch = read_transcript(transcript_path), read_transcript(branch_path)
     assert original.blocks[1]["draws"] == branch.blocks[1]["draws"]
     assert original.blocks[2]["draws"] == branch.blocks[2]["draws"]
@@ -229,7 +229,7 @@ def test_a_branch_copies_the_rerolled_uniforms(tmp_path: Path) -> None:
     commands = "w\nw\nreroll\nreroll\nw\n"
     run_dmplay(tmp_path, "hexworld", "--seed", "3", "-o", "g.dmt", stdin=commands)
     run_dmplay(tmp_path, "branch", "g.dmt", "--at", "2", "-o", "b.dmt", stdin="e\nundo 2\nw\n")
-    assert verify_file(tmp_path / "b.dmt").is_ok
+    assert verify(tmp_path / "b.dmt").is_ok
     draws = [
         block["draws"]
         for block in read_transcript(tmp_path / "g.dmt").blocks

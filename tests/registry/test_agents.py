@@ -243,16 +243,3 @@ def test_an_agent_with_a_time_limit_cannot_be_verified() -> None:
     for limit, verifiable in (("", True), (":milliseconds=5", False)):
         seats = {"agent": f"expectimax{limit}"}
         assert (load_verifiable_policies(problem, seats, trusted=False) != [None]) is verifiable
-
-
-def test_a_policy_with_members_under_their_old_names_is_reported_with_the_new_ones(
-    tmp_path: Path,
-) -> None:
-    (tmp_path / "old.py").write_text(
-        "class Old:\n    draws = 0\n    def __init__(self, problem, seat): pass\n"
-        "    def begin(self, observation): return ()\n"
-        "    def update(self, memory, percept): return ()\n"
-        "    def choose(self, memory, legal, u): return u\n"
-    )
-    with pytest.raises(BadPolicy, match="draws is now called uniform_count; begin is now called"):
-        dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/old.py:Old")

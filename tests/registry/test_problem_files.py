@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import rewrite_file, verify_file
+from dmplay.game.transcript_files import rewrite_file, verify
 from dmplay.registry.problem_name_kinds import rebase_name
 from dmplay.registry.problems import load_problem, requires_trust, resolve_problem
 from dmplay.transcript.reader import read_transcript
@@ -69,9 +69,9 @@ def test_a_transcript_names_the_relative_problem_file_and_its_hash(problem_folde
     for folder in (problem_folder / "below", problem_folder, problem_folder.parent):
         with pytest.MonkeyPatch.context() as context:
             context.chdir(folder)
-            assert verify_file(problem_folder / "below" / "a.dmt").is_ok
+            assert verify(problem_folder / "below" / "a.dmt").is_ok
     (problem_folder / "below").rename(problem_folder / "moved")
-    assert verify_file(problem_folder / "moved" / "a.dmt").is_ok
+    assert verify(problem_folder / "moved" / "a.dmt").is_ok
     assert (
         rebase_name("hexworld:straight-line", problem_folder, problem_folder / "below")
         == "hexworld:straight-line"
@@ -84,7 +84,7 @@ def test_a_changed_problem_file_is_reported(problem_folder: Path) -> None:
     write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT + "# another\n")
     current_origin = resolve_problem("tiger.POMDP", {}).origin
     message = f"tiger.POMDP is {current_origin}, was {before}"
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok
     assert message in report.summary
     assert Playback(path).warning == message
@@ -95,7 +95,7 @@ def test_a_changed_problem_file_is_reported(problem_folder: Path) -> None:
     header = read_transcript("below/b.dmt").header
     assert (header.problem, header.origin) == ("../tiger.POMDP", current_origin)
     assert rewrite_file(path)
-    assert verify_file(path).problem_change == ""
+    assert verify(path).problem_change == ""
 
 
 def test_a_problem_file_with_other_rules_fails_verification_and_is_reported(
@@ -107,10 +107,10 @@ def test_a_problem_file_with_other_rules_fails_verification_and_is_reported(
         "tiger.POMDP",
         TIGER_TEXT.replace("* -1\n", "* -7\n").replace("0.85", "0.1 0.9 #"),
     )
-    report = verify_file(path)
+    report = verify(path)
     assert not report.is_ok
     write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT.replace("* -1\n", "* -7\n"))
-    report = verify_file(path)
+    report = verify(path)
     assert not report.is_ok
     assert str(report).splitlines()[-1].startswith("a.dmt: tiger.POMDP is sha256:")
     Path("tiger.POMDP").unlink()
@@ -128,7 +128,7 @@ def test_a_game_of_a_team_is_played_and_verified(problem_folder: Path) -> None:
     while game.play_agent_turn():
         pass
     game.finish("quit")
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     turn = read_transcript(path).blocks[1]
     assert json.dumps(turn["observations"]).count("hear-") == 2
 
@@ -164,7 +164,7 @@ def test_an_extensive_game_is_played_and_its_missing_extra_is_named(
     assert game.session.over
     assert abs(game.session.total_rewards()[0]) == 2.0  # a raise that is called wins or loses two
     table.end_game()
-    assert verify_file(Path("game.dmt")).is_ok
+    assert verify(Path("game.dmt")).is_ok
     print_epilogue(table)
     assert "replay: dmplay replay game.dmt\n" in capsys.readouterr().err  # it needs no trust
     monkeypatch.setitem(sys.modules, "pyspiel", None)
@@ -200,9 +200,9 @@ def test_what_waiting_players_once_observed_is_one_finding_that_an_update_repair
     write_text_file(problem_folder, "poker.efg", POKER_SOURCE)
     path = Path("old.dmt")
     path.write_text(OLD_POKER_GAME)
-    assert str(verify_file(path)) == (
+    assert str(verify(path)) == (
         "old.dmt:10: turn 0, player-1: observations: of an older dmplay, which revealed the acting "
         "player's information set; a waiting player observes nothing: --update rewrites the file"
     )
     assert '"player-1": "nothing"' in rewrite_file(path)
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok

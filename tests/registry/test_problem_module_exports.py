@@ -255,22 +255,3 @@ def test_action_labels_may_depend_on_the_state() -> None:
     assert steps.view().last_action_label == ""
     assert run_line(table, "up-to-1").endswith("chose up-to-1. reward 0. score 0.")
     assert collect_turn_facts(steps.session)["actions"] == {"agent": "right"}
-
-
-def test_a_member_under_its_old_name_is_reported_with_the_new_one() -> None:
-    Path("old.py").write_text(WALK_SOURCE.replace("def initial_states(", "def place("))
-    with pytest.raises(
-        BadParameter, match=r"^\./old\.py:\d+ Walk\.place is now called initial_states$"
-    ):
-        dmplay.load_problem("./old.py")
-
-
-def test_a_view_under_its_old_name_is_reported_with_the_new_one() -> None:
-    Path("old.py").write_text(f"{WALK_SOURCE}\nLOOK = None\n")
-    with pytest.raises(BadParameter, match=r"old\.py: LOOK is now called VIEW"):
-        load_view_module(dmplay.load_problem("./old.py"))
-
-
-def test_renamed_public_names_say_their_new_name() -> None:
-    with pytest.raises(AttributeError, match=r"dmplay\.load was renamed to dmplay\.load_problem"):
-        getattr(dmplay, "load")  # noqa: B009 - the stub does not have this name

@@ -9,7 +9,7 @@ import dmplay
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.simulation.rollouts import rollout
 
 SEED = 3
@@ -54,7 +54,7 @@ def check_external_problem(name: str, path: Path, turns: int) -> ExternalProblem
     game.finish()
     for turn, replayed_turn in zip(played_turns, session.turns, strict=True):
         assert all(map(np.array_equal, turn, replayed_turn)), name
-    report = verify_file(path, trusted=True)
+    report = verify(path, trusted=True)
     assert report.is_ok, f"{name}: {report}"
     assert not report.problem_change
     assert report.turns == len(played_turns)

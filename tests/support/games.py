@@ -11,7 +11,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.session import View
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.transcript.reader import read_transcript
 
 
@@ -79,7 +79,7 @@ def read_values(path: Path, key: str) -> list[str]:
 
 def assert_verified(path: Path) -> Path:
     """Assert that a transcript verifies; return its path."""
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok, str(report)
     return path
 

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from tests.crash_tests.kill_moments import Fuse
 from tests.support.games import assert_verified, read_values
 from tests.support.programs import PROGRAM_TIMEOUT_SECONDS, run_wrapped
@@ -72,7 +72,7 @@ def run_with_signals(folder: Path, front: str, moment: int, *signals: int) -> tu
     file = folder / "g.dmt"
     if not file.exists() or not file.stat().st_size:
         return result.returncode, 0, False
-    report = verify_file(file)
+    report = verify(file)
     assert report.is_ok or report.is_unfinished, (front, moment, str(report))
     return result.returncode, report.turns, report.is_ok
 

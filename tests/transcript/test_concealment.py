@@ -17,7 +17,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.transcript_files import format_reports, verify_file
+from dmplay.game.transcript_files import format_reports, verify
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.game_launcher import print_epilogue
@@ -102,12 +102,12 @@ def test_a_peek_marks_the_game_permanently(words: tuple[str, ...], tmp_path: Pat
     controller = GameController(cli_interpreter=interpret_command)
     run_command_line(controller, *(word.format(path) for word in words), "--peek")
     assert is_peeked(path)
-    report = verify_file(path)
+    report = verify(path)
     assert (report.is_unfinished, report.peeked) == (True, True)
     assert report.summary == "1 turn, unfinished; not re-asked: human; peeked"
     resumed_game = resume_game(ResumeRequest(path))
     resumed_game.finish()
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert is_peeked(path)
     if words[0] == "branch":
         controller.end_game()
@@ -122,7 +122,7 @@ def test_a_peek_preserves_notes_a_torn_tail_and_the_checksum(tmp_path: Path) -> 
     run_command_line(
         GameController(cli_interpreter=interpret_command), "export", path, "--csv", "--peek"
     )
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert path.read_text().startswith("# a note\ndmplay: 1\n")
     assert path.read_text().endswith("# another\n")
     torn = write_killed_game(tmp_path, record_path=tmp_path / "torn.dmt")
@@ -184,7 +184,7 @@ def test_a_replay_agent_cannot_use_a_game_that_can_continue(tmp_path: Path) -> N
 def test_an_unreplayable_game_that_can_continue_is_not_disclosed(tmp_path: Path) -> None:
     path = write_killed_game(tmp_path)
     replace_in_file(path, '"feed"', '"fed"')
-    assert "did you mean feed?" in str(verify_file(path).findings[0])
+    assert "did you mean feed?" in str(verify(path).findings[0])
     with pytest.raises(BadParameter, match=OPEN_GAME_MESSAGE):
         run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
 
@@ -195,7 +195,7 @@ def test_verify_neither_prints_values_of_an_unfinished_game_nor_rewrites_it(
     path = write_killed_game(tmp_path)
     state = read_values(path, "state")[0]
     line = replace_in_file(path, state, '"sated"' if state == '"hungry"' else '"hungry"')
-    assert str(verify_file(path).findings[0]) == f"{path}:{line}: turn 0: state differs"
+    assert str(verify(path).findings[0]) == f"{path}:{line}: turn 0: state differs"
     process = run_dmplay(tmp_path, "verify", "--update", "g.dmt")
     assert f"not rewritten: g.dmt: {OPEN_GAME_MESSAGE}\n" in process.stderr
     assert process.returncode == 3
@@ -219,8 +219,8 @@ def test_resuming_is_marked_after_the_debrief_but_not_after_a_kill(
     assert is_peeked(tmp_path / "g.dmt") is is_marked
     resumed_game.choose(0)
     resumed_game.finish()
-    assert verify_file(tmp_path / "g.dmt").is_ok
-    assert verify_file(tmp_path / "g.dmt").peeked is is_marked
+    assert verify(tmp_path / "g.dmt").is_ok
+    assert verify(tmp_path / "g.dmt").peeked is is_marked
 
 
 def test_a_finished_game_without_an_end_line_can_be_disclosed(
@@ -229,7 +229,7 @@ def test_a_finished_game_without_an_end_line_can_be_disclosed(
     path = write_killed_game(tmp_path, turns=1, strict=True)
     run_command_line(GameController(cli_interpreter=interpret_command), "export", path, "--csv")
     resume_game(ResumeRequest(path)).finish()
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert not is_peeked(path)
 
 
@@ -275,7 +275,7 @@ def test_repeating_the_uniforms_of_a_disclosed_game_is_marked(command: str, tmp_
     assert source != tmp_path / "g.dmt"
     controller.game.choose(0)
     controller.end_game()
-    assert (is_peeked(source), verify_file(source).is_ok) == (True, True)
+    assert (is_peeked(source), verify(source).is_ok) == (True, True)
     assert not is_peeked(tmp_path / "g.dmt")
 
 
@@ -349,7 +349,7 @@ def test_verify_review_and_export_report_the_mark(tmp_path: Path) -> None:
     start_hidden_game(tmp_path).finish()
     path = tmp_path / "g.dmt"
     resume_game(ResumeRequest(path)).finish()
-    report = verify_file(path)
+    report = verify(path)
     assert format_reports([report], [True], json=False, quiet=False)[0] == (
         f"ok {path} (1 turn; not re-asked: human; peeked)"
     )

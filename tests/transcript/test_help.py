@@ -11,7 +11,7 @@ from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.reader import read_transcript
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -29,7 +29,7 @@ def start_recorded_game(path: Path, **options: object) -> Game:
 
 def read_end_hint_counts(path: Path) -> object:
     """Verify a file; return the hint counts of its end line, if any."""
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok, str(report)
     end = read_transcript(path).end_block
     assert end is not None
@@ -47,7 +47,7 @@ def test_hints_and_overlays_stay_counted_after_undo(tmp_path: Path) -> None:
     assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 3}
     assert read_values(tmp_path / "g.dmt", "help") == ['{"agent": 1}'] * 3
     summary = "0 turns; not re-asked: human; help: agent 3"
-    assert verify_file(tmp_path / "g.dmt").summary == summary
+    assert verify(tmp_path / "g.dmt").summary == summary
 
 
 def test_a_game_without_hints_records_no_count(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_hint_counts_survive_a_kill_a_resume_a_branch_and_a_copy(tmp_path: Path)
     run_line(GameController(resumed_game), f"save {tmp_path / 'copy.dmt'}")
     resumed_game.finish()
     assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 2}
-    assert verify_file(tmp_path / "copy.dmt").hint_counts == {"agent": 2}
+    assert verify(tmp_path / "copy.dmt").hint_counts == {"agent": 2}
     branch = branch_game(BranchRequest(tmp_path / "g.dmt", turn=0, record_path=tmp_path / "b.dmt"))
     branch.finish()
     assert read_end_hint_counts(tmp_path / "b.dmt") == {"agent": 2}
@@ -108,7 +108,7 @@ def test_an_unrecorded_game_saves_its_hint_counts(tmp_path: Path) -> None:
     )
     run_line(GameController(game), "hint")
     run_line(GameController(game), f"save {tmp_path / 'copy.dmt'}")
-    assert verify_file(tmp_path / "copy.dmt").hint_counts == {"agent": 1}
+    assert verify(tmp_path / "copy.dmt").hint_counts == {"agent": 1}
 
 
 def test_playback_does_not_stop_at_hint_counts(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_changed_hint_count_is_found(tmp_path: Path) -> None:
     def verify_after_change(before: str, after: str) -> str:
         path.write_text(original)
         replace_in_file(path, before, after)
-        return str(verify_file(path).findings[0])
+        return str(verify(path).findings[0])
 
     for after, finding in FINDING_BY_REPLACEMENT.items():
         assert finding in verify_after_change(
@@ -190,7 +190,7 @@ def test_a_game_may_forbid_hints(command: str, tmp_path: Path) -> None:
         run_line(controller, "undo")
     assert 'strict: "hints"\n' in (tmp_path / "g.dmt").read_text()
     controller.end_game()
-    assert verify_file(tmp_path / "g.dmt").is_ok
+    assert verify(tmp_path / "g.dmt").is_ok
     run_line(controller, "restart")
     assert controller.game.hints_forbidden
 

@@ -14,7 +14,7 @@ from dmplay.errors import BadTranscript, DmplayError
 from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
-from dmplay.game.transcript_files import rewrite_file, verify_file
+from dmplay.game.transcript_files import rewrite_file, verify
 from tests.support.interruption import run_with_call_limit
 
 MANY_HEXES = [[q, 0] for q in range(20_000)]
@@ -107,7 +107,7 @@ def test_an_oversized_game_is_a_finding_and_is_not_resumed(
 ) -> None:
     path = write_unfinished_game(tmp_path / "game.dmt", case)
     before = path.read_bytes()
-    report = run_with_call_limit(lambda: verify_file(path))
+    report = run_with_call_limit(lambda: verify(path))
     assert case.message in str(report)
     with pytest.raises(DmplayError, match=re.escape(case.message)):
         run_with_call_limit(partial(resume_for_one_turn, path))
@@ -137,7 +137,7 @@ def test_an_agent_that_solves_high_discounts_quickly_is_checked(
     case: OversizedCase, tmp_path: Path
 ) -> None:
     path = write_unfinished_game(tmp_path / "game.dmt", case)
-    assert run_with_call_limit(lambda: verify_file(path)).turns == 2
+    assert run_with_call_limit(lambda: verify(path)).turns == 2
 
 
 @pytest.mark.parametrize("problem", ["multicaregiver-crying-baby", "hexworld", "predator-prey"])
@@ -156,7 +156,7 @@ def test_games_without_people_cannot_raise_the_turn_limit_in_their_file(
         file.write('end: {"reason": "turn limit"}\n')
     with pytest.raises(BadTranscript, match=pattern):
         rewrite_file(path)
-    assert verify_file(path).turns == 2
+    assert verify(path).turns == 2
 
 
 def test_a_file_with_seats_of_another_problem_is_not_resumed(tmp_path: Path) -> None:
@@ -170,4 +170,4 @@ def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     with path.open("wb") as file:
         file.truncate(safe_files.MAX_FILE_BYTES + 1)
-    assert "cannot be read: larger than 64 MB" in str(verify_file(path))
+    assert "cannot be read: larger than 64 MB" in str(verify(path))

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.evaluation.grading import grade_files
-from dmplay.game.transcript_files import rewrite_file, verify_file
+from dmplay.game.transcript_files import rewrite_file, verify
 from tests.support.games import record_game
 from tests.support.programs import run_dmplay
 
@@ -37,7 +37,7 @@ def changed_path(tmp_path: Path, request: pytest.FixtureRequest) -> Path:
 
 
 def test_a_file_with_other_line_ends_verifies_with_a_remark(changed_path: Path) -> None:
-    report = verify_file(changed_path)
+    report = verify(changed_path)
     assert (report.findings, report.summary) == ([], f"3 turns; {REMARK}")
     (grade,) = grade_files([changed_path]).grades
     assert (grade.verified, grade.remarks) == (True, (REMARK,))
@@ -50,7 +50,7 @@ def test_update_writes_the_line_ends_of_dmplay(changed_path: Path) -> None:
 
 def test_another_change_is_still_found(changed_path: Path) -> None:
     changed_path.write_bytes(changed_path.read_bytes().replace(b'"ignore"', b'"sing"', 1))
-    assert not verify_file(changed_path).is_ok
+    assert not verify(changed_path).is_ok
 
 
 def test_a_game_with_other_line_ends_is_resumed(tmp_path: Path) -> None:
@@ -59,7 +59,7 @@ def test_a_game_with_other_line_ends_is_resumed(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
     run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
     assert b"\r" not in path.read_bytes()
-    assert verify_file(path).summary == "2 turns; not re-asked: human"
+    assert verify(path).summary == "2 turns; not re-asked: human"
 
 
 @pytest.mark.parametrize("added", [b"\n", b"\n\n", b"  \n", b"\r\n\r\n"])
@@ -72,7 +72,7 @@ def test_an_unfinished_game_with_blank_lines_at_its_end_is_resumed(
     raw = path.read_bytes()
     path.write_bytes(raw[: raw.index(b"end:")] + added)
     run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
-    report = verify_file(path)
+    report = verify(path)
     assert (report.findings, report.summary) == ([], "2 turns; not re-asked: human")
 
 
@@ -81,20 +81,20 @@ def test_a_note_below_the_end_keeps_its_spaces(tmp_path: Path) -> None:
     record_game(path, "hexworld", "random", turns=2)
     noted = path.read_bytes() + b"# a good game  \n"
     path.write_bytes(noted)
-    assert verify_file(path).summary == "2 turns"
+    assert verify(path).summary == "2 turns"
     path.write_bytes(noted + b"\n")
-    assert verify_file(path).summary == f"2 turns; {REMARK}"
+    assert verify(path).summary == f"2 turns; {REMARK}"
     rewrite_file(path)
     assert path.read_bytes() == noted
     path.write_bytes(noted.rstrip())
-    assert verify_file(path).summary == f"2 turns; {REMARK}"
+    assert verify(path).summary == f"2 turns; {REMARK}"
 
 
 def test_a_line_after_an_empty_one_below_the_end_is_refused_by_its_reason(tmp_path: Path) -> None:
     path = tmp_path / "g.dmt"
     content = record_game(path, "hexworld", "random", turns=2)
     path.write_text(f"{content}\n# a note\n")
-    (finding,) = verify_file(path).findings
+    (finding,) = verify(path).findings
     assert "got lines after an empty one below the end, expected only notes" in str(finding)
 
 
@@ -102,4 +102,4 @@ def test_a_line_after_an_empty_one_below_the_end_is_refused_by_its_reason(tmp_pa
 def test_a_torn_end_line_stays_torn(tmp_path: Path, ending: str) -> None:
     content = record_game(tmp_path / "g.dmt", "hexworld", "random", turns=2)
     (tmp_path / "g.dmt").write_text(content[: content.index("end:")] + ending)
-    assert verify_file(tmp_path / "g.dmt").is_unfinished
+    assert verify(tmp_path / "g.dmt").is_unfinished

@@ -18,7 +18,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_setup import format_resume_command, start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.seats import HUMAN
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.transcript.header import Header
 from dmplay.transcript.reader import read_transcript
 from dmplay.transcript.recorder import Recorder
@@ -143,7 +143,7 @@ def test_a_game_ends_when_its_transcript_is_as_large_as_can_be_verified(
     assert path.read_text().endswith(
         "\n# the transcript is full, because dmplay reads at most 64 MB\n"
     )
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok, str(report)
     assert report.turns == turn_count
 
@@ -164,7 +164,7 @@ def test_a_person_can_take_back_the_turn_that_filled_a_transcript(
     assert game.narrator.closing_lines()[0].startswith(
         f"over: interrupted after {turn_count} turns. the transcript is full"
     )
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok, str(report)
 
 
@@ -207,5 +207,5 @@ def test_the_same_seed_gives_the_same_bytes_in_every_process(
         )
         files.append((tmp_path / f"{number}.dmt").read_bytes())
     assert files[0] == files[1] == files[2]
-    report = verify_file(tmp_path / "0.dmt")
+    report = verify(tmp_path / "0.dmt")
     assert report.is_ok, str(report)

@@ -19,13 +19,13 @@ from dmplay.errors import BadParameter, BadTranscript
 from dmplay.game.game import Game
 from dmplay.game.game_setup import branch_game, resume_game, start_new_game
 from dmplay.game.launch_requests import BranchRequest, GameRequest, ResumeRequest
-from dmplay.game.transcript_files import rewrite_file, verify_file
+from dmplay.game.transcript_files import rewrite_file, verify
 from dmplay.transcript import format as transcript_format
 from dmplay.transcript import reader
 from dmplay.transcript.format import encode_json, round_number
 from dmplay.transcript.line_parser import parse_line
 from dmplay.transcript.reader import parse_transcript, read_transcript
-from dmplay.transcript.verify import verify
+from dmplay.transcript.verify import verify_transcript
 from dmplay.views.toolkit import canvas
 from tests.support.games import record_game, replace_in_file
 from tests.support.seated_agents import ObservationMutatingScript
@@ -65,14 +65,14 @@ def transcript_path(tmp_path: Path) -> Path:
 
 
 def list_findings(path: Path) -> list[str]:
-    return str(verify_file(path)).replace(str(path), "game.dmt").splitlines()
+    return str(verify(path)).replace(str(path), "game.dmt").splitlines()
 
 
 def test_a_short_game_has_the_documented_text(transcript_path: Path) -> None:
     end = transcript_path.read_text().splitlines()[-1]
     digest = json.loads(end.removeprefix("end: "))["sha256"]
     assert transcript_path.read_text() == STRAIGHT_LINE_TEXT % digest
-    assert verify_file(transcript_path).is_ok
+    assert verify(transcript_path).is_ok
 
 
 def test_a_wrong_reward_is_reported_with_line_turn_seat_expected_and_got(
@@ -114,7 +114,7 @@ def test_unchecked_players_are_reported(
     problem: str, agent: str, unchecked: list[str], tmp_path: Path
 ) -> None:
     record_game(tmp_path / "game.dmt", problem, agent, turns=1)
-    report = verify_file(tmp_path / "game.dmt")
+    report = verify(tmp_path / "game.dmt")
     summary = f"1 turn; not re-asked: {unchecked[0]}" if unchecked else "1 turn"
     assert (report.is_ok, report.unchecked_players, report.summary) == (True, unchecked, summary)
 
@@ -124,8 +124,8 @@ def test_a_user_defined_agent_is_checked_only_with_trust(tmp_path: Path) -> None
     (tmp_path / "bots.py").write_text("from dmplay.agents.random_agent import Random as Bot\n")
     record_game(path, "hexworld", bot, turns=1)
     assert (
-        verify_file(path).unchecked_players,
-        verify_file(path, trusted=True).unchecked_players,
+        verify(path).unchecked_players,
+        verify(path, trusted=True).unchecked_players,
     ) == (["bots.py:Bot"], [])
 
 
@@ -173,7 +173,7 @@ def test_notes_may_be_added_anywhere(transcript_path: Path) -> None:
     rows = transcript_path.read_text().splitlines()
     text_with_notes = "\n".join(["# first", *rows[:12], "# within", *rows[12:], "# last", ""])
     transcript_path.write_text(text_with_notes)
-    assert verify_file(transcript_path).is_ok
+    assert verify(transcript_path).is_ok
     assert rewrite_file(transcript_path) == ""
     assert transcript_path.read_text() == text_with_notes
 
@@ -189,7 +189,7 @@ def test_the_text_of_a_note_follows_a_space(transcript_path: Path, row: str) -> 
 def test_a_wrong_frame_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     record_game(path, "hexworld", "optimal", record_frames=True, turns=1)
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     text = path.read_text()
     path.write_text(text.replace("+10", "+11", 1))
     assert " turn 0: frame: expected │     │     │ -10" in list_findings(path)[0]
@@ -200,7 +200,7 @@ def test_any_changed_digit_fails_on_its_line(tmp_path: Path) -> None:
     text = record_game(path, "crying-baby", "feed-when-crying", seed=5, turns=1)
     for index in [index for index, glyph in enumerate(text) if glyph.isdigit()]:
         path.write_text(text[:index] + "9012345678"[int(text[index])] + text[index + 1 :])
-        first_findings = verify_file(path).findings
+        first_findings = verify(path).findings
         line = text[:index].count("\n") + 1
         assert first_findings, f"line {line}: {text.splitlines()[line - 1]}"
         assert first_findings[0].line == line
@@ -210,10 +210,10 @@ def test_an_unfinished_file_does_not_verify(transcript_path: Path) -> None:
     rows = transcript_path.read_text().splitlines(keepends=True)
     transcript_path.write_text("".join(rows[:-1]))
     assert list_findings(transcript_path) == ["game.dmt:22: turn 2: unfinished: no end line"]
-    assert verify_file(transcript_path).is_unfinished
-    assert verify_file(transcript_path).is_replayable
+    assert verify(transcript_path).is_unfinished
+    assert verify(transcript_path).is_replayable
     transcript_path.write_text("".join(rows[1:]))
-    assert not verify_file(transcript_path).is_replayable
+    assert not verify(transcript_path).is_replayable
 
 
 def test_a_game_with_a_torn_tail_is_resumed_to_the_same_text(tmp_path: Path) -> None:
@@ -270,7 +270,7 @@ def test_strict_and_reveal_are_recorded_and_apply_after_a_resume(
         'dmplay: 1\nproblem: "crying-baby"\nseats: {"agent": "human"}\nseed: 7\n'
         "strict: true\nreveal: true\n\n"
     )
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     resumed_game = resume_game(ResumeRequest(path))
     assert resumed_game.reveal
     with pytest.raises(BadParameter, match="undo: this game is strict"):
@@ -292,7 +292,7 @@ def test_a_game_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:
     assert path.read_bytes() == before
     game.finish("quit")
     resume_game(ResumeRequest(path)).finish("quit")
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
 
 
 def test_a_changed_reroll_number_is_reported_on_its_line(tmp_path: Path) -> None:
@@ -301,7 +301,7 @@ def test_a_changed_reroll_number_is_reported_on_its_line(tmp_path: Path) -> None
     game.choose(0)
     game.reroll()
     game.finish("quit")
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     replace_in_file(path, "reroll: 1", "reroll: 4")
     line = path.read_text().splitlines().index("reroll: 4") + 1
     assert list_findings(path)[0] == f"game.dmt:{line}: turn 1: reroll: expected 4, got 1"
@@ -326,7 +326,7 @@ def test_undo_and_reroll_are_recorded_and_verified(tmp_path: Path) -> None:
     text = path.read_text()
     assert "undo: 2\n" in text
     assert "reroll: 2\n" in text
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert len(resume_game(ResumeRequest(path)).session.turns) == 2
 
 
@@ -364,7 +364,7 @@ def test_update_recomputes_the_actions_of_agents(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     expected = record_game(path, "prisoners-dilemma", "grim", other_agent="tit-for-tat", turns=4)
     path.write_text(expected.replace('"agent1": "cooperate"', '"agent1": "defect"', 1))
-    assert not verify_file(path).is_ok
+    assert not verify(path).is_ok
     diff = rewrite_file(path)
     assert '-actions: {"agent1": "defect", "agent2": "cooperate"}' in diff
     assert path.read_text() == expected
@@ -386,7 +386,7 @@ def test_update_follows_a_changed_header_to_another_end(
     (key,) = before
     replace_in_file(path, f"\n{key}: {before[key]}", f"\n{key}: {after[key]}")
     rewrite_file(path)
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert path.read_text() == expected
 
 
@@ -397,7 +397,7 @@ def test_update_preserves_undo_and_reroll(tmp_path: Path) -> None:
     game.finish("quit")
     expected = path.read_text()
     replace_in_file(path, "undo: 2", "undo:  2")
-    assert not verify_file(path).is_ok
+    assert not verify(path).is_ok
     rewrite_file(path)
     assert path.read_text() == expected
 
@@ -406,7 +406,7 @@ def test_update_leaves_an_unfinished_game_unfinished(transcript_path: Path) -> N
     rows = transcript_path.read_text().splitlines(keepends=True)
     transcript_path.write_text("".join(rows[:-1]))
     rewrite_file(transcript_path)
-    assert verify_file(transcript_path).is_unfinished
+    assert verify(transcript_path).is_unfinished
 
 
 HEADER = 'dmplay: 1\nproblem: "hexworld"\nseats: {"agent": "human"}\nseed: 7\n'
@@ -462,7 +462,7 @@ def test_a_format_error_is_reported_with_line_and_column(text: str, message: str
 def test_errors_are_reported_correctly_for_unusual_file_names(tmp_path: Path, name: str) -> None:
     path = tmp_path / name
     path.write_text(HEADER + "seed: 8\n" + TURN_0)
-    [finding] = verify_file(path).findings
+    [finding] = verify(path).findings
     assert finding[:5] == (
         "facts",
         str(path),
@@ -539,7 +539,7 @@ def test_inputs_that_cannot_be_played_are_reported_with_their_line(
 ) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER + TURN_0 + block + "\n")
-    report = str(verify_file(path)).removeprefix(f"{path}:")
+    report = str(verify(path)).removeprefix(f"{path}:")
     line, _, details = report.partition(": inputs: ")
     assert f"{line}: {details}".startswith(message)
 
@@ -547,7 +547,7 @@ def test_inputs_that_cannot_be_played_are_reported_with_their_line(
 def test_a_real_action_must_be_a_number_not_text(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     record_game(path, "simple-regulator", "script:1.5,-0.25", turns=2)
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     replace_in_file(path, '"agent": 1.5', '"agent": "1.5"')
     assert list_findings(path) == ['game.dmt:12: inputs: actions: agent: got "1.5"']
 
@@ -555,7 +555,7 @@ def test_a_real_action_must_be_a_number_not_text(tmp_path: Path) -> None:
 def test_seats_of_another_problem_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", "prisoners-dilemma") + "\nturn: 0\n\n")
-    assert "seats: got agent, expected agent1, agent2" in str(verify_file(path))
+    assert "seats: got agent, expected agent1, agent2" in str(verify(path))
 
 
 def test_a_game_with_seats_of_another_problem_is_not_resumed(tmp_path: Path) -> None:
@@ -569,7 +569,7 @@ def test_a_problem_that_a_file_names_is_not_imported_without_trust(tmp_path: Pat
     (tmp_path / "evil.py").write_text("raise SystemExit('imported')")
     path = tmp_path / "t.dmt"
     path.write_text(HEADER.replace("hexworld", f"{tmp_path}/evil.py:Problem") + TURN_0)
-    report = str(verify_file(path))
+    report = str(verify(path))
     assert ":2: " in report
     assert "if it is yours, add --trust" in report
 
@@ -649,7 +649,7 @@ def test_an_endless_game_stops_at_ten_thousand_turns_and_verifies(tmp_path: Path
     endless_settings = ("rewards=[]", "hexes=[[0,0]]", "bump_cost=0")
     text = record_game(path, "hexworld", "random", settings=endless_settings)
     assert '"reason": "turn limit", "turns": 10000' in text
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -666,7 +666,7 @@ def test_a_reroll_against_a_random_agent_verifies(tmp_path: Path, seed: int) -> 
         game.redo()
     game.choose(1)
     game.finish()
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
 
 
 @pytest.mark.parametrize("agent", ["./evil.py:X", "os.path:join"])
@@ -690,7 +690,7 @@ def test_a_checked_agent_that_modifies_its_observations_is_a_finding(
 ) -> None:
     record_game(tmp_path / "g.dmt", "cart-pole", "random", turns=3)
     problem = dmplay.load_problem("cart-pole")
-    report = verify(
+    report = verify_transcript(
         read_transcript(tmp_path / "g.dmt"),
         problem,
         [ObservationMutatingScript(problem, 0, (0, 0, 0))],
@@ -722,7 +722,7 @@ def test_a_game_with_more_lines_than_the_cache_is_read_and_written_equally(
     for module in (reader, transcript_format):
         monkeypatch.setattr(module, "MAX_CACHED_LINES", 2)
     assert record_game(tmp_path / "h.dmt", "crying-baby", "random", turns=9) == text
-    assert verify_file(tmp_path / "g.dmt").is_ok
+    assert verify(tmp_path / "g.dmt").is_ok
 
 
 def test_line_numbers_are_correct_in_a_long_file(tmp_path: Path) -> None:
@@ -730,9 +730,9 @@ def test_line_numbers_are_correct_in_a_long_file(tmp_path: Path) -> None:
     text = record_game(path, "hexworld", "random", turns=3)
     notes = f"# {'x' * 600_000}\n" * 4
     path.write_text(text.replace("\nturn: 2\n", f"\n{notes}turn: 2\n"))
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     replace_in_file(path, "turn: 3\n", "trun: 3\n")
-    [finding] = verify_file(path).findings
+    [finding] = verify(path).findings
     line = 1 + path.read_text().split("\n").index("trun: 3")
     assert (finding.line, finding.what[:27]) == (line, "column 1: unknown block 'tr")
 
@@ -746,7 +746,7 @@ def test_uniforms_that_fit_no_reroll_are_reported_as_uniforms(tmp_path: Path) ->
     assert game.recorder is not None
     (uniform,) = game.session.turns[-1].uniforms.tolist()
     replace_in_file(path, str(uniform), "0.5")
-    assert "turn 1: draws: expected [0.5]" in str(verify_file(path))
+    assert "turn 1: draws: expected [0.5]" in str(verify(path))
 
 
 def test_a_turn_uses_less_than_700_bytes_of_memory(tmp_path: Path) -> None:

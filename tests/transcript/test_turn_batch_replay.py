@@ -25,7 +25,7 @@ from dmplay.transcript.header import Header
 from dmplay.transcript.reader import Transcript, parse_transcript, read_transcript
 from dmplay.transcript.recorder import Recorder
 from dmplay.transcript.replay import replay
-from dmplay.transcript.verify import verify
+from dmplay.transcript.verify import verify_transcript
 from tests.fuzz.mutations import update_checksum
 from tests.support.games import record_game
 from tests.support.turn_based_games import Nim
@@ -154,7 +154,7 @@ def verify_text(
         return [str(error)]
     with pytest.MonkeyPatch.context() as context:
         context.setattr(turn_batch_replay, "MAX_BATCH_TURNS", max_batch_turns)
-        report = verify(transcript, problem, policies)
+        report = verify_transcript(transcript, problem, policies)
     return [*map(str, report.findings), report.summary]
 
 
@@ -192,13 +192,13 @@ def test_a_game_with_repeated_states_is_replayed_in_few_moves(tmp_path: Path) ->
     record_game(tmp_path / "long.dmt", "hexworld", "random", turns=300, settings=["rewards=[]"])
     problem, transcript = MoveCountingHexWorld(rewards=()), read_transcript(tmp_path / "long.dmt")
     MoveCountingHexWorld.moves.clear()
-    assert verify(transcript, problem, [Anything(problem, 0)]).is_ok
+    assert verify_transcript(transcript, problem, [Anything(problem, 0)]).is_ok
     assert MoveCountingHexWorld.moves.total() < 60
     MoveCountingHexWorld.moves.clear()
-    assert verify(transcript, problem).is_ok
+    assert verify_transcript(transcript, problem).is_ok
     assert len(replay(transcript, problem).turns) == 300
     assert MoveCountingHexWorld.moves.total() < 120
-    assert verify(transcript, UnbatchedHexWorld(rewards=())).is_ok
+    assert verify_transcript(transcript, UnbatchedHexWorld(rewards=())).is_ok
 
 
 def test_replay_does_not_trust_the_states_in_the_file(
@@ -237,8 +237,10 @@ def test_policies_are_checked_whatever_their_memory_and_batch_size(
 ) -> None:
     problem = HexWorld(rewards=())
     transcript = record_transcript(tmp_path / "game.dmt", problem, [policy_class(problem, 0)], 40)
-    assert verify(transcript, problem, [policy_class(problem, 0)]).is_ok
-    assert not verify(transcript, problem, [dmplay.load_agent(problem, 0, "optimal")]).is_ok
+    assert verify_transcript(transcript, problem, [policy_class(problem, 0)]).is_ok
+    assert not verify_transcript(
+        transcript, problem, [dmplay.load_agent(problem, 0, "optimal")]
+    ).is_ok
 
 
 @pytest.mark.parametrize("problem", [HexWorld(rewards=()), MountainCar()])
@@ -246,7 +248,7 @@ def test_a_policy_that_counts_turns_is_called_in_batches(problem: Problem, tmp_p
     policy = TurnIndexPolicy(problem, 0)
     transcript = record_transcript(tmp_path / "game.dmt", problem, [policy], 40)
     TurnIndexPolicy.query_counts.clear()
-    assert verify(transcript, problem, [policy]).is_ok
+    assert verify_transcript(transcript, problem, [policy]).is_ok
     assert TurnIndexPolicy.query_counts.total() <= 10  # calls for 40 turns
 
 
@@ -256,7 +258,7 @@ def test_real_states_that_differ_in_batches_are_replayed_one_by_one(
 ) -> None:
     transcript = record_transcript(tmp_path / "game.dmt", car, [TurnIndexPolicy(car, 0)], 40)
     DriftingCar.moves.clear()
-    assert verify(transcript, car, [TurnIndexPolicy(car, 0)]).is_ok
+    assert verify_transcript(transcript, car, [TurnIndexPolicy(car, 0)]).is_ok
     assert DriftingCar.moves.total() < 150
     parts = transcript.content.replace('"left"', '"lift"').rpartition("lift")
     DriftingCar.moves.clear()
@@ -271,7 +273,7 @@ def test_real_states_that_differ_in_batches_are_replayed_one_by_one(
 def test_a_policy_that_modifies_its_observations_is_reported(tmp_path: Path) -> None:
     problem = HexWorld(rewards=())
     transcript = record_transcript(tmp_path / "game.dmt", problem, [Anything(problem, 0)], 40)
-    findings = verify(transcript, problem, [Scribbling(problem, 0)]).findings
+    findings = verify_transcript(transcript, problem, [Scribbling(problem, 0)]).findings
     assert "turn 2, agent: Scribbling.update_memory writes into" in findings[0].what
 
 
@@ -279,7 +281,7 @@ def test_sequential_games_and_turns_after_the_end_are_checked(tmp_path: Path) ->
     nim = Nim()
     policies = [Anything(nim, seat) for seat in range(2)]
     transcript = record_transcript(tmp_path / "game.dmt", nim, policies, 20)
-    assert verify(transcript, nim, policies).is_ok
+    assert verify_transcript(transcript, nim, policies).is_ok
     *blocks, last, _ = transcript.content.split("\n\n")
     last_turn = len(blocks) - 1  # the blocks are the header and the turns before the last
     extra_blocks = [

@@ -7,9 +7,11 @@ own method.
 from collections.abc import Callable
 from importlib import import_module
 
-from dmplay.core.problem import Problem
+from dmplay.core.problem import Problem, check_problem
+from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
 from dmplay.evaluation.solutions.solution import Solution
 from dmplay.registry.problems import builtin_stem
+from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.methods import Method, find_method
 
 # `MODULE.FUNCTION` in this folder
@@ -34,6 +36,28 @@ SOLUTIONS = {
     Method.BEST_RESPONSES: "games.solve_best_replies",
 }
 SIMULATION = "simulated_returns.solve_by_simulation"  # for problems that no method fits
+
+
+def solve(
+    problem: Problem,
+    *,
+    turns: int | None = None,
+    episodes: int | None = None,
+    workers: WorkerCount | None = None,
+    work: float | None = None,
+) -> Solution:
+    """Return the solution of a problem, as `dmplay solve` prints it.
+
+    `turns` is the length of a game that has no end of its own. `episodes` and `workers` are for
+    problems that are simulated, `work` multiplies the usual work for bounds. Raise BadParameter for
+    an option that has no effect, and BudgetExceeded if the solution takes too long.
+    """
+    check_problem(problem, turns)
+    options = SolveOptions(episodes, turns, workers, work)
+    with use_solve_options(options):
+        solution = solve_problem(problem)
+    options.check_options_used(solution.method)
+    return solution
 
 
 def solve_problem(problem: Problem) -> Solution:

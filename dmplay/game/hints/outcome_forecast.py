@@ -8,7 +8,12 @@ import numpy as np
 from dmplay.core.arrays import Array
 from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
-from dmplay.core.problem import ContinuousStates, Problem, enumerate_possible_outcomes
+from dmplay.core.problem import (
+    ContinuousStates,
+    Problem,
+    enumerate_possible_outcomes,
+    validate_outcome,
+)
 from dmplay.core.session import Session, View, list_active_seats
 from dmplay.core.text import count_probability_decimals
 from dmplay.core.work_budget import Budget
@@ -109,6 +114,7 @@ def _forecast_by_sampling(session: Session, seat: int, action: float) -> Forecas
             joint[:, other] = action_set.sample_actions(u[:, count + other], row_masks)
     joint = joint.astype(int) if all(action_set.labels for action_set in problem.actions) else joint
     outcome = problem.step(np.repeat(session.state[None], N_SAMPLES, axis=0), joint, u[:, :count])
+    validate_outcome(problem, outcome)
     return Forecast(action, np.full(N_SAMPLES, 1.0 / N_SAMPLES), outcome.state, is_sampled=True)
 
 

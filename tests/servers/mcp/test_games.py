@@ -14,7 +14,7 @@ from dmplay.game.command_line_results import McpServerConfig
 from dmplay.game.completion import name_lists
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import ResumeRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.servers.mcp.language_model_games import MAX_GAMES, ModelGames
 from dmplay.transcript.concealment import disclose_transcript
 from dmplay.transcript.reader import read_transcript
@@ -59,7 +59,7 @@ def test_each_turn_is_reported_and_the_transcript_names_the_seat_mcp(folder: Pat
     assert games.game_status("g1")["ending"].startswith("quit after 1 turn. agent score")
     path = assert_verified(find_transcript(folder))
     assert read_values(path, "seats") == ['{"agent": "mcp"}']
-    assert verify_file(path).unchecked_players == ["mcp"]
+    assert verify(path).unchecked_players == ["mcp"]
 
 
 def test_a_client_may_take_any_seat_against_built_in_agents(folder: Path) -> None:

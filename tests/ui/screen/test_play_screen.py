@@ -21,7 +21,7 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import HUMAN
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.footer import format_footer
@@ -660,7 +660,7 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     undo = "" if current_game.problem.partially_observable else "  Bksp undo"
     assert result.last.endswith(f" N new  R restart{undo}  ? help  q quit  : command")
     current_game.finish()
-    report = verify_file(path)
+    report = verify(path)
     assert report.is_ok, str(report)
     assert report.turns == len(current_game.session.turns) > 0
 

@@ -10,7 +10,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -249,7 +249,7 @@ def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_pa
     branch = tmp_path / "game-2.dmt"
     assert read_transcript(branch).header.peeked
     assert not read_transcript(tmp_path / "game.dmt").header.peeked
-    assert verify_file(branch).is_ok
+    assert verify(branch).is_ok
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from dmplay.cli.app import root_command
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import UnknownName
 from dmplay.game.game_series import GameController
-from dmplay.game.transcript_files import verify_file
+from dmplay.game.transcript_files import verify
 from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal as Wished
 from dmplay.terminal.capabilities import TerminalOptions
@@ -83,7 +83,7 @@ def test_a_branch_from_an_earlier_turn_is_recorded_in_a_new_file(tmp_path: Path)
         "g.dmt": ['{"agent": "e"}', '{"agent": "ne"}'],
         "g-2.dmt": ['{"agent": "e"}', '{"agent": "w"}'],
     }
-    assert all(verify_file(tmp_path / name).is_ok for name in actions_by_file)
+    assert all(verify(tmp_path / name).is_ok for name in actions_by_file)
 
 
 def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
@@ -93,7 +93,7 @@ def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
     assert "on from turn 2." in completed.stdout
     assert "turn 3. at (8,2). chose E, bumped" in completed.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
-    assert verify_file(file).is_ok
+    assert verify(file).is_ok
 
 
 def test_a_path_with_a_blank_is_printed_with_quotes(tmp_path: Path) -> None:
@@ -276,7 +276,7 @@ def test_every_problem_is_played_by_an_agent_step_by_step(
     assert current_shell.controller.game.session.over
     current_shell.controller.end_game()
     (path,) = list_transcripts(state_folder)
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     with pytest.raises((LookupError, ValueError), match="'nonsense'"):
         current_shell.run_line("nonsense")
 
@@ -514,7 +514,7 @@ def test_a_signal_ends_a_session_cleanly(number: int, code: int, tmp_path: Path)
         assert terminal.left_clean()
         assert "Traceback" not in terminal.printed
     (path,) = list_transcripts(tmp_path / "state")
-    assert verify_file(path).is_ok
+    assert verify(path).is_ok
     assert '"reason": "interrupted"' in path.read_text()
 
 

@@ -1,4 +1,4 @@
-"""Tests that a user's reward that is NaN, infinite or too large is refused at its turn."""
+"""Tests that invalid rewards and observations of users' problems are refused at their turn."""
 
 from pathlib import Path
 
@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.core.problem import check_rewards
+from dmplay.core.problem import Outcome, validate_outcome
 from dmplay.errors import BadParameter
 from tests.support.programs import run_dmplay
 
@@ -92,7 +92,36 @@ def test_check_still_names_the_fault(folder: Path) -> None:
 
 def test_the_seat_of_the_reward_is_named() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
-    check_rewards(problem, np.array([[1.0, -1e290]]))
-    check_rewards(problem, np.zeros((0, 2)))
+
+    def check(*rewards: list[float]) -> None:
+        rows = np.array(rewards).reshape(-1, 2)
+        validate_outcome(problem, Outcome(np.zeros(len(rows), int), rows, np.zeros(len(rows), int)))
+
+    check([1.0, -1e290])
+    check()
     with pytest.raises(BadParameter, match="got the reward nan of agent2"):
-        check_rewards(problem, np.array([[1.0, 2.0], [0.0, np.nan]]))
+        check([1.0, 2.0], [0.0, np.nan])
+
+
+ECHO_SOURCE = (
+    LINE_SOURCE.replace("Line", "Echo")
+    .replace("REWARD", "1.0")
+    .replace("    state_count", '    observations = (Labels(("x",)),)\n    state_count')
+    .replace("[:, None], new)", "[:, None], a)")
+)
+
+
+@pytest.mark.parametrize(
+    "words", [("play",), ("solve",), ("run", "--agent", "script:back"), ("check",)]
+)
+def test_an_observation_without_a_label_is_refused_with_its_line(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    (tmp_path / "echo.py").write_text(ECHO_SOURCE)
+    command, *options = words
+    done = run_dmplay(tmp_path, command, "./echo.py", *options, stdin="back\n")
+    assert done.returncode == 2
+    assert f"./echo.py:{RESOLVE_LINE + 1} resolve_events: got the observation" in (
+        done.stdout + done.stderr
+    )
+    assert "unexpected" not in done.stderr
