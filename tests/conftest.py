@@ -14,6 +14,7 @@ from hypothesis import settings
 from dmplay.agents import cart_pole, mountain_car
 from dmplay.evaluation.solutions import continuous_problems
 from dmplay.solvers.mdp.grid_value_iteration import RectangularGrid
+from tests.support.extras import is_extra_installed
 
 settings.register_profile("same", derandomize=True, deadline=None, database=None, max_examples=25)
 settings.load_profile("same")
@@ -35,10 +36,17 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the tests that take as long as all others together as slow."""
+    """Mark the tests that take as long as all others together as slow.
+
+    Skip those that need an extra which is not installed.
+    """
     for item in items:
         if any(part in item.name for part in SLOW_TEST_NAMES):
             item.add_marker(pytest.mark.slow)
+        extras = {name for marker in item.iter_markers("extra") for name in marker.args}
+        missing = sorted(name for name in extras if not is_extra_installed(name))
+        if missing:
+            item.add_marker(pytest.mark.skip(reason=f"needs the extra {' and '.join(missing)}"))
 
 
 def pytest_unconfigure(config: pytest.Config) -> None:

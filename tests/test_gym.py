@@ -5,9 +5,12 @@ import warnings
 from dataclasses import dataclass
 from pathlib import Path
 
-import gymnasium
 import numpy as np
 import pytest
+
+pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
+
+import gymnasium
 from gymnasium.utils.env_checker import check_env
 
 import dmplay
@@ -27,6 +30,8 @@ from tests.support.problem_cases import (
     load_problem,
     load_small_problem,
 )
+
+pytestmark = pytest.mark.extra("gymnasium")
 
 ENV_COUNT, SEED = 3, 7
 

@@ -6,6 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
+pytest.importorskip("pettingzoo", reason="needs the extra pettingzoo")
+
 import dmplay
 from dmplay.core.spaces import Interval
 from dmplay.errors import BadParameter, IllegalAction
@@ -13,6 +16,8 @@ from dmplay.zoo import ParallelEnv
 from tests.formats.sources import BALLET_TEXT, TEAM_TEXT, write_text_file
 from tests.support.problem_cases import CASE_NAMES, SHORT_GAME_TURNS, load_problem
 from tests.support.turn_based_games import Nim
+
+pytestmark = pytest.mark.extra("gymnasium", "pettingzoo")
 
 CYCLE_COUNT = 30
 

@@ -20,6 +20,8 @@ from dmplay.registry import problems
 from dmplay.validation.conformance import check
 from tests.support.external_problems import check_external_problem
 
+pytestmark = pytest.mark.extra("gymnasium")
+
 ENVIRONMENTS = (
     "FrozenLake-v1", "FrozenLake8x8-v1", "CliffWalking-v1", "CliffWalkingSlippery-v1", "Taxi-v4",
     "Blackjack-v1", "CartPole-v0", "CartPole-v1", "MountainCar-v0", "MountainCarContinuous-v0",

@@ -23,6 +23,8 @@ from dmplay.views import generic
 from tests.support.external_problems import ExternalProblemResult, check_external_problem
 from tests.support.games import ScriptedUniforms
 
+pytestmark = pytest.mark.extra("openspiel")
+
 FAST_GAMES = ("kuhn_poker", "tic_tac_toe", "matrix_rps", "pig")
 CHECKED_GAMES = (*FAST_GAMES, "goofspiel", "backgammon", "leduc_poker", "2048")
 GAME_CALLS = {  # games that need arguments, or load faster with them; '' skips a game

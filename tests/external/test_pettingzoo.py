@@ -12,6 +12,8 @@ from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
 from dmplay.validation.conformance import check
 from tests.support.external_problems import check_external_problem
 
+pytestmark = pytest.mark.extra("pettingzoo")
+
 CLASSIC_ENVIRONMENTS = ("classic/rps-v2", "classic/tictactoe-v3", "classic/connect_four-v3")
 LARGE_ENVIRONMENTS = (
     "butterfly/knights_archers_zombies-v11",

@@ -104,7 +104,12 @@ HUNT_NAME = "collaborative-predator-prey"
         ("cart-pole", "x.pomdp", "and the states of this problem are real numbers"),
         ("simple-regulator", "x.mdp", "and this problem has an action that is a real number"),
         ("2048", "x.mdp", "dmplay makes the states of this problem only in play, without a list"),
-        ("openspiel:kuhn_poker", "x.pomdp", "dmplay makes the states of this problem only in play"),
+        pytest.param(
+            "openspiel:kuhn_poker",
+            "x.pomdp",
+            "dmplay makes the states of this problem only in play",
+            marks=pytest.mark.extra("openspiel"),
+        ),
         ("crying-baby", "x.mdp", r"\.mdp is for states that are seen"),
         ("predator-prey", "x.pomdp", r"\.pomdp is for one agent, and here are 2: write a \.dpomdp"),
         ("predator-prey", "x.dpomdp", r"paid differently, .*: a file of several states holds no"),

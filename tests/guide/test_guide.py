@@ -22,8 +22,19 @@ PIPE_TERMINAL = SCREEN_TERMINAL._replace(full_screen=False)
 LONG_TEXT = "\n".join(map(str, range(100)))
 each_topic = pytest.mark.parametrize("name", list_topics())
 SLOW_TOPICS = ("bots", "mcp", "goldens")  # topics whose examples start processes
+EXTRAS_OF_TOPICS = {
+    "libraries": ("gymnasium", "openspiel", "pettingzoo"),
+    "mcp": ("mcp",),
+    "python": ("gymnasium", "openspiel", "pettingzoo"),
+}
 TOPIC_PARAMETERS = [
-    pytest.param(name, marks=pytest.mark.slow if name in SLOW_TOPICS else ())
+    pytest.param(
+        name,
+        marks=[
+            pytest.mark.extra(*EXTRAS_OF_TOPICS.get(name, ())),
+            *([pytest.mark.slow] if name in SLOW_TOPICS else []),
+        ],
+    )
     for name in list_topics()
 ]
 

@@ -4,8 +4,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
-import pyspiel
 import pytest
+
+pytest.importorskip("pyspiel", reason="needs the extra openspiel")
+
+import pyspiel
 
 import dmplay
 from dmplay.core.problem import checked_state_indices, initial_state_distribution
@@ -17,6 +20,8 @@ from dmplay.solvers.games import bimatrix_game, induced_mdp
 from dmplay.solvers.mdp import sparse_mdp
 from dmplay.solvers.pomdp import exact_pomdp
 from tests.oracles.openspiel_trees import GameTree
+
+pytestmark = pytest.mark.extra("openspiel")
 
 APPROX = partial(pytest.approx, rel=0, abs=1e-9)
 CFR_PLUS_UPDATES = 200  # number of CFR+ iterations

@@ -22,6 +22,8 @@ from tests.privacy.front_ends import (
 from tests.privacy.indistinguishable_pairs import Pair, Side
 from tests.privacy.other_terminals import assert_no_leak_outside
 
+pytestmark = pytest.mark.extra("openspiel")
+
 KUHN_POKER, FILE_POKER = "openspiel:kuhn_poker", "full_poker.efg"
 PASS, BET = range(2)
 SEEDS = range(100)

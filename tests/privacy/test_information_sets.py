@@ -7,6 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
+pytest.importorskip("pettingzoo", reason="needs the extra pettingzoo")
+pytest.importorskip("pyspiel", reason="needs the extra openspiel")
+
 import dmplay
 from dmplay.core.problem import (
     WAIT_LABEL,
@@ -37,6 +41,8 @@ from tests.privacy.turn_by_turn import (
     Play,
     make_session,
 )
+
+pytestmark = pytest.mark.extra("gymnasium", "openspiel", "pettingzoo")
 
 FOLDER = Path(__file__).parent
 POKER, HORSE = "full_poker.efg", "seltens_horse.efg"

@@ -2,13 +2,18 @@
 
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
+
+pytest.importorskip("gymnasium", reason="needs the extra gymnasium")
+
+import gymnasium
 
 import dmplay
 from dmplay.core.problem import Problem
 from dmplay.core.uniforms import generate_uniforms
+
+pytestmark = pytest.mark.extra("gymnasium")
 
 NO_UNIFORMS = np.zeros((1, 0))
 TOLERANCE = 1e-13  # the last bits of sin and cos differ between the two

@@ -148,6 +148,7 @@ t "" 3
 """
 
 
+@pytest.mark.extra("openspiel")
 def test_an_extensive_game_is_played_and_its_missing_extra_is_named(
     problem_folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -194,6 +195,7 @@ end: {"reason": "terminal", "turns": 1, "return": {"player-0": -1, "player-1": 1
 """  # noqa: E501 - as dmplay wrote it
 
 
+@pytest.mark.extra("openspiel")
 def test_what_waiting_players_once_observed_is_one_finding_that_an_update_repairs(
     problem_folder: Path,
 ) -> None:

@@ -827,6 +827,7 @@ def test_the_footer_shows_every_action_and_the_help_key(problem: str, width: int
     assert "? help" in row
 
 
+@pytest.mark.extra("openspiel")
 def test_labels_that_are_equal_after_truncation_leave_only_their_keys() -> None:
     current_game = make_game("openspiel:tic_tac_toe", "human", "random")
     row = format_footer(current_game, Viewport(80, 24)).plain
