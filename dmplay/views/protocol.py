@@ -122,9 +122,22 @@ def load_view_module(problem: Problem) -> ViewModule:
     )
     if user_view is None and not user_keys:
         return view_module
-    # imported here because it needs this module
-    user_view_module = importlib.import_module("dmplay.views.user_view")
-    return cast(ViewModule, user_view_module.UserView(user_view, user_keys))
+    return cast(ViewModule, UserView(user_view, user_keys, view_module))
+
+
+class UserView:
+    """A user's view, with the attributes of a view module; the generic view has those it lacks."""
+
+    def __init__(
+        self, user_view: object, keys: Mapping[str, str], generic_view: ViewModule
+    ) -> None:
+        self._user_view, self._generic_view = user_view, generic_view
+        self.KEYS = {**getattr(user_view, "KEYS", {}), **keys}
+
+    def __getattr__(self, name: str) -> object:
+        """Return an attribute of the user's view, or else of the generic view."""
+        has_attribute = hasattr(self._user_view, name)
+        return getattr(self._user_view if has_attribute else self._generic_view, name)
 
 
 def draw_picture(view_module: ViewModule, view: View[Problem], state: Array | None) -> Text | None:

@@ -9,6 +9,8 @@ import pytest
 import dmplay
 from dmplay.errors import BadPolicy, UnknownName
 
+pytestmark = pytest.mark.extra("axelrod")
+
 DILEMMA = dmplay.load_problem("prisoners-dilemma")
 ROUND_COUNT = 12
 AXELROD_NAME_BY_RULE = {

@@ -55,9 +55,16 @@ def test_every_command_has_an_example(name: str) -> None:
     assert any(last in line for line in find_examples(COMMANDS[name]))
 
 
+EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_examples(c))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "line", dict.fromkeys(line for c in COMMANDS.values() for line in find_examples(c))
+    "line",
+    [
+        pytest.param(line, marks=pytest.mark.extra("mcp") if "dmplay mcp" in line else ())
+        for line in EXAMPLES
+    ],
 )
 def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')

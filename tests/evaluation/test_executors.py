@@ -136,6 +136,7 @@ def test_worker_processes_are_reused_for_later_blocks() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")  # warnings of the killed worker
+@pytest.mark.extra("dask")
 def test_a_cluster_gives_the_same_games_after_a_worker_is_killed() -> None:
     expected = hash_rollout(rollout(HEXWORLD, SEARCH_POLICIES, episodes=400, seed=5))
     client = import_module("distributed").Client(
@@ -162,6 +163,7 @@ def test_a_cluster_gives_the_same_games_after_a_worker_is_killed() -> None:
 
 @pytest.mark.slow
 @pytest.mark.filterwarnings("ignore")
+@pytest.mark.extra("dask")
 def test_a_missing_cluster_gives_a_clear_error() -> None:
     with (
         pytest.raises(BadParameter, match="no cluster at no://where; "),
@@ -186,7 +188,13 @@ class Die:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("engine", [["--workers", "2"], ["--executor", "dask", "--workers", "2"]])
+@pytest.mark.parametrize(
+    "engine",
+    [
+        ["--workers", "2"],
+        pytest.param(["--executor", "dask", "--workers", "2"], marks=pytest.mark.extra("dask")),
+    ],
+)
 def test_an_agent_that_kills_every_worker_ends_the_run_with_one_line(
     engine: list[str], tmp_path: Path
 ) -> None:

@@ -419,6 +419,7 @@ def test_a_bad_tournament_command_gives_a_clear_error(arguments: list[str], mess
 
 
 @pytest.mark.slow
+@pytest.mark.extra("axelrod")
 def test_the_cross_table_matches_the_axelrod_package() -> None:
     import axelrod
 

@@ -16,7 +16,6 @@ from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory
 from dmplay.core.session import Session
 from dmplay.errors import BadParameter, IllegalAction
-from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game, start_new_game
@@ -25,6 +24,7 @@ from dmplay.game.transcript_files import verify as verified
 from dmplay.simulation.rollouts import rollout
 from dmplay.terminal.capabilities import Terminal
 from dmplay.transcript.format import collect_turn_facts
+from dmplay.ui.screen.event_log import EventLog
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.validation.conformance import check
 from tests.support.games import read_values

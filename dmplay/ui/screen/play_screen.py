@@ -13,13 +13,13 @@ from dmplay.errors import DmplayError
 from dmplay.game import player_records
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import Page, TurnReports
-from dmplay.game.event_log import EventLog
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
+from dmplay.ui.screen.event_log import EventLog
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.ui.screen.number_input import NumberInput

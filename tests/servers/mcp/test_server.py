@@ -17,7 +17,7 @@ from tests.support.document_examples import TIGER_SOURCE
 from tests.support.games import assert_verified, read_values
 from tests.support.terminals import DMPLAY_COMMAND, clean_environment
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.extra("mcp")]
 TIMEOUT_SECONDS = 60.0  # seconds to wait for a process to end
 UNREAD_REQUEST_COUNT = 100  # number of requests whose answers do not fit in a pipe
 LONG_LINE_CHARS = 3_000_000  # number of characters of an invalid line

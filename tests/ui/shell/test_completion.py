@@ -75,20 +75,35 @@ COMPLETION_CASES = [
     ("dmplay verfy --ag", ["--agent"]),
     ("dmplay hexworld:", ["straight-line"]),
     ("dmplay play hexworld:st", ["straight-line"]),
+    ("dmplay play machine-replacement --agent threshold:", ["repair=", "examine="]),
+    ("dmplay play prisoners-dilemma --seat agent2=gri", ["grim"]),
+]
+LIBRARY_COMPLETION_CASES = [
     ("dmplay play openspiel:kuhn", ["kuhn_poker"]),
     ("dmplay gymnasium:FrozenLake-", ["FrozenLake-v1"]),
     ("dmplay info pettingzoo:classic/r", ["classic/rps-v2"]),
-    ("dmplay play machine-replacement --agent threshold:", ["repair=", "examine="]),
-    ("dmplay play prisoners-dilemma --seat agent2=gri", ["grim"]),
 ]
 
 
 @pytest.mark.parametrize(
+    "cases",
+    [
+        COMPLETION_CASES,
+        pytest.param(
+            LIBRARY_COMPLETION_CASES,
+            marks=pytest.mark.extra("gymnasium", "openspiel", "pettingzoo"),
+        ),
+    ],
+    ids=["built in", "libraries"],
+)
+@pytest.mark.parametrize(
     "shell", [complete_in_bash, complete_in_zsh, complete_in_fish], ids=["bash", "zsh", "fish"]
 )
-def test_valid_completions_are_offered(shell: "type[object]", home_folder: Path) -> None:
+def test_valid_completions_are_offered(
+    shell: "type[object]", cases: list[tuple[str, list[str]]], home_folder: Path
+) -> None:
     """Bash is offered only the missing part of a word after a colon or an equals sign."""
-    for line, offered in COMPLETION_CASES:
+    for line, offered in cases:
         completions: list[str] = shell(line, home_folder)  # type: ignore[call-arg, assignment]
         prefix = "" if shell is complete_in_bash else re.sub("[^:=]*$", "", line.rpartition(" ")[2])
         values = [value for value in completions if not value.endswith("=VALUE")]
