@@ -1,5 +1,7 @@
 """Tests of the registry of solution methods, which `solve`, agents and hints share."""
 
+from pathlib import Path
+
 import pytest
 
 import dmplay
@@ -39,3 +41,35 @@ def test_a_problem_with_a_method_has_an_agent_that_plays_it(name: str) -> None:
     problem = dmplay.load_problem(name)
     if [method for method in find_methods(problem) if method is not Method.FULLY_OBSERVED_TEAM]:
         assert build_roster(problem, 0).agents
+
+
+FOUR_DOORS_SOURCE = """
+from dataclasses import dataclass
+import numpy as np
+from dmplay import ConstantPolicy, Labels, Roster, Tables, Tabular
+
+@dataclass(frozen=True)
+class Doors(Tabular):
+    actions = (Labels(("listen", "open")),)
+    observations = (Labels(("left", "right")),)
+    state_names = ("a", "b", "c", "d")
+    initial_belief = np.full(4, 0.25)
+    discount: float = 0.9
+    tables = Tables(
+        np.stack([np.eye(4), np.full((4, 4), 0.25)], axis=1),
+        np.array([[[-1.0], [5.0]], [[-1.0], [5.0]], [[-1.0], [-9.0]], [[-1.0], [-9.0]]]),
+        np.array([[[0.8, 0.2]] * 2 + [[0.2, 0.8]] * 2, [[0.5, 0.5]] * 4]),
+    )
+
+class Listen(ConstantPolicy):
+    action = 0
+
+AGENTS = Roster({"listen": Listen}, hint_provider="listen")
+"""
+
+
+def test_a_hint_provider_of_a_module_does_not_hide_the_solution(tmp_path: Path) -> None:
+    (tmp_path / "doors.py").write_text(FOUR_DOORS_SOURCE)
+    solution = dmplay.solve(dmplay.load_problem(tmp_path / "doors.py"))
+    assert solution.method == "point-based, without end"
+    assert [row["first"] for row in solution.rows if row["best"]] == ["listen"]

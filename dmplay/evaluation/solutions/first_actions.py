@@ -21,6 +21,7 @@ from dmplay.evaluation.solutions.options import DEFAULT_TURNS, resolve_horizon, 
 from dmplay.evaluation.solutions.simulated_returns import solve_by_simulation
 from dmplay.evaluation.solutions.solution import Row, Solution
 from dmplay.registry import agents
+from dmplay.registry.problems import builtin_stem
 
 MAX_SEARCH_TURNS = 100  # in longer games search is not simulated
 
@@ -31,10 +32,13 @@ def solve_first_actions(problem: Problem) -> Solution:
     A simulation stands in if there is no such agent or it knows no values.
     """
     turns = resolve_horizon(problem.horizon) or (DEFAULT_TURNS if problem.discount >= 1.0 else None)
-    hint_agent = agents.find_hint_provider(problem, 0, turns)
-    if hint_agent is None:
-        return solve_by_simulation(problem)
-    name, agent = hint_agent.name, hint_agent.policy
+    if builtin_stem(problem):
+        hint_agent = agents.find_hint_provider(problem, 0, turns)
+        if hint_agent is None:
+            return solve_by_simulation(problem)
+        name, agent = hint_agent.name, hint_agent.policy
+    else:  # A user's own hint provider may have no values.
+        name, agent = "optimal", PointBasedOptimalPolicy(problem, 0)
     try:
         if isinstance(agent, FiniteHorizonPolicy) and turns and agent.horizon < turns:
             # The agent plans fewer turns at a time than the game has.
