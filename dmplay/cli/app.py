@@ -20,16 +20,18 @@ app = typer.Typer(
 
 \b
   dmplay hexworld                        play hex world
-  dmplay 2048 --seed 7 -o game.dmt       the same dice again, recorded
-  dmplay verify game.dmt                 check a recording to the last number
-  dmplay crying-baby --agent random      watch an agent
-  dmplay list                            all problems
-  dmplay guide                           how to play, record, and bring your own
-  dmplay                                 choose from all, play, and choose again
+  dmplay 2048 --seed 7 -o game.dmt       play with a fixed seed, and record it
+  dmplay verify game.dmt                 check every number of the recording
+  dmplay crying-baby --agent random      watch an agent play
+  dmplay list                            list all problems
+  dmplay guide                           list the topics of the guide
+  dmplay                                 choose a problem from a list and play
 
-'dmplay PROBLEM' is short for 'dmplay play PROBLEM', 'dmplay -e COMMAND' for
-'dmplay shell -e COMMAND'. 'dmplay --version' tells the version; with --debug, a
-fault of dmplay itself is told whole.""",
+\b
+'dmplay PROBLEM' is short for 'dmplay play PROBLEM'.
+'dmplay -e COMMAND' is short for 'dmplay shell -e COMMAND'.
+'dmplay --version' prints the version.
+With --debug, dmplay prints the full traceback of an unexpected error.""",
 )
 app.command()(games.play)
 app.command()(games.resume)
@@ -58,7 +60,10 @@ app.command()(reports.guide)
 
 config_app = typer.Typer(
     rich_markup_mode=None,
-    help="""Settings: flags over DMPLAY_* variables over ./dmplay.toml over your config.toml.
+    help="""Show the settings, and the paths of the files that set them.
+
+An option on the command line overrides a DMPLAY_* variable. A variable
+overrides ./dmplay.toml, and ./dmplay.toml overrides your own config.toml.
 
 \b
   dmplay config show

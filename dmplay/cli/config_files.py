@@ -54,8 +54,8 @@ def check_project_option(option: str, location: str) -> None:
     """Raise BadParameter unless a project's file may set this option."""
     if option not in PROJECT_FILE_OPTIONS:
         raise BadParameter(
-            f"{location}: a folder's file sets looks and numbers; "
-            "only your own config.toml and the command line set this"
+            f"{location}: this file may set only display options, numbers and keys; "
+            "use your own config.toml or the command line"
         )
 
 
@@ -216,7 +216,7 @@ def _parse_aliases(table: SettingsTable, file_name: str) -> dict[str, str]:
         if not alias or not alias.isprintable() or set(alias) & set(" -;#'\"\\:./"):
             raise BadParameter(f"{location}: got {alias!r}, expected one plain word")
         if alias in problem_names():
-            raise BadParameter(f"{location}: {alias} is a problem; give another name")
+            raise BadParameter(f"{location}: {alias} is a problem; choose another name")
         command_lines[alias] = _require_text(line, location)
         try:
             words = shlex.split(command_lines[alias])

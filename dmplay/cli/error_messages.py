@@ -37,10 +37,7 @@ def _describe_error(error: Exception) -> str:
     prefix = _variable_prefix(context, parameter) if context and parameter else ""
     if EXTRA_ARGUMENT in message:
         extra_words = message.partition(EXTRA_ARGUMENT)[2].partition(" (")[2].removesuffix(")")
-        message = (
-            _describe_missing_value(context)
-            or f"got {extra_words!r} besides, expected no more words"
-        )
+        message = _describe_missing_value(context) or f"unexpected argument {extra_words!r}"
     suggestions = SUGGESTION_PATTERN.search(message)
     command_path = getattr(context, "command_path", "dmplay")
     advice = f"see {command_path} --help"

@@ -10,15 +10,16 @@ from dmplay.cli import options
 from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
-EpisodeCount = Annotated[int, typer.Option("--episodes", metavar="N", min=1, help="games")]
-CsvFlag = Annotated[bool, typer.Option("--csv", help="as comma-separated values")]
-BatchSeed = Annotated[int, typer.Option("--seed", metavar="N", min=0, help="the dice of all games")]
+CsvFlag = Annotated[bool, typer.Option("--csv", help="print comma-separated values (CSV)")]
+BatchSeed = Annotated[
+    int, typer.Option("--seed", metavar="N", min=0, help="random seed of all games")
+]
 ExecutorName = Annotated[
     str,
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="dask, dask:tcp://HOST:PORT, MODULE:FACTORY, ./FILE.py:FACTORY",
+        help="where the games run: dask, dask:tcp://HOST:PORT, MODULE:FACTORY or ./FILE.py:FACTORY",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -26,7 +27,7 @@ BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
     "set_": (options.ParameterSettings, []),
     "vs": (options.OtherAgents, ""),
     "seat": (options.SeatAgents, []),
-    "turns": (options.UnattendedTurnLimit, None),
+    "turns": (options.TurnLimit, None),
     "seed": (BatchSeed, 0),
     "workers": (options.WorkerCount, "auto"),
     "executor": (ExecutorName, ""),
@@ -70,38 +71,48 @@ def _make_request(
 
 
 @_with_batch_options()
-@options.with_terminal_options("json", "motion", "ascii")
+@options.with_terminal_options("json", "motion", "ascii", motion=options.ProgressMotion)
 def run(
     problem: options.ProblemName,
     agent: options.FirstSeatAgent = "",
     episodes: Annotated[
         int | None,
-        typer.Option("--episodes", metavar="N", min=1, help="games; 10000 unless it is said"),
+        typer.Option("--episodes", metavar="N", min=1, help="number of games (default: 10000)"),
     ] = None,
     until_se: Annotated[
-        float | None, typer.Option("--until-se", metavar="X", help="until errors are so small")
+        float | None,
+        typer.Option(
+            "--until-se", metavar="X", help="play until every standard error is at most X"
+        ),
     ] = None,
     record: Annotated[
-        Path | None, typer.Option("--record", metavar="DIR", help="keeps some as transcripts")
+        Path | None,
+        typer.Option("--record", metavar="DIR", help="folder for transcripts of selected games"),
     ] = None,
     every: Annotated[
-        int, typer.Option("--every", metavar="N", min=0, help="of them, each Nth")
+        int, typer.Option("--every", metavar="N", min=0, help="record every Nth game")
     ] = 0,
-    worst: Annotated[int, typer.Option("--worst", metavar="N", min=0, help="the N worst")] = 0,
-    best: Annotated[int, typer.Option("--best", metavar="N", min=0, help="the N best")] = 0,
+    worst: Annotated[
+        int, typer.Option("--worst", metavar="N", min=0, help="record the N worst games")
+    ] = 0,
+    best: Annotated[
+        int, typer.Option("--best", metavar="N", min=0, help="record the N best games")
+    ] = 0,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Play many games: what each seat earns, how sure that is, and how it is spread.
+    """Play many games, and report the returns of each seat.
 
-    A list of numbers for a parameter is a sweep. The dice are those of --seed, 0 if
-    not given: the same games on every machine, whatever the workers.
+    The return of a game is the sum of its discounted rewards. The report shows the
+    mean return, its standard error, and the distribution of the returns. If you give
+    a list of numbers for a parameter, every combination is run. A seed gives the
+    same games on every machine, with any number of workers.
 
     \b
       dmplay run hexworld --agent optimal
       dmplay run hexworld --set slip=0.1,0.2,0.3 --until-se 0.01
-      dmplay run 2048 --agent corner --episodes 200 --record games --worst 2 --best 2
+      dmplay run 2048 --agent corner --episodes 200 --record games --worst 2
       dmplay run prisoners-dilemma --agent grim --vs tit-for-tat --turns 20 --json
     """
     from dmplay.output import evaluation_report
@@ -119,20 +130,32 @@ def run(
 
 
 @_with_batch_options()
-@options.with_terminal_options("json", "motion")
+@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
 def compare(
     problem: options.ProblemName,
     agents: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    episodes: EpisodeCount = 10_000,
+    episodes: Annotated[
+        int,
+        typer.Option(
+            "--episodes", metavar="N", min=1, help="number of games; with --decide, the maximum"
+        ),
+    ] = 10_000,
     decide: Annotated[
         float | None,
-        typer.Option("--decide", metavar="P", help="stop when it is clear, wrong in at most P"),
+        typer.Option(
+            "--decide",
+            metavar="P",
+            help="stop once one of two agents is better, with error probability at most P",
+        ),
     ] = None,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Compare agents in the first seat on the same dice: who earns more, and how sure that is.
+    """Compare agents in the first seat on the same random numbers.
+
+    The report shows the mean return of each agent, and the difference between two
+    agents with its standard error and confidence interval.
 
     \b
       dmplay compare hexworld optimal search --episodes 1000
@@ -145,30 +168,47 @@ def compare(
 
 
 @_with_batch_options("vs", "seat")
-@options.with_terminal_options("json", "motion")
+@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
 def tournament(
     problem: options.ProblemName,
     entrants: Annotated[list[str], typer.Argument(metavar="AGENT...", help="two or more agents")],
-    episodes: EpisodeCount = 1000,
+    episodes: Annotated[
+        int, typer.Option("--episodes", metavar="N", min=1, help="number of games per seating")
+    ] = 1000,
     seats: Annotated[
-        str, typer.Option("--seats", metavar="ORDER", help="all, or given: as they are named")
+        str,
+        typer.Option(
+            "--seats",
+            metavar="ORDER",
+            help="all: every order of the agents; given: only the order in which you name them",
+        ),
     ] = "all",
     output: Annotated[
         Path | None,
-        typer.Option("--output", "-o", metavar="FILE", help="keeps what is played, to go on with"),
+        typer.Option(
+            "--output",
+            "-o",
+            metavar="FILE",
+            help="results file; the same command resumes from it",
+        ),
     ] = None,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Seat everybody against everybody, in every order, on the same dice.
+    """Play a round-robin tournament on the same random numbers.
 
-    The cross table, who replies best to whom, the equilibrium of the game in which
-    an action is an entrant, and what each loses in it: of --seats given, where nobody
-    sits behind whoever is named later, only the first.
+    Every agent plays every agent, also itself, in every order of the seats. The
+    report shows the mean returns and the best reply to each agent. It also shows an
+    equilibrium of the game in which each player chooses an agent. In an equilibrium,
+    no player gains by changing its own choice alone. The regret of an agent is what a
+    player loses by choosing it against that equilibrium.
+
+    With --seats given, each combination is played in one order only. The report then
+    shows only the mean returns.
 
     \b
-      dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 50
+      dmplay tournament prisoners-dilemma grim tit-for-tat always-defect --turns 5
       dmplay tournament rock-paper-scissors nash random beat-last --json
     """
     from dmplay.output import tournament_report
@@ -184,5 +224,5 @@ def output_format(*, json: bool, csv: bool) -> OutputFormat:
     flags.
     """
     if json and csv:
-        raise BadParameter("--json and --csv: expected one of them")
+        raise BadParameter("--json and --csv: expected only one of them")
     return "json" if json else "csv" if csv else ""

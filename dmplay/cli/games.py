@@ -10,7 +10,7 @@ from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 
-@options.with_terminal_options()
+@options.with_terminal_options(json=options.JsonLinesFlag)
 def play(
     problem: options.OptionalProblemName = "",
     variant: options.VariantName = "",
@@ -42,6 +42,9 @@ def play(
 ) -> object:
     """Play a problem, or watch agents play it.
 
+    Each player of a problem has a seat. You play the first seat, unless --agent names
+    an agent. The seed determines every random number of the game.
+
     \b
       dmplay play hexworld --seed 7
       dmplay play prisoners-dilemma --vs grim --turns 20
@@ -53,12 +56,12 @@ def play(
     from dmplay.output.tables import format_name
 
     if str(record) == "-" and not quiet:
-        raise BadParameter("-o -: only with --quiet; else the game itself is told there")
+        raise BadParameter("-o -: expected --quiet too, because the game also prints there")
     if options.option_source(ctx, "player") == "COMMANDLINE" and not format_name(player):
         raise BadParameter(f"--player: got {player!r}, expected a name with a visible character")
     has_rate_option = options.is_set_by_user(ctx, "rate")
     if has_rate_option and not terminal_options.motion:
-        raise BadParameter("--rate: real time moves by itself; leave out --no-motion")
+        raise BadParameter("--rate: real time needs motion; leave out --no-motion")
     strictness = "hints" if strict_hints else strict
     request = GameRequest(
         problem,
@@ -97,7 +100,7 @@ def play(
     )
 
 
-@options.with_terminal_options()
+@options.with_terminal_options(json=options.JsonLinesFlag)
 def resume(
     file: options.OptionalTranscriptPath = None,
     trust: options.Trust = False,
@@ -108,7 +111,7 @@ def resume(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Go on with a game that was left or killed.
+    """Resume a game that you left or that was interrupted.
 
     \b
       dmplay resume
@@ -126,7 +129,7 @@ def resume(
     return PlayCommand(request, terminal_options, quiet)
 
 
-@options.with_terminal_options()
+@options.with_terminal_options(json=options.JsonLinesFlag)
 def replay(
     file: options.TranscriptPath,
     trust: options.Trust = False,
@@ -135,7 +138,10 @@ def replay(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Watch a recorded game: Space or right steps on, Backspace back, P plays at --speed.
+    """Replay a recorded game turn by turn.
+
+    On the full screen, Space or the right arrow shows the next turn and Backspace the
+    previous one. P plays all turns at --speed.
 
     \b
       dmplay replay game.dmt
@@ -147,12 +153,12 @@ def replay(
     return PlayCommand(ReplayRequest(file, trust, peek), terminal_options, speed=speed)
 
 
-@options.with_terminal_options()
+@options.with_terminal_options(json=options.JsonLinesFlag)
 def branch(
     file: options.TranscriptPath,
-    at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="the turn to go on from")],
+    at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="turn to continue from")],
     record: Annotated[
-        Path, typer.Option("--record", "-o", metavar="FILE", help="the new transcript")
+        Path, typer.Option("--record", "-o", metavar="FILE", help="file for the new transcript")
     ],
     force: options.Force = False,
     trust: options.Trust = False,
@@ -162,7 +168,9 @@ def branch(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Play on from any turn of a recorded game, into a transcript of its own.
+    """Start a new game from any turn of a recorded game.
+
+    The new game repeats the turns up to --at. It gets its own transcript.
 
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
@@ -186,13 +194,17 @@ def branch(
 @options.with_terminal_options("plain", "color", "ascii", "theme", "width", "motion", "input")
 def shell(
     execute: Annotated[
-        list[str], typer.Option("--execute", "-e", metavar="COMMAND", help="do this and leave")
+        list[str],
+        typer.Option("--execute", "-e", metavar="COMMAND", help="run COMMAND and exit; repeatable"),
     ] = [],  # noqa: B006
     speed: options.PlaybackSpeed = 2.0,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Play in words, one game after another; piped, a script whose first bad line ends it.
+    """Open a shell in which you play by typed commands.
+
+    You can play one game after another. Commands can also come from -e or from a
+    pipe; then the first error ends the shell.
 
     \b
       dmplay shell < game.dm
@@ -201,17 +213,22 @@ def shell(
     from dmplay.game.command_line_results import ShellCommand
 
     if not current_terminal(terminal_options).can_ask and not execute:
-        raise BadParameter("--no-input: nobody is asked; give commands by -e or in a pipe")
+        raise BadParameter(
+            "--no-input: no prompts are allowed; give commands with -e or through a pipe"
+        )
     return ShellCommand(execute, terminal_options, speed)
 
 
 def bot(
-    agent: Annotated[str, typer.Argument(metavar="AGENT", help="who plays")],
+    agent: Annotated[str, typer.Argument(metavar="AGENT", help="agent that plays")],
     problem: Annotated[
-        str, typer.Option("--problem", "-p", metavar="PROBLEM", help="what is played")
+        str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Play in lines of JSON where another program keeps the game; dmplay guide bots tells of them.
+    """Run an agent as a bot for a game in another program.
+
+    The bot reads and writes JSON Lines on its standard streams. 'dmplay guide bots'
+    describes the messages.
 
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
@@ -224,24 +241,37 @@ def bot(
 def mcp(
     problems: Annotated[
         list[str],
-        typer.Argument(metavar="PROBLEM...", help="what may be played; all fifteen if not given"),
+        typer.Argument(
+            metavar="PROBLEM...", help="problems to offer (default: the fifteen built-in ones)"
+        ),
     ] = [],  # noqa: B006
-    hints: Annotated[bool, typer.Option(help="let it ask what a good player would do")] = False,
-    undo: Annotated[bool, typer.Option(help="let it take turns back")] = False,
-    belief: Annotated[bool, typer.Option(help="tell it what its seat is to believe")] = False,
+    hints: Annotated[bool, typer.Option(help="let the model ask for hints")] = False,
+    undo: Annotated[bool, typer.Option(help="let the model undo turns")] = False,
+    belief: Annotated[
+        bool, typer.Option(help="show the model its belief: the probability of each hidden state")
+    ] = False,
     seed: Annotated[
         int | None,
-        typer.Option(metavar="N", min=0, max=2**63 - 1, help="the dice, a game an episode of them"),
+        typer.Option(
+            metavar="N",
+            min=0,
+            max=2**63 - 1,
+            help="random seed; each game is another episode of it",
+        ),
     ] = None,
     turns: Annotated[
-        int | None, typer.Option(metavar="N", min=1, help="a game ends after so many")
+        int | None,
+        typer.Option(metavar="N", min=1, help="maximum number of turns per game"),
     ] = None,
     folder: Annotated[
-        Path | None, typer.Option("--output", "-o", metavar="FOLDER", help="for the transcripts")
+        Path | None,
+        typer.Option("--output", "-o", metavar="FOLDER", help="folder for the transcripts"),
     ] = None,
     keep: options.KeptMegabytes = 200,
 ) -> object:
-    """Have a language model play by the Model Context Protocol; dmplay guide mcp tells how.
+    """Serve games to a language model over MCP.
+
+    MCP is the Model Context Protocol. 'dmplay guide mcp' explains the setup.
 
     \b
       dmplay mcp

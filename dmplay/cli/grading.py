@@ -13,13 +13,16 @@ from dmplay.terminal.capabilities import TerminalOptions
 
 def assign(
     problem: options.ProblemName,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="file to write")],
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     seeds: Annotated[
-        str, typer.Option("--seeds", metavar="N,N", help="the dice; new ones if not given")
+        str,
+        typer.Option("--seeds", metavar="N,N", help="random seeds, one per game (default: new)"),
     ] = "",
-    games: Annotated[int, typer.Option("--games", metavar="N", min=1, help="of new dice")] = 1,
+    games: Annotated[
+        int, typer.Option("--games", metavar="N", min=1, help="number of games with new seeds")
+    ] = 1,
     agent: options.FirstSeatAgent = "human",
     vs: options.OtherAgents = "",
     seat: options.SeatAgents = [],  # noqa: B006
@@ -28,10 +31,11 @@ def assign(
     strict: options.Strict = False,
     strict_hints: options.StrictHints = False,
 ) -> object:
-    """Write down which games people are to play: problem, parameters, dice, turns.
+    """Create an assignment: the games that all players have to play.
 
-    They play one after another with dmplay play --assignment FILE --player NAME;
-    dmplay grade --assignment FILE tells how it went.
+    The file holds the problem, parameters, agents, seeds, turn limit and --strict. Each
+    player plays the games, one after another, with 'dmplay play
+    --assignment FILE --player NAME'. Grade them with 'dmplay grade --assignment FILE'.
 
     \b
       dmplay assign hexworld --seeds 7,8,9 --strict=hints -o walks
@@ -47,7 +51,9 @@ def assign(
         tuple(map(int, seeds.split(","))) if seeds else tuple(new_seed() for _ in range(games))
     )
     if games not in {1, len(seed_values)}:
-        raise BadParameter(f"--games: got {games}, but --seeds says how many; leave out one")
+        raise BadParameter(
+            f"--games: got {games}, but --seeds has {len(seed_values)}; leave out one option"
+        )
     strictness = "hints" if strict_hints else strict
     request = GameRequest(
         problem,
@@ -62,7 +68,7 @@ def assign(
     return write_assignment(request, seed_values, output, force=force)
 
 
-@options.with_terminal_options("json", "motion")
+@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
 def grade(
     paths: options.TranscriptPaths,
     assignment: options.AssignmentFile = None,
@@ -71,10 +77,13 @@ def grade(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Make a table of games that were handed in: who, how well, with what help, how honest.
+    """Grade the transcripts of games that players hand in.
 
-    What does not verify, is not as assigned, was taken back, thrown again, helped,
-    looked into or played twice is told. The guide says what that cannot prove.
+    The table has one row per game: its player, return and regret, and the numbers of
+    undone turns, rerolls and hints. The regret of an action is the value of the best
+    action minus its own value. The table also marks games that do not verify, differ
+    from the assignment, were peeked into or were played twice. 'dmplay guide
+    measuring' explains what a file cannot prove.
 
     \b
       dmplay grade transcripts

@@ -61,7 +61,9 @@ def run_command_line() -> int:
         location = "" if os.environ.get("DMPLAY_DEBUG") else describe_error_location(error)
         if not location:
             raise
-        print(f"error: {escape_unprintable(location)}; --debug shows all", file=sys.stderr)
+        print(
+            f"error: {escape_unprintable(location)}; --debug shows the traceback", file=sys.stderr
+        )
         return USAGE_EXIT_CODE
 
 

@@ -100,88 +100,106 @@ def _shared_switch(name: str, help_text: str) -> Any:
 
 
 ProblemName = Annotated[
-    str, _argument("PROBLEM", "a problem, or PROBLEM:VARIANT", name_lists.complete_problems)
+    str,
+    _argument("PROBLEM", "problem: NAME, NAME:VARIANT or FILE", name_lists.complete_problems),
 ]
 VariantName = Annotated[
-    str, _option("NAME", "a named variant", _complete_variants, "--variant", "-V")
+    str, _option("NAME", "variant of the problem", _complete_variants, "--variant", "-V")
 ]
 ParameterSettings = Annotated[
     list[str],
     _shared_option(
         "set",
-        "a parameter; may be repeated",
-        metavar="K=V",
+        "parameter of the problem (repeatable)",
+        metavar="NAME=VALUE",
         autocompletion=_complete_parameters,
     ),
 ]
 Seed = Annotated[
     int | None,
-    _option("N", "the dice; new ones if not given", name_lists.list_saved_seeds, "--seed"),
+    _option("N", "random seed (default: a new one)", name_lists.list_saved_seeds, "--seed"),
 ]
-FirstSeatAgent = Annotated[str, _agent_option("who plays the first seat", "--agent")]
-GhostAgent = Annotated[str, _agent_option("who plays the same dice beside you", "--ghost")]
-OtherAgents = Annotated[str, _agent_option("who plays all other seats", "--vs")]
+FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
+GhostAgent = Annotated[
+    str, _agent_option("agent that plays beside you with the same random numbers", "--ghost")
+]
+OtherAgents = Annotated[
+    str, _agent_option("agent that plays all other seats (default: the usual one)", "--vs")
+]
 SeatAgents = Annotated[
     list[str],
-    _option("NAME=A", "who plays one seat", _complete_seats, "--seat"),
+    _option("NAME=AGENT", "agent that plays the seat NAME (repeatable)", _complete_seats, "--seat"),
 ]
-TranscriptPath = Annotated[Path, _argument("FILE", "a transcript", name_lists.complete_transcripts)]
+TranscriptPath = Annotated[
+    Path, _argument("FILE", "transcript file", name_lists.complete_transcripts)
+]
 OptionalTranscriptPath = Annotated[
     Path | None,
-    _argument("FILE", "a transcript; the last game if not given", name_lists.complete_transcripts),
+    _argument(
+        "FILE",
+        "transcript file (default: your newest unfinished game)",
+        name_lists.complete_transcripts,
+    ),
 ]
 OptionalProblemName = Annotated[
     str,
     _argument(
         "PROBLEM",
-        "a problem, or PROBLEM:VARIANT; none with --assignment",
+        "problem: NAME, NAME:VARIANT or FILE; omit it with --assignment",
         name_lists.complete_problems,
     ),
 ]
 AssignmentFile = Annotated[
-    Path | None, typer.Option("--assignment", metavar="FILE", help="what all are to play")
+    Path | None,
+    typer.Option("--assignment", metavar="FILE", help="assignment file from dmplay assign"),
 ]
 PlayerName = Annotated[
     str,
-    typer.Option("--player", metavar="NAME", help="who you are"),
+    typer.Option("--player", metavar="NAME", help="your name, for the transcript"),
 ]
 TranscriptPaths = Annotated[
-    list[Path], _argument("PATH...", "files and folders", name_lists.complete_transcripts)
+    list[Path],
+    _argument("PATH...", "transcript files, or folders of them", name_lists.complete_transcripts),
 ]
 FigureName = Annotated[
     str,
     _argument(
-        "FIGURE", "F.2, F.9 ... F.16, T.1, T.2; their names if not given", name_lists.list_figures
+        "FIGURE", "F.2, F.9 ... F.16, T.1 or T.2 (default: list them)", name_lists.list_figures
     ),
 ]
 TopicName = Annotated[
     str,
     _argument(
-        "TOPIC", f"{', '.join(list_topics())}; their titles if not given", lambda: [*list_topics()]
+        "TOPIC", f"{', '.join(list_topics())} (default: list them)", lambda: [*list_topics()]
     ),
 ]
 ProblemKind = Annotated[
     str,
     _argument(
         "KIND",
-        "only these, as POMDP; games: those that are kept",
+        "kind of problem, such as POMDP; or games, to list the saved games",
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
-JsonFlag = Annotated[
-    bool, typer.Option("--json", help="as JSON; of what is played, an object a line")
+JsonFlag = Annotated[bool, typer.Option("--json", help="print JSON")]
+JsonLinesFlag = Annotated[
+    bool, typer.Option("--json", help="print JSON Lines, one object per event")
 ]
-Trust = Annotated[bool, typer.Option("--trust", help="import what a transcript names")]
+Trust = Annotated[
+    bool,
+    typer.Option("--trust", help="import user-defined problems and agents that the file names"),
+]
 TrustAssignment = Annotated[
-    bool, typer.Option("--trust", help="import the assignment's problem and agents")
+    bool,
+    typer.Option("--trust", help="import user-defined problems and agents of the assignment"),
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option("keys", "vi, left, arrows or digits first", metavar="NAME"),
+    _shared_option("keys", "key preset: vi, left, arrows or digits", metavar="NAME"),
 ]
-Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print nothing but errors")]
+Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
-    float, _shared_option("speed", "turns a second when agents play", metavar="X", min=0.1)
+    float, _shared_option("speed", "autoplay speed in turns per second", metavar="X", min=0.1)
 ]
 RealTimeRate = Annotated[
     float | None,
@@ -190,41 +208,57 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="real time: turns a second, 50 if bare",
+        help="play in real time; turns per second, 50 if you omit X",
     ),
 ]
 EpisodeNumber = Annotated[
-    int, typer.Option("--episode", metavar="N", min=0, help="which game of the seed")
+    int,
+    typer.Option(
+        "--episode",
+        metavar="N",
+        min=0,
+        help="episode number; each one is a different game of the seed",
+    ),
 ]
 TurnLimit = Annotated[
-    int | None, typer.Option("--turns", metavar="N", help="the game ends after so many")
+    int | None, typer.Option("--turns", metavar="N", help="maximum number of turns per game")
 ]
 UnattendedTurnLimit = Annotated[
-    int | None, typer.Option("--turns", metavar="N", help="agents alone may play so many")
+    int | None,
+    typer.Option("--turns", metavar="N", help="maximum number of turns if only agents play"),
 ]
 RecordPath = Annotated[
-    Path | None, typer.Option("--record", "-o", metavar="FILE", help="write a transcript")
+    Path | None,
+    typer.Option("--record", "-o", metavar="FILE", help="record the game in FILE, as a transcript"),
 ]
 KeptMegabytes = Annotated[
-    int, _shared_option("keep", "size of all saved games, in megabytes", metavar="MB", min=1)
+    int,
+    _shared_option("keep", "maximum total size of saved games, in megabytes", metavar="MB", min=1),
 ]
 Frames = Annotated[
     bool,
-    typer.Option("--frames", help="boards in the transcript too"),
+    typer.Option("--frames", help="also record a drawing of every turn"),
 ]
-Force = Annotated[bool, typer.Option("--force", help="overwrite the file")]
+Force = Annotated[bool, typer.Option("--force", help="overwrite an existing file")]
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[
-    bool, typer.Option("--strict", help="no undo, no reroll; --strict=hints: no help either")
+    bool,
+    typer.Option("--strict", help="forbid undo and reroll; --strict=hints also forbids hints"),
 ]
-StrictHints = Annotated[bool, typer.Option("--strict-hints", help="the same as --strict=hints")]
+StrictHints = Annotated[bool, typer.Option("--strict-hints", help="same as --strict=hints")]
 Peek = Annotated[
-    bool, typer.Option("--peek", help="look into a game that can be played on, and mark it so")
+    bool, typer.Option("--peek", help="open an unfinished game, and mark it as peeked")
 ]
 WorkerCount = Annotated[
-    str, typer.Option("--workers", metavar="N", help="processes; auto: as many as pay")
+    str,
+    typer.Option(
+        "--workers", metavar="N", help="number of worker processes; auto: all cores for long runs"
+    ),
 ]
-OutputPath = Annotated[Path | None, typer.Option("--output", "-o", metavar="FILE", help="a file")]
+OutputPath = Annotated[
+    Path | None,
+    typer.Option("--output", "-o", metavar="FILE", help="file to write (default: print)"),
+]
 
 
 def parse_workers(workers: str) -> int | Literal["auto"]:
@@ -232,38 +266,49 @@ def parse_workers(workers: str) -> int | Literal["auto"]:
     if workers == "auto":
         return "auto"
     if not workers.isdecimal():
-        raise BadParameter(f"--workers: got {workers!r}, expected auto or a number")
+        raise BadParameter(f"--workers: got {workers!r}, expected auto or a whole number")
     return int(workers)
 
 
 TERMINAL_OPTIONS = {
-    "plain": Annotated[bool, _shared_switch("plain", "lines, not the full screen")],
+    "plain": Annotated[
+        bool, _shared_switch("plain", "print lines instead of drawing the full screen")
+    ],
     "json": JsonFlag,
     "color": Annotated[
         Literal["auto", "always", "never"],
-        _shared_option("color", "auto, always or never", metavar="WHEN"),
+        _shared_option("color", "when to use colours: auto, always or never", metavar="WHEN"),
     ],
-    "ascii": Annotated[bool, _shared_switch("ascii", "draw in ASCII")],
+    "ascii": Annotated[bool, _shared_switch("ascii", "draw with ASCII characters only")],
     "theme": Annotated[
         Literal["default", "mono", "high-contrast"],
-        _shared_option("theme", "default, mono or high-contrast", metavar="NAME"),
+        _shared_option("theme", "colours: default, mono or high-contrast", metavar="NAME"),
     ],
     "width": Annotated[
-        int | None, _shared_option("width", "columns to draw in, if fewer", metavar="N", min=1)
+        int | None, _shared_option("width", "maximum width in columns", metavar="N", min=1)
     ],
-    "motion": Annotated[bool, _shared_switch("motion", "let things move by themselves")],
-    "input": Annotated[bool, _shared_switch("input", "let a person be asked")],
+    "motion": Annotated[
+        bool, _shared_switch("motion", "animate moves, and let agents play by themselves")
+    ],
+    "input": Annotated[bool, _shared_switch("input", "allow interactive prompts")],
 }
+ScreenWidth = Annotated[
+    int | None, _shared_option("width", "width of the screen in columns", metavar="N", min=1)
+]
+ProgressMotion = Annotated[bool, _shared_switch("motion", "show a progress bar")]
+PagedPlain = Annotated[bool, _shared_switch("plain", "print the text without a pager")]
 Command = Callable[..., object]
 
 
-def with_terminal_options(*names: str) -> Callable[[Command], Command]:
+def with_terminal_options(*names: str, **replacements: Any) -> Callable[[Command], Command]:
     """Return a decorator that replaces a command's `terminal_options` with single options.
 
-    `names` selects some of them; by default all are added.
+    `names` selects some of them; by default all are added. `replacements` are options whose help
+    text suits the command better.
     """
+    available = TERMINAL_OPTIONS | replacements
     options = {
-        name: (TERMINAL_OPTIONS[name], TerminalOptions._field_defaults[name])
+        name: (available[name], TerminalOptions._field_defaults[name])
         for name in names or TerminalOptions._fields
     }
     return expand_option_group(

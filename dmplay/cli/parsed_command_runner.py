@@ -86,7 +86,7 @@ def _make_controller() -> "GameController":
 
     for name in config_files.merged_aliases():
         if is_command(name):
-            raise BadParameter(f"aliases.{name}: {name} is a command; give another name")
+            raise BadParameter(f"aliases.{name}: {name} is a command; choose another name")
     return GameController(
         cli_interpreter=interpret_command,
         aliases=config_files.merged_aliases(),

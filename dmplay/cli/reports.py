@@ -14,11 +14,13 @@ from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 @options.with_terminal_options("json", "color", "width")
 def list_(
     kind: options.ProblemKind = "",
-    all_: Annotated[bool, typer.Option("--all", help="all games, not only the last 20")] = False,
+    all_: Annotated[
+        bool, typer.Option("--all", help="list all saved games, not only the last 20")
+    ] = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """List the problems: table F.1 of the book. Or the games that are kept.
+    """List the problems (table F.1 of the book) or the saved games.
 
     \b
       dmplay list
@@ -31,7 +33,7 @@ def list_(
     if kind == "games":
         return saved_games.report_saved_games(all_games=all_, json=terminal_options.json)
     if all_:
-        raise BadParameter("--all: only for the games; dmplay list games --all")
+        raise BadParameter("--all: applies only to saved games; use dmplay list games --all")
     return Printout(
         problem_and_agent_reports.report_problem_table(kind, terminal_options),
         terminal_options,
@@ -40,10 +42,16 @@ def list_(
 
 
 def records(json: options.JsonFlag = False) -> object:
-    """Tell your best and your last games: those that you played to their end.
+    """Show your best and your latest results.
 
-    The best are of games that verify, with no help, nothing taken back, no look at
-    what is hidden, no branch, and the usual agents in the other seats.
+    Only games that you played to their end count. A game can be your best result only
+    if all of this is true:
+
+    \b
+    - It has new random numbers, and you played from its first turn (no branch).
+    - The usual agents played the other seats.
+    - You used no hint, ghost, undo, reroll, --reveal or --peek.
+    - Its transcript verifies.
 
     \b
       dmplay records
@@ -54,26 +62,38 @@ def records(json: options.JsonFlag = False) -> object:
     return records_report.report_records(json=json)
 
 
-@options.with_terminal_options("json", "motion")
+@options.with_terminal_options("json", "motion", motion=options.ProgressMotion)
 def solve(
     problem: options.ProblemName,
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
-        int | None, typer.Option("--episodes", metavar="N", min=2, help="games, if simulated")
+        int | None,
+        typer.Option("--episodes", metavar="N", min=2, help="number of games, if simulated"),
     ] = None,
     turns: Annotated[
-        int | None, typer.Option("--turns", metavar="N", min=1, help="of each, or of a plan")
+        int | None,
+        typer.Option("--turns", metavar="N", min=1, help="number of turns per game or plan"),
     ] = None,
     workers: options.WorkerCount = "",
     work: Annotated[
         float | None,
-        typer.Option("--work", metavar="TIMES", min=0.01, max=100, help="as much work, for bounds"),
+        typer.Option(
+            "--work",
+            metavar="X",
+            min=0.01,
+            max=100,
+            help="planning budget for bounds on values, as a multiple of the default",
+        ),
     ] = None,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Solve a problem: values, best actions or equilibria, and how they were found.
+    """Solve a problem: values, best actions or equilibria.
+
+    The report also names the method. A value is an expected return: the sum of the
+    discounted rewards. In an equilibrium, no player gains by changing its own strategy
+    alone.
 
     \b
       dmplay solve hexworld --set slip=0.1
@@ -101,12 +121,14 @@ def solve(
 
 def convert(
     problem: options.ProblemName,
-    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="a file")],
+    output: Annotated[Path, typer.Option("--output", "-o", metavar="FILE", help="file to write")],
     variant: options.VariantName = "",
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     force: options.Force = False,
 ) -> object:
-    """Write a finite problem as a file for other programs: .pomdp, .mdp, .dpomdp or .nfg.
+    """Write a finite problem as .pomdp, .mdp, .dpomdp or .nfg.
+
+    Other programs can read these formats. The suffix of FILE selects the format.
 
     \b
       dmplay convert crying-baby -o baby.pomdp
@@ -125,16 +147,18 @@ def convert(
 @options.with_terminal_options("color", "ascii", "theme")
 def figure(
     name: options.FigureName = "",
-    svg: Annotated[bool, typer.Option("--svg", help="as a picture")] = False,
+    svg: Annotated[bool, typer.Option("--svg", help="draw an SVG picture")] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Draw a figure or table of the book's appendix F from the problems themselves.
+    """Draw a figure or table of the book's appendix F.
+
+    dmplay computes it from its problem definitions.
 
     \b
-      dmplay figure                 names them
+      dmplay figure                 list the figures
       dmplay figure F.2
       dmplay figure F.11 --svg -o regions.svg
     """
@@ -145,12 +169,14 @@ def figure(
             terminal_options=terminal_options
         )
     if svg or output:
-        raise BadParameter("figure: --svg and -o want a figure, as F.2; dmplay figure names them")
+        raise BadParameter(
+            "figure: --svg and -o need a figure, such as F.2; dmplay figure lists them"
+        )
     return svg_export.format_figure_list()
 
 
 def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:
-    """List the agents that fit a problem, with their parameters.
+    """List the agents for a problem, with their parameters.
 
     \b
       dmplay agents 2048
@@ -164,7 +190,11 @@ def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> obje
 def info(
     problem: options.ProblemName, json: options.JsonFlag = False, keys: options.KeyPreset = None
 ) -> object:
-    """Tell all about a problem: spaces, parameters, variants, agents, keys, decisions, source.
+    """Describe a problem: rules, parameters, agents and keys.
+
+    The description also lists the spaces of states, actions and observations, the
+    variants, and the source of the rules. It names the decisions that dmplay makes
+    where the source leaves a rule open.
 
     \b
       dmplay info hexworld
@@ -183,9 +213,11 @@ def check(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     json: options.JsonFlag = False,
 ) -> object:
-    """Check a problem of yours: arrays, labels, chances, states, agents and look.
+    """Check your own problem for errors.
 
-    A line for each fault, with the line of your file; exit code 2 where there is one.
+    The checks cover arrays, labels, probabilities, states, agents and drawing. dmplay
+    prints each violation with the line number in your file. The exit code is 2 if
+    there is one.
 
     \b
       dmplay check ./tiger.py
@@ -200,17 +232,19 @@ def check(
     )
 
 
-@options.with_terminal_options("plain", "color", "ascii", "theme", "width")
+@options.with_terminal_options(
+    "plain", "color", "ascii", "theme", "width", plain=options.PagedPlain
+)
 def guide(
     topic: options.TopicName = "",
-    raw: Annotated[bool, typer.Option("--raw", help="the Markdown itself")] = False,
+    raw: Annotated[bool, typer.Option("--raw", help="print the Markdown source")] = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Read the guide: a first game, transcripts, problems and agents of your own, and more.
+    """Read the guide: first game, transcripts, problems and more.
 
     \b
-      dmplay guide                  names the topics
+      dmplay guide                  list the topics
       dmplay guide agents
       dmplay guide agents --raw
     """
@@ -227,12 +261,15 @@ def guide(
             paged=True,
         )
     if raw:
-        raise BadParameter("guide: --raw wants a topic, as agents; dmplay guide names them")
+        raise BadParameter("guide: --raw needs a topic, such as agents; dmplay guide lists them")
     return guide_pages.format_topic_list()
 
 
 def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
-    """Show every setting with its value and where it comes from.
+    """Show the settings, their values and where each value comes from.
+
+    The text leaves out default values, except those of 'dmplay play'. With --json,
+    all settings are shown.
 
     \b
       dmplay config show
@@ -245,7 +282,7 @@ def config_show(ctx: typer.Context, json: options.JsonFlag = False) -> object:
 
 
 def config_path() -> object:
-    """Tell where the files of settings are looked for.
+    """Print the paths of the two settings files.
 
     \b
       dmplay config path

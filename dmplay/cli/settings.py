@@ -83,8 +83,8 @@ def _iter_file_options(
         if option in PROBLEM_OPTIONS:
             command_line = f"{command_name} PROBLEM --{option} ..."
             raise BadParameter(
-                f"{location}: a file's settings hold for every problem; type --{option} or define "
-                f'an alias in your own config.toml, as [aliases] my = "{command_line}"'
+                f"{location}: a settings file applies to every problem; type --{option}, or define "
+                f'an alias in your own config.toml, such as [aliases] my = "{command_line}"'
             )
         # Stands for the flag --strict-hints.
         is_strict_hints = (option, value) == ("strict", "hints")
@@ -106,7 +106,9 @@ def _reject_unknown_names(file: config_files.ConfigFile, commands: CommandsByNam
             raise UnknownName("table", name, ["keys", "aliases", *commands], error_prefix=file.path)
     for name in file.aliases:
         if name in commands:
-            raise BadParameter(f"{file.path}: aliases.{name}: {name} is a command")
+            raise BadParameter(
+                f"{file.path}: aliases.{name}: {name} is a command; choose another name"
+            )
 
 
 def _check_value(option: Any, value: object, location: str) -> None:
@@ -115,7 +117,7 @@ def _check_value(option: Any, value: object, location: str) -> None:
         entry for prefix, entry in VALUE_TYPES.items() if option.type.name.startswith(prefix)
     )
     if option.multiple and not isinstance(value, list):
-        raise BadParameter(f"{location}: got {value!r}, expected a list, as [{value!r}]")
+        raise BadParameter(f"{location}: got {value!r}, expected a list, such as [{value!r}]")
     for item in value if isinstance(value, list) and option.multiple else [value]:
         if type(item) not in accepted_types:
             raise BadParameter(f"{location}: got {item!r}, expected {description}")

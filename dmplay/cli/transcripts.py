@@ -13,15 +13,21 @@ MISMATCH_EXIT_CODE = 3
 
 def verify(
     paths: options.TranscriptPaths,
-    update: Annotated[bool, typer.Option("--update", help="show the diff and rewrite")] = False,
+    update: Annotated[
+        bool, typer.Option("--update", help="rewrite files that differ, and print the diff")
+    ] = False,
     allow_unfinished: Annotated[
-        bool, typer.Option("--allow-unfinished", help="a file without an end is no fault")
+        bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
 ) -> object:
-    """Check transcripts: facts by a replay, inputs by seed and agents; exit code 3 if one differs.
+    """Re-simulate transcripts and report differences.
+
+    dmplay computes every result again from the recorded actions and random numbers.
+    It also draws the random numbers again from the seed, and asks the built-in agents
+    for their actions again. If a transcript differs, the exit code is 3.
 
     \b
       dmplay verify game.dmt
@@ -43,18 +49,19 @@ def verify(
 
 
 @options.with_export_formats
-@options.with_terminal_options("ascii", "width")
+@options.with_terminal_options("ascii", "width", width=options.ScreenWidth)
 def export(
     file: options.TranscriptPath,
     formats: Sequence[str],
     at: Annotated[
-        int | None, typer.Option("--at", metavar="TURN", help="the turn of a picture")
+        int | None, typer.Option("--at", metavar="TURN", help="turn to show, with --svg or --html")
     ] = None,
     height: Annotated[
-        int | None, typer.Option("--height", metavar="N", help="rows of the screen", min=1)
+        int | None,
+        typer.Option("--height", metavar="N", help="height of the screen in rows", min=1),
     ] = None,
     hint: Annotated[
-        bool, typer.Option("--hint", help="a picture for who chooses there, with a hint")
+        bool, typer.Option("--hint", help="show a hint for the player to move, with --svg")
     ] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
@@ -64,7 +71,9 @@ def export(
     terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
-    """Write a recorded game as a picture, a screen recording, text, a table or data.
+    """Export a recorded game as a picture, recording, text or data.
+
+    Choose one format, from --svg to --json.
 
     \b
       dmplay export game.dmt --svg -o game.svg
@@ -90,12 +99,16 @@ def export(
 
 def review(
     file: options.TranscriptPath,
-    write: Annotated[bool, typer.Option("--write", help="keep it in the file as notes")] = False,
+    write: Annotated[
+        bool, typer.Option("--write", help="also write the review to FILE, as notes")
+    ] = False,
     trust: options.Trust = False,
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Value each move of the people in a game: the best action, and the regret.
+    """Show the best action and the regret for each human choice.
+
+    The regret of an action is the value of the best action minus its own value.
 
     \b
       dmplay review game.dmt

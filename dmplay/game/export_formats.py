@@ -17,15 +17,15 @@ class ExportFormat(NamedTuple):
 
 
 EXPORT_FORMATS = {
-    "svg": ExportFormat("a picture of the screen", "svg", shows_one_turn=True),
-    "film": ExportFormat("an animated picture", "svg"),
+    "svg": ExportFormat("picture of one turn (SVG)", "svg", shows_one_turn=True),
+    "film": ExportFormat("animated picture of the game (SVG)", "svg"),
     "html": ExportFormat(
-        "a page with every turn, to step through", "html", shows_one_turn=True, screen_rows=24
+        "page for stepping through the turns", "html", shows_one_turn=True, screen_rows=24
     ),
-    "cast": ExportFormat("a recording, asciicast v3", "cast", screen_rows=24),
-    "text": ExportFormat("every screen as text", "txt", is_text=True),
-    "csv": ExportFormat("a row a turn", "csv", screen_rows=0, is_text=True),
-    "json": ExportFormat("the game as one object", "json", screen_rows=0, is_text=True),
+    "cast": ExportFormat("terminal recording (asciicast v3)", "cast", screen_rows=24),
+    "text": ExportFormat("all screens as text", "txt", is_text=True),
+    "csv": ExportFormat("table with one row per turn", "csv", screen_rows=0, is_text=True),
+    "json": ExportFormat("whole game as one JSON object", "json", screen_rows=0, is_text=True),
 }
 # Extensions that identify a file format.
 KNOWN_EXTENSIONS = {
@@ -53,4 +53,4 @@ def check_extension_fits_format(path: Path | None, format_name: str) -> None:
     allowed = {ending, "txt"} if EXPORT_FORMATS[format_name].is_text else {ending}
     if path and path.suffix[1:].lower() in KNOWN_EXTENSIONS - allowed:
         suggestion = path.with_suffix(f".{ending}")
-        raise BadParameter(f"-o {path}: it is written as {ending.upper()}; name it {suggestion}")
+        raise BadParameter(f"-o {path}: the format is {ending.upper()}; name the file {suggestion}")

@@ -147,7 +147,7 @@ def test_the_printed_command_plays_the_same_game_again(tmp_path: Path) -> None:
         (["config", "shw"], "no such command 'shw'; did you mean show?"),
         (["hexworld", "--seed", "x"], "invalid value for '--seed'"),
         (["hexworld", "--ghost", "--seed", "3"], "--ghost: got '--seed', expected a value; see"),
-        (["hexworld", "a", "b"], "got 'a b' besides, expected no more words; see dmplay play"),
+        (["hexworld", "a", "b"], "unexpected argument 'a b'; see dmplay play"),
         (["hexworld", "--seed", "-1"], "--seed: got -1, expected 0 to"),
         (
             ["hexworld", "--strict=hint"],
@@ -438,7 +438,10 @@ def test_a_dash_is_the_standard_input_or_output(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["hexworld", "-o", "-"], "-o -: only with --quiet; else the game itself is told there"),
+        (
+            ["hexworld", "-o", "-"],
+            "-o -: expected --quiet too, because the game also prints there",
+        ),
         (["verify", "--update", "-"], "--update: the standard input cannot be rewritten"),
     ],
 )

@@ -167,7 +167,7 @@ def test_a_flag_wins_over_a_variable_over_the_project_over_the_user(
     assert read_options(name) == defaults | come(file_options, 3, "DEFAULT_MAP")
     for option in file_options - set(PROJECT_FILE_OPTIONS):
         write_project_file(project_folder, file([option], 2))
-        with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: a folder's file"):
+        with pytest.raises(DmplayError, match=f"^dmplay.toml: {name}.{option}: this file may set"):
             config_defaults(GROUP.commands)
     project_options = values_by_option.keys() & PROJECT_FILE_OPTIONS
     write_project_file(project_folder, file(project_options, 2))
@@ -246,18 +246,18 @@ def test_every_setting_is_shown_with_its_source(
     [
         (
             '[play]\nagent = "./evil.py:X="',
-            "dmplay.toml: play.agent: a file's settings hold for every problem",
+            "dmplay.toml: play.agent: a settings file applies to every problem",
         ),
-        ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a file's settings hold"),
-        ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a file's settings hold"),
+        ('[play]\nvs = "optimal"', "dmplay.toml: play.vs: a settings file applies"),
+        ('[play]\nseat = ["a=./evil.py:X=1"]', "dmplay.toml: play.seat: a settings file applies"),
         (
             '[play]\nset = ["slip=0"]',
-            "dmplay.toml: play.set: a file's settings hold for every problem",
+            "dmplay.toml: play.set: a settings file applies to every problem",
         ),
-        ("[play]\nreveal = true", "dmplay.toml: play.reveal: a folder's file sets looks"),
-        ("[verify]\nallow-unfinished = true", "dmplay.toml: verify.allow-unfinished: a folder's"),
+        ("[play]\nreveal = true", "dmplay.toml: play.reveal: this file may set only"),
+        ("[verify]\nallow-unfinished = true", "dmplay.toml: verify.allow-unfinished: this"),
         ("[verify]\ntrust = true", "dmplay.toml: [verify]: unknown setting 'trust'"),
-        ("[aliases]\nhw = 'list'", "dmplay.toml: aliases.hw: a folder's file sets looks"),
+        ("[aliases]\nhw = 'list'", "dmplay.toml: aliases.hw: this file may set only"),
         ('colour = "never"', "dmplay.toml: unknown setting 'colour'; did you mean color?"),
         ("seed = 3", "dmplay.toml: unknown setting 'seed'; did you mean"),
         ("[plya]\nturns = 3", "dmplay.toml: unknown table 'plya'; did you mean play"),
@@ -390,7 +390,7 @@ def test_an_alias_does_not_hide_a_command_of_the_shell(project_folder: Path) -> 
     write_user_file(project_folder, '[aliases]\nundo = "list"\n')
     result = run(project_folder, "shell", "-e", "list")
     assert (result.returncode, result.stdout) == (2, "")
-    assert result.stderr == "error: aliases.undo: undo is a command; give another name\n"
+    assert result.stderr == "error: aliases.undo: undo is a command; choose another name\n"
 
 
 def test_an_alias_is_expanded_only_once_and_an_action_wins_over_it(project_folder: Path) -> None:
@@ -456,8 +456,8 @@ def test_an_option_of_some_problems_is_refused_in_a_file_and_named(
     write_user_file(project_folder, f"[play]\n{setting}\n")
     result = run(project_folder, "hexworld")
     assert (result.returncode, result.stdout) == (2, "")
-    assert f"config.toml: play.{option}: a file's settings hold for every problem" in result.stderr
-    assert f"type --{option} or define an alias" in result.stderr
+    assert f"config.toml: play.{option}: a settings file applies to every problem" in result.stderr
+    assert f"type --{option}, or define an alias" in result.stderr
 
 
 def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(

@@ -133,7 +133,7 @@ def test_the_header_has_a_player_line_only_if_the_player_is_named() -> None:
         ("assign hexworld --seeds 7,x -o a", "--seeds: got '7,x', expected whole numbers"),
         ("assign hexworld --seeds 7,7 -o a", "--seeds: got 7, 7, expected whole numbers, each"),
         (f"assign hexworld --seeds {2**63} -o a", f"each another, at most {2**63 - 1}, such as"),
-        ("assign hexworld --seeds 7,8 --games 3 -o a", "--games: got 3, but --seeds says how many"),
+        ("assign hexworld --seeds 7,8 --games 3 -o a", "--games: got 3, but --seeds has 2"),
         ("assign hexworld --agent optimal -o a", "no person plays; leave a seat to one"),
         ("assign hexworld -o walks", "walks exists; give another name, or --force"),
         ("assign hexworld --vs grim -o a", "--vs: hexworld has one seat only"),

@@ -291,7 +291,7 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
             "episodes and until-se: expected one of them",
         ),
         (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
-        (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected one of them"),
+        (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected only one of them"),
         (["run", "hexworld", "--executor", "no:thing"], "--executor: got 'no:thing', expected"),
         (["run", "hexworld", "--worst", "1"], "--every, --worst and --best: expected --record DIR"),
         (["run", "hexworld", "--record", "x"], "--record: expected --every N, --worst N or --best"),

@@ -208,7 +208,7 @@ def test_the_size_of_the_saves_is_a_setting_of_the_user_only(
         write_save(saves_folder, number)
     (tmp_path / "dmplay.toml").write_text("keep = 1\n")
     result = run_dmplay(tmp_path, "hexworld", stdin="e\n")
-    assert "only your own config.toml and the command line set this" in result.stderr
+    assert "use your own config.toml or the command line" in result.stderr
     (tmp_path / "dmplay.toml").rename(tmp_path / "mine.toml")
     config_folder = tmp_path / ".config" / "dmplay"
     config_folder.mkdir(parents=True)

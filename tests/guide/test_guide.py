@@ -1,6 +1,7 @@
 """Tests of the guide: its examples run, and its pages fit the terminal, the pipe and the pager."""
 
 import os
+import re
 import textwrap
 from pathlib import Path
 
@@ -13,8 +14,14 @@ from dmplay.guide.topics import GUIDE_FOLDER, list_topics, read_topic, topic_tit
 from dmplay.output import guide_pages
 from dmplay.output.pager import print_paged
 from dmplay.output.svg_export import render_for_terminal
+from dmplay.registry.builtin_names import problem_names
 from dmplay.terminal.capabilities import Terminal
-from tests.support.document_examples import TIGER_SOURCE, DocumentRunner, parse_blocks
+from tests.support.document_examples import (
+    PROJECT_ROOT,
+    TIGER_SOURCE,
+    DocumentRunner,
+    parse_blocks,
+)
 from tests.support.terminals import Terminal as Tty
 
 SCREEN_TERMINAL = Terminal(True, "", True, False, False)
@@ -70,9 +77,42 @@ def test_programs_of_the_guide_have_fewer_than_fifteen_lines() -> None:
 
 def test_topics_are_in_reading_order_and_titled_by_their_first_lines() -> None:
     assert [*list_topics()][:2] == ["play", "transcripts"]
-    assert [*list_topics()][-1] == "league"
+    assert [*list_topics()][-2:] == ["architecture", "glossary"]
     assert topic_title("play") == "Your first game"
     assert len(list_topics()) == len([*GUIDE_FOLDER.glob("*.md")])
+
+
+def test_the_architecture_topic_names_only_existing_files_and_definitions() -> None:
+    prose = re.sub(r"```.*?```", "", read_topic("architecture"), flags=re.DOTALL)
+    words = re.findall(r"`([^`\n]+)`", prose.partition("## The life of one turn")[2])
+    modules = (PROJECT_ROOT / "dmplay").rglob("*.py")
+    source = "\n".join(path.read_text(encoding="utf-8") for path in modules)
+    for word in words:
+        if re.match("(dmplay|tests|transcripts)/", word):
+            assert "NAME" in word or (PROJECT_ROOT / word).exists(), word
+        elif re.fullmatch(r"\w+\.\w+|\w*[_A-Z]\w*", word) and not word.endswith(".md"):
+            name = word.rpartition(".")[2]
+            assert re.search(rf"\b(def|class) {name}\b|^{name}\b.* = ", source, re.MULTILINE), word
+
+
+def test_the_architecture_topic_lists_the_layers_in_the_order_of_imports() -> None:
+    section = read_topic("architecture").partition("## The life of one turn")[0]
+    entries = [row for row in section.splitlines() if row.startswith("- ")]
+    layers = [
+        name
+        for entry in entries
+        for name in re.findall(r"`(\w+)(?:/|\.py)`", entry.partition(":")[0])
+    ]
+    source = (PROJECT_ROOT / "tests" / "test_layers.py").read_text(encoding="utf-8")
+    assert layers == re.findall(r"\w+", source.partition("LAYERS = (")[2].partition(")")[0])
+
+
+def test_each_term_of_the_glossary_is_two_lines_and_names_a_problem() -> None:
+    entries = re.findall(r"^- \*\*.*?(?=\n- |\n\n|\Z)", read_topic("glossary"), re.M | re.S)
+    assert len(entries) > 50
+    for entry in entries:
+        assert len(entry.strip().splitlines()) == 2, entry
+        assert re.search(rf"\b(?:{'|'.join(problem_names())})\b", entry), entry
 
 
 def test_the_error_for_an_unknown_topic_suggests_the_nearest() -> None:
@@ -86,7 +126,7 @@ def test_raw_output_is_the_file_itself(capsys: pytest.CaptureFixture[str]) -> No
 
 
 def test_raw_output_requires_a_topic() -> None:
-    with pytest.raises(BadParameter, match="--raw wants a topic, as agents"):
+    with pytest.raises(BadParameter, match="--raw needs a topic, such as agents"):
         interpret_command(["guide", "--raw"])
 
 

@@ -173,7 +173,7 @@ def test_json_is_a_single_object(transcript_path: Path) -> None:
         (["--film", "--hint"], "--hint: on a picture, --svg, not on --film"),
         (["--csv", "--width", "60"], "--width: of a screen, which --csv does not have"),
         (["--json", "--ascii"], "--ascii: of a screen, which --json does not have"),
-        (["--json", "-o", "g.csv"], "-o g.csv: it is written as JSON; name it g.json"),
+        (["--json", "-o", "g.csv"], "-o g.csv: the format is JSON; name the file g.json"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
 )

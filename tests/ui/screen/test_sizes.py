@@ -114,7 +114,10 @@ def test_without_motion_agents_play_only_when_stepped(tmp_path: Path) -> None:
     [
         ("hexworld --no-input", "--no-input: agent would be asked; let agents play every seat"),
         ("prisoners-dilemma --agent grim --vs human --no-input", "--no-input: agent2 would be"),
-        ("shell --no-input", "--no-input: nobody is asked; give commands by -e or in a pipe"),
+        (
+            "shell --no-input",
+            "--no-input: no prompts are allowed; give commands with -e or through a pipe",
+        ),
         ("resume g.dmt --no-input", "--no-input: agent would be asked"),
         ("branch g.dmt --at 1 -o b.dmt --no-input", "--no-input: agent would be asked"),
     ],
@@ -146,7 +149,7 @@ def test_no_input_allows_agents_and_pipes(tmp_path: Path) -> None:
 def test_real_time_conflicts_with_no_motion(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "cart-pole", "--rate", "--no-motion")
     assert result.returncode == 2
-    assert result.stderr == "error: --rate: real time moves by itself; leave out --no-motion\n"
+    assert result.stderr == "error: --rate: real time needs motion; leave out --no-motion\n"
 
 
 @pytest.mark.parametrize("problem", TERMINAL_TEST_PROBLEMS)

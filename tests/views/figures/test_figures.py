@@ -43,14 +43,16 @@ def test_an_unknown_figure_is_rejected() -> None:
 
 def test_a_file_extension_of_another_format_is_rejected(tmp_path: Path) -> None:
     for name in ("f.png", "f.PDF", "f.cast", "f.txt"):
-        with pytest.raises(BadParameter, match=r"f\.\w+: it is written as SVG; name it \S+f\.svg"):
+        with pytest.raises(
+            BadParameter, match=r"f\.\w+: the format is SVG; name the file \S+f\.svg"
+        ):
             svg_export.draw_figure("T.2", tmp_path / name, svg=False)
     for name in ("f.svg", "F.2", "f"):
         svg_export.draw_figure("T.2", tmp_path / name, svg=False)
     assert {path.name for path in tmp_path.iterdir()} == {"f.svg", "F.2", "f"}
-    with pytest.raises(BadParameter, match="it is written as HTML; name it g"):
+    with pytest.raises(BadParameter, match="the format is HTML; name the file g"):
         check_extension_fits_format(Path("g.svg"), "html")
-    with pytest.raises(BadParameter, match=r"it is written as JSON; name it g\.json"):
+    with pytest.raises(BadParameter, match=r"the format is JSON; name the file g\.json"):
         check_extension_fits_format(Path("g.csv"), "json")
     for name in ("g.csv", "g.txt", "g"):  # text formats accept .txt and no extension
         check_extension_fits_format(Path(name), "csv")
