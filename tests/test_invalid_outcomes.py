@@ -103,6 +103,17 @@ def test_the_seat_of_the_reward_is_named() -> None:
         check([1.0, 2.0], [0.0, np.nan])
 
 
+def test_an_observation_is_the_index_of_a_label() -> None:
+    baby = dmplay.load_problem("crying-baby")
+    states, rewards = np.zeros(2, int), np.zeros((2, 1))
+    validate_outcome(baby, Outcome(states, rewards, np.array([[0], [1]])))
+    for wrong in (-1, 2):
+        with pytest.raises(
+            BadParameter, match=f"the observation {wrong} of agent, expected 0 to 1"
+        ):
+            validate_outcome(baby, Outcome(states, rewards, np.array([[0], [wrong]])))
+
+
 ECHO_SOURCE = (
     LINE_SOURCE.replace("Line", "Echo")
     .replace("REWARD", "1.0")

@@ -44,16 +44,20 @@ def count_lookups(steps: PatternTable, games: int) -> Ints:
     """Count the lookups of each entry `[STAGE_COUNT, PATTERNS, ENTRIES_PER_PATTERN]` in games."""
     counts = np.zeros(steps.shape, np.int64)
 
-    def looks(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
+    def count_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
         ((stage, _),) = ntuple_network_2048.group_by_stage(boards)
-        for pattern, entries in original_looks(boards):
+        for pattern, entries in iter_entries(boards):
             np.add.at(counts[stage, pattern], entries, 1)
             yield pattern, entries
 
-    original_looks = ntuple_network_2048.iter_pattern_entries
+    iter_entries = ntuple_network_2048.iter_pattern_entries
     problem = dmplay.load_problem("2048")
     agent = dmplay.load_agent(problem, 0, "expectimax:depth=4")
-    with patch.multiple(ntuple_network_2048, looks=looks, tables=lambda stage: steps[stage]):
+    with patch.multiple(
+        ntuple_network_2048,
+        iter_pattern_entries=count_entries,
+        load_pattern_tables=lambda stage: steps[stage],
+    ):
         batch = dmplay.rollout(problem, [agent], episodes=games)
     print(f"{games} games: {batch.returns.mean():,.0f}")
     return counts
