@@ -9,16 +9,16 @@ from tests.benchmarks.terminal import DMPLAY
 
 SUPPORT_FOLDER = Path(__file__).parent.parent / "support"
 FIELD_PROBLEM, ROW_FIELD_PROBLEM = (
-    f"{SUPPORT_FOLDER / 'field.py'}:{name}" for name in ("Field", "InRows")
+    f"{SUPPORT_FOLDER / 'grid_field.py'}:{name}" for name in ("Field", "InRows")
 )
 PROBLEM_ARGUMENTS = {
     "field of 10^4 cells, 4 actions": (FIELD_PROBLEM, "--set", "side=100"),
     "field of 10^5 cells": (FIELD_PROBLEM, "--set", "side=316"),
     "field of 10^6 cells": (FIELD_PROBLEM, "--set", "side=1000"),
     "field of 10^6 cells, as rows": (ROW_FIELD_PROBLEM, "--set", "side=1000"),
-    "tic-tac-toe": (f"{SUPPORT_FOLDER / 'toe.py'}:Toe",),
+    "tic-tac-toe": (f"{SUPPORT_FOLDER / 'tic_tac_toe.py'}:Toe",),
     "soccer, 4 x 5": (f"{SUPPORT_FOLDER / 'soccer.py'}:Soccer",),
-    "bimatrix game, 50 x 50": (f"{SUPPORT_FOLDER / 'drawn.py'}:Large",),
+    "bimatrix game, 50 x 50": (f"{SUPPORT_FOLDER / 'random_problems.py'}:Large",),
 }
 
 
