@@ -66,7 +66,7 @@ def test_transcripts_and_project_settings_start_no_program_without_trust(folder:
     error_output = run_dmplay(folder, "resume", "half.dmt").stderr
     assert "is not built in; if it is yours, add --trust" in error_output
     (folder / "dmplay.toml").write_text(f"[play]\nagent = {json.dumps(BOT_AGENT)}\n")
-    assert "play.agent: a file's settings hold" in run_dmplay(folder, "hexworld").stderr
+    assert "play.agent: a settings file applies" in run_dmplay(folder, "hexworld").stderr
     (folder / "dmplay.toml").unlink()
     assert not (folder / "begun").exists()
     assert run_dmplay(folder, "resume", "half.dmt", "--trust").returncode == 0
