@@ -33,6 +33,7 @@ from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
+from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.signals import defer_signals
 from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_information
 from dmplay.transcript.recorder import Recorder
@@ -240,8 +241,11 @@ class Game:
         )
 
     def import_hint_agents(self) -> None:
-        """Import the modules of the agents that may give hints to people in this game."""
-        for seat in self.human_seats:
+        """Import the modules of the agents that may give hints to people in a built-in problem.
+
+        Code of users is not run here, as it may fail, or not be safe in a second thread.
+        """
+        for seat in self.human_seats if builtin_stem(self.problem) else []:
             load_roster(self.problem, seat)
 
     def view(self, seat: int | None = None) -> View[Problem]:
