@@ -7,13 +7,12 @@ from json import dumps, loads
 from pathlib import Path
 
 from dmplay import __version__
-from dmplay.core.problem import Problem
 from dmplay.core.safe_files import user_folder
 from dmplay.core.text import format_json_report
 from dmplay.core.work_budget import report_progress_to
-from dmplay.evaluation.solutions.options import SolveOptions, use_solve_options
+from dmplay.evaluation.solutions.options import SolveOptions
 from dmplay.evaluation.solutions.solution import Solution
-from dmplay.evaluation.solutions.solve import solve_problem
+from dmplay.evaluation.solutions.solve import solve_with_options
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_table
 from dmplay.registry import problems
@@ -24,12 +23,12 @@ def load_or_solve(
 ) -> Solution:
     """Return the solution of a problem, from the user's cache folder if it is there.
 
-    Its key is made of name, parameters, simulation options and the version and file times of the
+    Its key is made of name, parameters, options and the version and file times of the
     code. Solutions of user-defined problems are not cached, because their code may change.
     """
     loaded = problems.resolve_problem(name, parameters)
     if not problems.builtin_stem(loaded.problem):
-        return _solve(loaded.problem, solve_options)
+        return solve_with_options(loaded.problem, solve_options)
     option_values = solve_options.episodes, solve_options.turns, solve_options.work
     key_parts = [loaded.name, loaded.parameters, *option_values, __version__, *_source_times()]
     key = dumps(key_parts, sort_keys=True, default=str)
@@ -39,20 +38,12 @@ def load_or_solve(
         return Solution(**loads(file.read_text(encoding="utf-8")))
     except (OSError, ValueError, TypeError):
         pass
-    result = _solve(loaded.problem, solve_options)
+    result = solve_with_options(loaded.problem, solve_options)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
         file.write_text(dumps(result._asdict()), encoding="utf-8")
     except OSError:
         pass  # a solution that cannot be saved is computed again
-    return result
-
-
-def _solve(problem: Problem, solve_options: SolveOptions) -> Solution:
-    """Solve a problem with simulation options; raise BadParameter if an option has no effect."""
-    with use_solve_options(solve_options):
-        result = solve_problem(problem)
-    solve_options.check_options_used(result.method)
     return result
 
 

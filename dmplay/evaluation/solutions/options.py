@@ -14,7 +14,7 @@ OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought bet
 
 @dataclass
 class SolveOptions:
-    """The user's options for simulations; None stands for the default of each solution."""
+    """The user's options for solutions; None stands for the default of each solution."""
 
     episodes: int | None = None
     turns: int | None = None

@@ -53,7 +53,11 @@ def solve(
     an option that has no effect, and BudgetExceeded if the solution takes too long.
     """
     check_problem(problem, turns)
-    options = SolveOptions(episodes, turns, workers, work)
+    return solve_with_options(problem, SolveOptions(episodes, turns, workers, work))
+
+
+def solve_with_options(problem: Problem, options: SolveOptions) -> Solution:
+    """Return the solution of a problem; raise BadParameter if an option has no effect."""
     with use_solve_options(options):
         solution = solve_problem(problem)
     options.check_options_used(solution.method)
