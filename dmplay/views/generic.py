@@ -62,7 +62,7 @@ def iter_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
 
 
 def _iter_observation_boards(view: View[Problem], options: DrawOptions) -> Iterator[Text]:
-    """Yield boards of the observation, drawn by the problem's `glimpse` if it has one."""
+    """Yield boards of the observation, drawn by the problem's `draw_observation` if it has one."""
     draw_observation = getattr(view.problem, "draw_observation", None)
     drawing = (
         draw_observation(view.observation)
@@ -153,8 +153,8 @@ def _iter_text_boards(view: View[Problem], options: DrawOptions) -> Iterator[Tex
 def draw_picture(view: View[Problem], state: Array | None) -> Text | None:
     """Return the problem's own picture of a state, or None if it draws none.
 
-    A hidden state is drawn only if `state` is given. Raise BadParameter if the problem's `picture`
-    returns anything but a string or a rich Text.
+    A hidden state is drawn only if `state` is given. Raise BadParameter if the problem's
+    `draw_state` returns anything but a string or a rich Text.
     """
     draw_state = getattr(view.problem, "draw_state", None)
     visible_state = state if view.problem.partially_observable else view.observation
