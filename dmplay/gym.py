@@ -38,7 +38,7 @@ from dmplay.simulation.vector_games import VectorGames
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
-NOT_RESET_MESSAGE = "step: no game was begun; call reset first"
+NOT_RESET_MESSAGE = "step: no game has started; call reset first"
 
 
 class Env(gymnasium.Env[Any, Any]):

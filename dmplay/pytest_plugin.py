@@ -22,14 +22,19 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     group = parser.getgroup("dmplay", "golden transcripts")
     group.addoption("--dmplay-update", action="store_true", help="rewrite transcripts that differ")
     parser.addini(
-        "dmplay_trust", "import the problems and agents that transcripts name", "bool", False
+        "dmplay_trust",
+        "import the user-defined problems and agents that transcripts name",
+        "bool",
+        False,
     )
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Raise UsageError for `--dmplay-update` if CI is set, because nobody reviews changes there."""
+    """Raise UsageError for `--dmplay-update` if CI is set: no person reviews changes there."""
     if config.getoption("--dmplay-update") and os.environ.get("CI"):
-        raise pytest.UsageError("--dmplay-update: not where CI is set")
+        raise pytest.UsageError(
+            "--dmplay-update: not allowed while the environment variable CI is set"
+        )
 
 
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> pytest.Collector | None:

@@ -83,7 +83,9 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
         session = self._current_session()
         missing = [agent for agent in self.agents if agent not in actions]
         if missing:
-            raise IllegalAction(f"step: no action of {', '.join(missing)}; expected one of each")
+            raise IllegalAction(
+                f"step: got no action for {', '.join(missing)}, expected one for each agent"
+            )
         pairs = zip(self._seats, self.agents, strict=True)
         joint_actions = [
             seat.decode_actions(np.asarray(actions[agent])[None])[0] for seat, agent in pairs
@@ -121,7 +123,7 @@ class ParallelEnv(pettingzoo.ParallelEnv):  # type: ignore[misc] # PettingZoo is
     def _current_session(self) -> Session:
         """Return the current session; raises BadParameter before the first `reset`."""
         if self.session is None:
-            raise BadParameter("step: no game was begun; call reset first")
+            raise BadParameter("step: no game has started; call reset first")
         return self.session
 
     def _current_observations(self, session: Session) -> AgentDict:

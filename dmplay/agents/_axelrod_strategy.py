@@ -26,7 +26,7 @@ class AxelrodStrategy(SeatPolicy):
     kept, so the hidden random state of a strategy differs in every round.
     """
 
-    name: str = parameter("TitForTat", "the class of the strategy")
+    name: str = parameter("TitForTat", "class name of the strategy in the Axelrod package")
 
     positional_parameter = "name"
     required_package = "axelrod"
@@ -40,7 +40,9 @@ class AxelrodStrategy(SeatPolicy):
         if self.name not in strategies:
             raise UnknownName("strategy", self.name, strategies, error_prefix="axelrod")
         if not package.Classifiers.obey_axelrod(strategies[self.name]()):
-            raise BadPolicy(f"axelrod: {self.name} does not keep the rules of the tournament")
+            raise BadPolicy(
+                f"axelrod: {self.name} breaks the rules of Axelrod's tournament; use another one"
+            )
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the empty action histories of both players, `[B, 0]` each."""
@@ -104,6 +106,6 @@ def _import_axelrod() -> ModuleType:
         import axelrod
     except ImportError:
         raise BadPolicy(
-            "axelrod: the package is not installed; python -m pip install 'dmplay[axelrod]'"
+            "axelrod: the package is not installed; run python -m pip install 'dmplay[axelrod]'"
         ) from None
     return axelrod  # type: ignore[no-any-return]

@@ -51,9 +51,9 @@ class SparseTransition(NamedTuple):
 class BeliefPolicy(SeatPolicy, ABC):
     """A policy that acts on its seat's belief.
 
-    The beliefs equal those of `belief.update_belief` with unknown partners, which are taken to act
-    uniformly at random. They come from a table of an action's transitions, computed when the action
-    is first taken.
+    The beliefs equal those of `belief.update_belief` with unknown partners, which are assumed to
+    act uniformly at random. They come from a table of an action's transitions, computed when the
+    action is first taken.
     """
 
     @cached_property
@@ -85,7 +85,7 @@ class BeliefPolicy(SeatPolicy, ABC):
         )
         if not likelihood.all():
             raise ImpossibleObservation(
-                f"{self.problem.agents[self.seat]}: an observation of probability 0"
+                f"{self.problem.agents[self.seat]}: got an observation of probability 0"
             )
         return posterior
 

@@ -50,7 +50,7 @@ class _MixedStrategyPolicy(_PayoffTablePolicy):
 
 @dataclass(frozen=True)
 class Nash(_MixedStrategyPolicy):
-    """Plays the first Nash equilibrium that support enumeration finds or, in large games, any."""
+    """Plays a Nash equilibrium, found by support enumeration or, in large games, Lemke-Howson."""
 
     @cached_property
     def _mixed_strategy(self) -> Categorical:
@@ -65,7 +65,7 @@ def _find_nash_equilibrium(problem: Problem) -> bimatrix_game.MixedProfile:
 
 @dataclass(frozen=True)
 class RegretMatchingEquilibrium(_MixedStrategyPolicy):
-    """Plays its part of an equilibrium of any number of agents, or of the nearest one found.
+    """Plays its strategy of an equilibrium or, if none is found, of the nearest approximation.
 
     The values are against the strategies of the other agents in it.
     """
@@ -90,10 +90,10 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """A softmax response to an opponent one level lower; level 0 acts uniformly (section 24.7)."""
+    """Plays a softmax response to an opponent one level below; level 0: uniform (section 24.7)."""
 
-    precision: float = parameter(0.5, "how much better replies are preferred", 0.0)
-    level: int = parameter(2, "levels of reasoning", 0, 1e5)
+    precision: float = parameter(0.5, "precision of the softmax; 0: uniform", 0.0)
+    level: int = parameter(2, "number of reasoning levels", 0, 1e5)
 
     @cached_property
     def _mixed_strategy(self) -> Categorical:
@@ -116,11 +116,11 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """The best reply to the action frequencies of the opponent so far (fictitious play)."""
+    """Plays a best response to the opponent's action frequencies so far (fictitious play)."""
 
     uniform_count = 0
     plans_one_round = True
-    hint_basis = "best reply to what the other's play suggests"
+    hint_basis = "best response to the opponent's past actions"
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return zero counts of the opponent's actions."""
@@ -147,7 +147,7 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
 class GradientAscent(_PayoffTablePolicy):
     """Moves its mixed strategy up the gradient of its reward in the last round (section 24.8)."""
 
-    rate: float = parameter(1.0, "length of the first step; the t-th is shorter by sqrt(t)", 0.0)
+    rate: float = parameter(1.0, "step size of round 1; round t: rate / sqrt(t)", 0.0)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the uniform strategy, and zero rounds."""

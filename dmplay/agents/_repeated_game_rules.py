@@ -60,7 +60,7 @@ class CooperateDefectRule(RepeatedGameRule):
 
 @dataclass(frozen=True)
 class TitForTat(CooperateDefectRule):
-    """Cooperates first, then does what the other did last."""
+    """Cooperates first, then repeats the opponent's last action."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the opponent's last action."""
@@ -69,14 +69,14 @@ class TitForTat(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class SuspiciousTitForTat(TitForTat):
-    """Defects first, then does what the other did last."""
+    """Defects first, then repeats the opponent's last action."""
 
     first_action = 1
 
 
 @dataclass(frozen=True)
 class Grim(CooperateDefectRule):
-    """Cooperates until anyone defects, then never again."""
+    """Cooperates until either agent defects, then always defects."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 1, defect, once either agent has defected."""
@@ -85,7 +85,7 @@ class Grim(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class WinStayLoseShift(CooperateDefectRule):
-    """Cooperates after a round in which both did the same, else defects."""
+    """Cooperates after a round in which both agents took the same action, else defects."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 1, defect, after a round in which the actions differed."""
@@ -94,7 +94,7 @@ class WinStayLoseShift(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class AlwaysCooperate(CooperateDefectRule):
-    """Cooperates."""
+    """Always cooperates."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 0, cooperate."""
@@ -103,7 +103,7 @@ class AlwaysCooperate(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class AlwaysDefect(CooperateDefectRule):
-    """Defects."""
+    """Always defects."""
 
     first_action = 1
 
@@ -114,9 +114,9 @@ class AlwaysDefect(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class GenerousTitForTat(TitForTat):
-    """Does what the other did last, but now and then forgives a defection."""
+    """Repeats the opponent's last action, but sometimes forgives a defection."""
 
-    forgiveness: float = parameter(1 / 3, "probability of forgiving", 0.0, 1.0)
+    forgiveness: float = parameter(1 / 3, "probability of forgiving a defection", 0.0, 1.0)
 
     uniform_count = 1  # for forgiving
 
@@ -136,7 +136,7 @@ class _OpponentCountRule(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class TitForTwoTats(_OpponentCountRule):
-    """Defects once the other has defected twice in a row."""
+    """Defects if the opponent defected in the last two rounds, else cooperates."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the number of defections in a row of the opponent, from the previous count."""
@@ -149,7 +149,7 @@ class TitForTwoTats(_OpponentCountRule):
 
 @dataclass(frozen=True)
 class TwoTitsForTat(_OpponentCountRule):
-    """Defects twice after each defection."""
+    """Defects in the two rounds after each defection of the opponent, else cooperates."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the number of defections that are due, from the previous count."""
@@ -162,7 +162,7 @@ class TwoTitsForTat(_OpponentCountRule):
 
 @dataclass(frozen=True)
 class Majority(_OpponentCountRule):
-    """Cooperates while the other has cooperated at least as often as not."""
+    """Cooperates if the opponent has cooperated in at least half of the rounds, else defects."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the opponent's defections minus its cooperations, from the previous count."""

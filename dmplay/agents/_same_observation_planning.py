@@ -25,17 +25,17 @@ MAX_PLAN_TURNS = 4  # With five turns there are too many plans to compare.
 
 @dataclass(frozen=True)
 class SharedObservationPlan(SeatPolicy):
-    """Follows the joint plan of `horizon` turns with most total reward, replanned every turn.
+    """Follows the joint plan of `horizon` turns with the most total reward; replans every turn.
 
-    Both agents hear the same, so each knows what the other believes and plans. The values are the
+    Both agents observe the same, so each knows the other's belief and plan. The values are the
     sum of both rewards over these turns.
     """
 
     horizon: int = parameter(
-        MAX_PLAN_TURNS, f"turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS
+        MAX_PLAN_TURNS, f"number of turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS
     )
 
-    hint_basis = "joint plan that both follow"
+    hint_basis = "joint plan that both agents follow"
 
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it plans ahead in every turn, of which fewer may be left."""

@@ -33,7 +33,7 @@ MAX_ALPHA_VECTOR_TURNS = 100  # turns of alpha vectors that can be computed in t
 
 @dataclass(frozen=True)
 class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
-    """The best action in every state, by policy iteration (section 7.4) or, if large, by sweeps.
+    """Takes the best action, by policy iteration (section 7.4) or, in large problems, by sweeps.
 
     Values of actions that a state does not allow are those of its first legal action, or -inf. In a
     game of `horizon` turns they are those of the turns left, by backward induction.
@@ -41,7 +41,7 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
 
     @property
     def tie_rule(self) -> str:
-        """Which of several best actions it takes."""
+        """The rule that chooses among several best actions."""
         return PAYS_SOONEST if self.problem.discount == 1.0 else ""
 
     def can_plan_turns(self, turns: int) -> bool:
@@ -65,7 +65,7 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
         return solve_action_values(self.problem, self.problem.discount)
 
     def choose_from_states(self, s: Array, legal: Bools | None) -> Array:
-        """Return the first best action; without a discount, ties go to the one that pays sooner."""
+        """Return the first best action; without a discount, ties go to the earliest reward."""
         return self._choose_best(s, self.action_values((s,)), legal)
 
     def _choose_best(self, s: Array, q: Reals, legal: Bools | None) -> Array:
@@ -142,7 +142,7 @@ class _AlphaVectorPolicy(GreedyBeliefPolicy):
 
 @dataclass(frozen=True)
 class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
-    """The best action for its belief in a game without end or of `horizon` turns.
+    """Takes the best action for its belief, for an infinite horizon or for `horizon` turns.
 
     It is found by alpha vectors.
     """
@@ -172,7 +172,7 @@ class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
 
 @dataclass(frozen=True)
 class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
-    """Plans `horizon` turns ahead, again in every turn."""
+    """Plans `horizon` turns ahead in every turn (receding horizon)."""
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
@@ -181,7 +181,7 @@ class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
 
 @dataclass(frozen=True)
 class Qmdp(GreedyBeliefPolicy):
-    """Acts as if it were to see the state from the next turn on (section 21.1)."""
+    """Assumes that it will see the state from the next turn on (QMDP, section 21.1)."""
 
     @cached_property
     def _q(self) -> Reals:
@@ -196,7 +196,7 @@ class Qmdp(GreedyBeliefPolicy):
 
 @memoize
 def _solve_infinite_horizon(problem: Problem) -> AlphaVectorStage:
-    """Return the alpha vectors of a problem without a last turn."""
+    """Return the alpha vectors of a problem with an infinite horizon."""
     return exact_pomdp.solve_infinite_horizon(
         tabulate(problem), require_discount_below_one(problem)
     )
@@ -216,5 +216,5 @@ def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
 def require_discount_below_one(problem: Problem) -> float:
     """Return the discount of a problem; raise BadPolicy unless it is below 1."""
     if problem.discount >= 1.0:
-        raise BadPolicy("a game without end needs a discount below 1; plan looks some turns ahead")
+        raise BadPolicy("an infinite horizon needs a discount below 1; use the agent plan instead")
     return problem.discount

@@ -1,4 +1,4 @@
-"""Policies whose values are for the turns left in a game, or for a game without end."""
+"""Policies whose values are for the turns left in a game, or for an infinite horizon."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
@@ -23,7 +23,7 @@ class TurnsLeftPolicy(SeatPolicy, ABC):
     the last turn a game begins again.
     """
 
-    horizon: int = parameter(0, "turns of a game; 0: without end", 0, MAX_TURNS_LEFT)
+    horizon: int = parameter(0, "number of turns of a game; 0: infinite", 0, MAX_TURNS_LEFT)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the memory before the first turn, with zero turns done if there is a horizon."""
@@ -56,5 +56,5 @@ class TurnsLeftPolicy(SeatPolicy, ABC):
         """Return whether a game of `turns` turns can be planned to its end in time."""
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return "without end" if a game of `turns` turns is not planned to its end."""
+        """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
         return "" if turns in {None, self.horizon} else WITHOUT_END

@@ -15,11 +15,11 @@ from dmplay.core.policy import Memory, Percept, Policy, requires_fields
 from dmplay.core.problem import Problem
 
 # the scopes of values that are not about the turns left
-WITHOUT_END, ONE_ROUND = "without end", "for one round"
+WITHOUT_END, ONE_ROUND = "infinite horizon", "for one round"
 # the rules for ties
 ENDS_SOONEST, PAYS_SOONEST = (
-    "of equals the one that ends soonest",
-    "of equals the one that pays soonest",
+    "tie broken by earliest end",
+    "tie broken by earliest reward",
 )
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
@@ -57,7 +57,7 @@ class SeatPolicy(Policy):
 
     @property
     def tie_rule(self) -> str:
-        """Which of several best actions it takes, '' for the first."""
+        """The rule that chooses among several best actions, '' for the first."""
         return ""
 
     @property
@@ -82,7 +82,7 @@ class SeatPolicy(Policy):
         return self.initial_memory(observation)
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return the game that its values are about, '' if it is one of `turns` turns.
+        """Return the horizon that its values assume, '' if they are for `turns` turns.
 
         `turns` is None for a game without a turn limit.
         """
@@ -91,7 +91,7 @@ class SeatPolicy(Policy):
         return WITHOUT_END if self.values_without_end and turns is not None else ""
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the players that its values assume, '' if they are these `opponents`."""
+        """Return the opponents that its values assume, '' if they are these `opponents`."""
         return ""
 
     def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:

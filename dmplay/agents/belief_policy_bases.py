@@ -1,4 +1,4 @@
-"""Belief policies that know the value of each action, without end or with turns left."""
+"""Belief policies that know the value of each action, for an infinite horizon or the turns left."""
 
 from abc import abstractmethod
 from collections.abc import Sequence
@@ -26,7 +26,7 @@ class GreedyBeliefPolicy(GreedyPolicy, BeliefPolicy):
 class FiniteHorizonPolicy(GreedyBeliefPolicy):
     """A policy that plans a fixed number of turns, at least one."""
 
-    horizon: int = parameter(10, "turns planned", 1, MAX_HORIZON)
+    horizon: int = parameter(10, "number of turns planned", 1, MAX_HORIZON)
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
         """Return a policy that does not plan beyond the end of the game."""

@@ -22,15 +22,15 @@ LOOKAHEAD_TURNS = 50  # A pole that stands for so long counts as stable.
 
 @dataclass(frozen=True)
 class Balance(ReactivePolicy):
-    """Pushes right where a weighted sum of the state is above 0, else left.
+    """Pushes right if a weighted sum of the state is above 0, else left.
 
     The default weights balance the pole for 500 turns, and thousands, from every usual start.
     """
 
-    x: float = parameter(0.1, "weight of the place")
-    v: float = parameter(0.2, "weight of the speed")
-    theta: float = parameter(1.0, "weight of the angle")
-    omega: float = parameter(0.5, "weight of the angular speed")
+    x: float = parameter(0.1, "weight of the cart position")
+    v: float = parameter(0.2, "weight of the cart velocity")
+    theta: float = parameter(1.0, "weight of the pole angle")
+    omega: float = parameter(0.5, "weight of the pole's angular velocity")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the pushes that keep the weighted sum near 0."""
@@ -48,7 +48,7 @@ class LinearQuadraticPolicy(ReactivePolicy):
 
     problem: CartPole
     push: float = parameter(
-        1.0, "cost of a push beside that of being at a limit", 0.0, exclusive_low=True
+        1.0, "cost of a push; a state at its limit costs 1", 0.0, exclusive_low=True
     )
 
     @cached_property
@@ -91,23 +91,23 @@ def _design_regulator(problem: CartPole, push: float) -> riccati.LinearQuadratic
 
 @dataclass(frozen=True)
 class AlwaysLeft(ConstantPolicy):
-    """Pushes left."""
+    """Always pushes left."""
 
     action = LEFT
 
 
 @dataclass(frozen=True)
 class AlwaysRight(ConstantPolicy):
-    """Pushes right."""
+    """Always pushes right."""
 
     action = RIGHT
 
 
 @dataclass(frozen=True)
 class Alternate(ReactivePolicy):
-    """Pushes left and right in turn."""
+    """Pushes left and right alternately."""
 
-    first: str = parameter("left", "the first push, left or right", choices=("left", "right"))
+    first: str = parameter("left", "first push: left or right", choices=("left", "right"))
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the push that is due first."""

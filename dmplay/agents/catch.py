@@ -35,7 +35,7 @@ class Greedy(GreedyBeliefPolicy):
 
 @dataclass(frozen=True)
 class ThompsonSampling(BeliefPolicy):
-    """Draws a proficiency from its belief and throws the best distance for it."""
+    """Samples a proficiency from its belief and throws the best distance for that proficiency."""
 
     uniform_count = 1  # for the proficiency
 
@@ -53,7 +53,7 @@ class ThompsonSampling(BeliefPolicy):
 
 @dataclass(frozen=True)
 class Optimal(RemainingHorizonPolicy):
-    """The best throw for its belief in a game of `horizon` throws, by exact search."""
+    """Takes the best throw for its belief in a game of `horizon` throws, by exact search."""
 
     MAX_PLANNED_TURNS = 20
 

@@ -33,13 +33,13 @@ PLAN_SEED = 3  # gives the best plans of four seeds on the standard map
 
 @dataclass(frozen=True)
 class Sweep(SeatPolicy):
-    """Moves to and fro: back after some turns without prey, or if a prey is or just was near.
+    """Moves back and forth: reverses after `stroke` turns, or if a prey is or just was near.
 
     Each seat begins in another direction. Of the rules that turn by a fixed angle at each of these
     three moments, this one catches most on the standard map.
     """
 
-    stroke: int = parameter(3, "turns in one direction while there is nothing", 1)
+    stroke: int = parameter(3, "turns in one direction while no prey is near", 1)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the first direction, zero turns spent in it, and False for a near prey."""
@@ -86,7 +86,7 @@ class _FactoredBeliefPolicy(BeliefPolicy):
 
 @dataclass(frozen=True)
 class ChaseBelief(_FactoredBeliefPolicy):
-    """Goes to the hex where it believes the prey most likely is."""
+    """Goes to the hex in which the prey most likely is, according to its belief."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the move with the least expected distance to the most likely prey hex."""
@@ -105,16 +105,16 @@ class ChaseBelief(_FactoredBeliefPolicy):
 
 @dataclass(frozen=True)
 class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
-    """Acts as if the team were to see everything from the next turn on (section 21.1)."""
+    """Assumes that the team will see the state from the next turn on (QMDP, section 21.1)."""
 
     values_without_end = True
-    hint_basis = "qmdp, as if the team saw all from the next turn on"
+    hint_basis = "qmdp, assuming a visible state from the next turn on"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""
         super().__post_init__()
         if not _can_plan(self.problem):
-            raise BadPolicy("qmdp: a hunt of more than two, or without discount, is not planned")
+            raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
     @cached_property
     def _q(self) -> Reals:
@@ -130,7 +130,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
 
 @dataclass(frozen=True)
 class SenseRulePolicy(ReactivePolicy):
-    """Samples a direction from its current sense, by the best memoryless rules found for two."""
+    """Samples a direction for its current observation, by the best memoryless rules found."""
 
     problem: CollaborativePredatorPrey
 
@@ -160,21 +160,23 @@ class SenseRulePolicy(ReactivePolicy):
 
 @dataclass(frozen=True)
 class HuntJointPlan(JointPlan):
-    """Follows a joint plan of two for all turns, each by its own senses.
+    """Follows a joint plan of two predators, each by its own observations.
 
     The nodes of the two plans start at random and are improved in turn, as far as the work allows.
     """
 
     problem: CollaborativePredatorPrey
 
-    nodes: int = parameter(8, "of each predator's plan, a turn", 1, 12)
+    nodes: int = parameter(8, "nodes per turn in each predator's plan", 1, 12)
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for teams without such a plan."""
         super().__post_init__()
         _check_team(self.problem, "joint-plan")
         if self.problem.sighted:
-            raise BadPolicy("joint-plan: a predator that sees its hex does better with qmdp")
+            raise BadPolicy(
+                "joint-plan: not for predators that see their hex; use qmdp, which is better"
+            )
 
     @property
     def _team(self) -> DecPomdp:
@@ -201,7 +203,7 @@ def _improve_plans(
     """Return the improved joint plan of a hunt, the same for both seats."""
     team = PredatorPreyDecPomdp.from_predator_prey(problem)
     budget = Budget(
-        "the plan of a hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
+        "joint plan of the hunt", "try fewer nodes or turns", PLAN_WORK_PER_JOINT_NODE * nodes**2
     )
     return joint_plan_improvement.improve_plans(
         team, joint_plan_improvement.sample_random_plans(team, turns, nodes, PLAN_SEED), budget

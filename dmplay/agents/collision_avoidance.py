@@ -25,10 +25,10 @@ class NoAdvisory(ConstantPolicy):
 
 @dataclass(frozen=True)
 class AvoidWhenNear(ReactivePolicy):
-    """Steers away from the intruder once it is near."""
+    """Steers away from the intruder if it is near in height and time."""
 
-    distance: float = parameter(50.0, "how near in height is near, m")
-    time: float = parameter(30.0, "how near in time is near, s")
+    distance: float = parameter(50.0, "height difference below which it acts, m")
+    time: float = parameter(30.0, "time to collision below which it acts, s")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return climb if above a near intruder, descend if not, and no advisory if it is far."""
@@ -39,7 +39,7 @@ class AvoidWhenNear(ReactivePolicy):
 
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
-    """The best action by backward induction on a grid, between whose points it interpolates."""
+    """Takes the best action, by backward induction on a grid with interpolation."""
 
     @cached_property
     def _q_table(self) -> Reals:
@@ -52,7 +52,7 @@ class Optimal(GreedyPolicy, ReactivePolicy):
         return collision_avoidance_grid.interpolate_values(self._q_table, times, s)
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return "without end" if the turn limit may come before the aircraft meet."""
+        """Return "infinite horizon" if the turn limit may come before the aircraft meet."""
         longest = collision_avoidance_grid.TIMES_TO_COLLISION[-1]
         return "" if turns is None or turns > longest else WITHOUT_END
 

@@ -17,7 +17,7 @@ FEED, IGNORE = 0, 2
 
 @dataclass(frozen=True)
 class FeedWhenCrying(ReactivePolicy):
-    """Feeds a baby that cries, ignores one that is quiet."""
+    """Feeds the baby if it cries, else ignores it."""
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the action for the last observation; at first the baby counts as quiet."""

@@ -28,14 +28,16 @@ VALUES_WORK_LIMIT = 1e10  # maximum work for the action values of a plan
 
 @dataclass(frozen=True)
 class JointPlan(SeatPolicy):
-    """Follows the best joint plan found for the team, assuming that the whole team does.
+    """Follows the best joint plan found, assuming that the whole team follows it.
 
     A plan covers a number of turns; after these it begins again.
     """
 
     plans_whole_game = True
 
-    horizon: int = parameter(0, "turns planned; 0 for the game's own, or 4", 0, MAX_PLAN_TURNS)
+    horizon: int = parameter(
+        0, "turns planned; 0: the problem's horizon, or 4 if none", 0, MAX_PLAN_TURNS
+    )
 
     @property
     def planned_turns(self) -> int:
@@ -102,7 +104,7 @@ class JointPlan(SeatPolicy):
 
 @dataclass(frozen=True)
 class OptimalJointPlan(JointPlan):
-    """Follows the best of all joint plans; refuses to play if it is not proven to be the best."""
+    """Follows an optimal joint plan; refuses to play unless the plan is proven to be optimal."""
 
     @cached_property
     def plans(self) -> tuple[AgentPlan, ...]:
@@ -111,10 +113,11 @@ class OptimalJointPlan(JointPlan):
         if not solution.is_optimal:
             message = (
                 f"the best plan found for {format_count(self.planned_turns, 'turn')} "
-                f"is worth {solution.value:.6g}"
+                f"has value {solution.value:.6g}"
             )
             raise BadPolicy(
-                f"optimal: {message}, at most {solution.upper_bound:.6g}; joint-plan plays it"
+                f"optimal: {message}, an optimal one at most {solution.upper_bound:.6g}; "
+                "use joint-plan"
             )
         return solution.plans
 

@@ -32,7 +32,7 @@ from dmplay.solvers.mdp.backward_induction import (
 class _StateAndTurnPolicy(SeatPolicy):
     """A policy whose memory is the state and the number of turns done."""
 
-    horizon: int = parameter(0, "turns of a game; 0: those of the problem, if any", 0, MAX_HORIZON)
+    horizon: int = parameter(0, "turns of a game; 0: the problem's horizon, if any", 0, MAX_HORIZON)
 
     plans_whole_game = True
 
@@ -61,7 +61,7 @@ class _StateAndTurnPolicy(SeatPolicy):
         return (observation, np.full(len(observation), turns_done))
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return "without end" if a game of `turns` turns is not planned to its end."""
+        """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
         return "" if turns in {None, self._game_turns} else WITHOUT_END
 
     def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
@@ -85,9 +85,9 @@ class _StateAndTurnPolicy(SeatPolicy):
 
 @dataclass(frozen=True)
 class BackwardInductionPolicy(_StateAndTurnPolicy):
-    """Takes the best action with the turns left, by backward induction.
+    """Takes the best action for the turns left, by backward induction.
 
-    Other agents who decide in turn are assumed to do what is best for them.
+    Other agents that decide in other turns are assumed to take their best actions.
     """
 
     @cached_property
@@ -97,16 +97,16 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     @cached_property
     def _soonest_rows(self) -> Ints:
-        """The joint action in each state `[S]` that ends a game without end soonest among the
-        best.
+        """The joint action in each state `[S]` that ends a game with an infinite horizon soonest,
+        among the best.
         """
         return backward_induction.select_soonest_ending_actions(
             self._solution, self.problem.discount
         )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
-        """Return the first of the best actions; without end or without discount, one of them that
-        ends the game soonest.
+        """Return the first of the best actions; for an infinite horizon or without a discount, one
+        of them that ends the game soonest.
         """
         if self._game_turns is not None and self.problem.discount < 1.0:
             return select_greedy_actions(self.action_values(memory))
@@ -118,7 +118,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     @property
     def tie_rule(self) -> str:
-        """Which of several best actions it takes."""
+        """The rule that chooses among several best actions."""
         return ENDS_SOONEST if self._game_turns is None or self.problem.discount == 1.0 else ""
 
     def _choose_soonest_ending(self, memory: Memory) -> Array:
@@ -170,7 +170,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
 @dataclass(frozen=True)
 class MaximinPolicy(_StateAndTurnPolicy):
-    """Mixes its actions to earn the most against the worst that the opponent can do (maximin).
+    """Plays the mixed strategy with the highest guaranteed return against any opponent (maximin).
 
     The mixed strategies come from Shapley's iteration; the values are against the opponent's part.
     """
@@ -219,9 +219,9 @@ class MaximinPolicy(_StateAndTurnPolicy):
 
 @dataclass(frozen=True)
 class BestReplyEquilibrium(ReactivePolicy):
-    """Plays its part of the policies that best responses lead to; `dmplay solve` shows regrets.
+    """Plays its policy from best-response dynamics; `dmplay solve` shows the regrets.
 
-    The values are against the other agents' part, in a game without end.
+    The values are against the other agents' policies, for an infinite horizon.
     """
 
     uniform_count = 1  # for the action
@@ -249,9 +249,9 @@ class BestReplyEquilibrium(ReactivePolicy):
 
 
 def list_single_agent_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
-    """Return the agents that fit a finite problem of one agent: without end, and by turns.
+    """Return the agents that fit a finite problem of one agent.
 
-    Without end there must be a value: a discount below 1 or a terminal state.
+    `optimal` for an infinite horizon needs a discount below 1 or a terminal state.
     """
     if problem.discount < 1.0:
         return {"optimal": MdpOptimalPolicy} | (

@@ -20,7 +20,7 @@ MAX_MILLISECONDS = 10_000.0  # milliseconds
 
 @dataclass(frozen=True)
 class Corner(SeatPolicy):
-    """Slides left and down in turn, right or up only if both are stuck (section F.2)."""
+    """Slides left and down alternately; right or up only if neither is legal (section F.2)."""
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return the direction that is due."""
@@ -43,7 +43,7 @@ class Corner(SeatPolicy):
 
 @dataclass(frozen=True)
 class Expectimax(GreedyPolicy, ReactivePolicy):
-    """Looks ahead over slides and tiles while they are likely: further if few cells are empty.
+    """Searches likely slides and tiles ahead (expectimax), deeper if few cells are empty.
 
     The boards at the end are valued by the points to come, as learned from games. With a time limit
     the search is as deep as the time allows, so two searches may differ.
@@ -54,10 +54,10 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
     values_without_end = True
 
     depth: int = parameter(
-        12, "plies without a time limit: slides and tiles in turn", 1, MAX_DEPTH_PLIES
+        12, "search depth in plies (a slide or a tile), if no time limit", 1, MAX_DEPTH_PLIES
     )
     milliseconds: float = parameter(
-        0.0, "time for one choice, 0 for as long as it takes", 0.0, MAX_MILLISECONDS
+        0.0, "time limit per choice, ms; 0: none", 0.0, MAX_MILLISECONDS
     )
 
     @property

@@ -40,8 +40,8 @@ class Threshold(BeliefPolicy):
     """
 
     problem: MachineReplacement
-    repair: float = parameter(0.9, "failed components expected from which it repairs")
-    examine: float = parameter(2.0, "failed components expected from which it examines")
+    repair: float = parameter(0.9, "expected number of failed components at which it repairs")
+    examine: float = parameter(2.0, "expected number of failed components at which it examines")
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions by the expected number of failed components."""
@@ -57,7 +57,7 @@ class Threshold(BeliefPolicy):
 class Optimal(RemainingHorizonPolicy):
     """Takes the best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
-    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
+    horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
         """Return Q `[B, A]` of beliefs with `turns_left` rewards to come."""
@@ -74,9 +74,9 @@ def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
 
 @dataclass(frozen=True)
 class Qmdp(RemainingHorizonPolicy):
-    """Acts as if the machine's state were visible from the next turn on (QMDP, section 21.1)."""
+    """Assumes that the machine's state is visible from the next turn on (QMDP, section 21.1)."""
 
-    horizon: int = parameter(20, "turns of a game", 1, MAX_HORIZON)
+    horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
 
     @cached_property
     def _q(self) -> list[Reals]:

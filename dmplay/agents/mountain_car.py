@@ -23,10 +23,10 @@ ACTION_INDEX = {"left": LEFT, "coast": COAST, "right": RIGHT}
 
 @dataclass(frozen=True)
 class Pump(ReactivePolicy):
-    """Drives in the direction in which the car rolls, which adds energy on every swing."""
+    """Drives in the direction in which the car rolls, which adds energy in every swing."""
 
     still: str = parameter(
-        "right", "what to do at speed 0: left, coast or right", choices=(*ACTION_INDEX,)
+        "right", "action at speed 0: left, coast or right", choices=(*ACTION_INDEX,)
     )
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
@@ -59,14 +59,14 @@ def solve_on_grid(
 
 @dataclass(frozen=True)
 class AlwaysLeft(ConstantPolicy):
-    """Drives left."""
+    """Always drives left."""
 
     action = LEFT
 
 
 @dataclass(frozen=True)
 class AlwaysCoast(ConstantPolicy):
-    """Lets the car roll."""
+    """Always coasts, which lets the car roll."""
 
     action = COAST
 

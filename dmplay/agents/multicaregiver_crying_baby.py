@@ -40,7 +40,7 @@ class _PartnerModelPolicy(SeatPolicy):
     """
 
     to: str = parameter(
-        "feed-when-crying", f"the partner: {', '.join(PARTNER_MODELS)}", choices=PARTNER_MODELS
+        "feed-when-crying", f"assumed partner: {', '.join(PARTNER_MODELS)}", choices=PARTNER_MODELS
     )
 
     @cached_property
@@ -124,17 +124,17 @@ class _PartnerModelPolicy(SeatPolicy):
 
 @dataclass(frozen=True)
 class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
-    """Plays a best response to a partner who always plays `to`: a named agent or one action.
+    """Plays a best response to a partner that always plays `to` (an agent or an action).
 
-    It plans a game without end or of `horizon` turns, as a POMDP of its own. The values are against
-    that partner.
+    It plans for an infinite horizon or for `horizon` turns, in a POMDP that includes the partner.
+    The values are against that partner.
     """
 
     def __post_init__(self) -> None:
-        """Raise BadPolicy if a game without end has no value, as the discount is 1."""
+        """Raise BadPolicy for an infinite horizon without a discount."""
         super().__post_init__()
         if self.problem.discount >= 1.0 and not self.horizon:
-            raise BadPolicy("a game without end needs a discount below 1; horizon=TURNS ends it")
+            raise BadPolicy("an infinite horizon needs a discount below 1; set horizon=TURNS")
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the model of the partner, if it is not how this partner plays."""
@@ -144,7 +144,7 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
-        """The alpha vectors of the POMDP without end."""
+        """The alpha vectors of the POMDP for an infinite horizon."""
         return exact_pomdp.solve_infinite_horizon(self.pomdp_tables, self.problem.discount)
 
     @cached_property

@@ -48,16 +48,16 @@ class BoundsRequest(NamedTuple):
 
 @dataclass(frozen=True)
 class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
-    """Plays the plans of a lower bound on its belief's value, found by point-based iteration.
+    """Takes the action with the highest lower bound on its value, by point-based value iteration.
 
     The lower and the upper bound are at most `gap` apart, as a share of the value, or as close as
     the work allows.
     """
 
-    horizon: int = parameter(0, "turns of a game; 0: as many as the problem has", 0, MAX_HORIZON)
-    gap: float = parameter(0.01, "share of the value that its bounds may be apart", 0.0, 1.0)
+    horizon: int = parameter(0, "turns of a game; 0: the problem's horizon, if any", 0, MAX_HORIZON)
+    gap: float = parameter(0.01, "largest gap of the bounds, as a share of the value", 0.0, 1.0)
     work: float = parameter(
-        1.0, "times the usual work, which takes some ten seconds", MIN_WORK_FACTOR, MAX_WORK_FACTOR
+        1.0, "factor on the work; 1 takes about ten seconds", MIN_WORK_FACTOR, MAX_WORK_FACTOR
     )
 
     plans_whole_game = True
@@ -74,10 +74,10 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
     def bounds(self) -> PointBasedBounds:
         """The bounds on the problem's value, which are cached.
 
-        Raises BadPolicy for a game without end whose discount is 1.
+        Raises BadPolicy for an infinite horizon if the discount is 1.
         """
         if self.planned_turns is None and self.problem.discount >= 1.0:
-            raise BadPolicy("a game without end needs a discount below 1; --turns gives it one")
+            raise BadPolicy("an infinite horizon needs a discount below 1; or set --turns")
         return _cached_bounds(BoundsRequest(self.problem, self.planned_turns, self.gap, self.work))
 
     @property
@@ -90,7 +90,7 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         """Return the bounds after the agent's `name`, and how to request closer ones."""
         base_name, horizon_note = (
             name.partition(":")[0],
-            "" if self.planned_turns else " of a game without end",
+            "" if self.planned_turns else ", infinite horizon",
         )
         suggestion = suggest_more_work(self.bounds, self.work, f"{base_name}:work=")
         return f"{name}: {format_bounds(self.bounds)}{horizon_note}{suggestion}"
@@ -116,7 +116,7 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         return replace(self, horizon=turns)
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return "without end", or the turns planned, if a game of `turns` turns is not planned."""
+        """Return the horizon planned, as text, if a game of `turns` turns is not planned."""
         if turns in {None, self.planned_turns}:
             return ""
         return describe_plan_length(self.planned_turns) if self.planned_turns else WITHOUT_END
@@ -137,9 +137,9 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
 
 @dataclass(frozen=True)
 class PointBasedOptimalPolicy(PointBasedPolicy):
-    """Plays optimally for its belief: exactly, within a thousandth, or within reported bounds."""
+    """Takes the best action for its belief: exact, or within bounds that are reported."""
 
-    gap: float = parameter(0.001, "share of the value that its bounds may be apart", 0.0, 1.0)
+    gap: float = parameter(0.001, "largest gap of the bounds, as a share of the value", 0.0, 1.0)
 
 
 def format_bounds(bounds: PointBasedBounds) -> str:
@@ -163,12 +163,11 @@ def suggest_more_work(bounds: PointBasedBounds, work: float, option_text: str) -
     full.
     """
     if bounds.is_memory_full:
-        return "; they are as close as memory allows"
+        return "; memory allows no closer bounds"
     if bounds.is_gap_closed or work >= MAX_WORK_FACTOR:
         return ""
     return (
-        "; more work brings them closer: "
-        f"{option_text}{min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR):g}"
+        f"; for closer bounds: {option_text}{min(WORK_INCREASE_FACTOR * work, MAX_WORK_FACTOR):g}"
     )
 
 

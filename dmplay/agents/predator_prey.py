@@ -71,22 +71,24 @@ OPPONENT_MODELS = ("natural", *DISTANCE_POLICIES, "random")
 
 @dataclass(frozen=True)
 class BestResponse(TurnsLeftPolicy, StationaryPolicy):
-    """Plays a best response to others who all play `to`: natural, chase, flee or random.
+    """Plays a best response to other agents that all play `to`.
 
-    Natural means that predators chase and prey flee. It plans a hunt without end, by policy
-    iteration, or one of `horizon` turns; its values are against these others.
+    Natural means that predators chase and prey flee. It plans for an infinite horizon, by policy
+    iteration, or for `horizon` turns; its values are against these agents.
     """
 
     problem: PredatorPrey
     to: str = parameter(
-        "natural", "what the others play: natural, chase, flee or random", choices=OPPONENT_MODELS
+        "natural",
+        "assumed policy of the other agents: natural, chase, flee or random",
+        choices=OPPONENT_MODELS,
     )
 
     def __post_init__(self) -> None:
-        """Raise BadPolicy if the discount is 1, as a hunt without end then has no value."""
+        """Raise BadPolicy if the discount is 1, as an infinite horizon then has no value."""
         super().__post_init__()
         if self.problem.discount >= 1.0:
-            raise BadPolicy("a hunt without end needs a discount below 1")
+            raise BadPolicy("an infinite horizon needs a discount below 1")
 
     def action_probabilities(self, seat: int) -> Reals:
         """Return the probability `[S, 6]` with which the agent of a seat takes each action."""
@@ -148,7 +150,7 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
         }
         if {*opponents} == assumed:
             return ""
-        verb = "others play" if len(others) > 1 else "other plays"
+        verb = "other agents play" if len(others) > 1 else "other agent plays"
         return f"if the {verb} {' or '.join(sorted(assumed))}"
 
     def can_plan_turns(self, turns: int) -> bool:
@@ -196,9 +198,11 @@ class HuntEquilibrium(ReactivePolicy):
         hunt = self.problem
         if hunt.walker_count != 2 or hunt.state_count > markov_game_policy_iteration.MAX_STATES:
             description = f"{hunt.walker_count} agents on {len(hunt.hexes)} hexes"
-            raise BadPolicy(f"equilibrium: got {description}, expected two on at most 22")
+            raise BadPolicy(
+                f"equilibrium: got {description}, expected 2 agents on at most 22 hexes"
+            )
         if hunt.discount >= 1.0:
-            raise BadPolicy("a hunt without end needs a discount below 1")
+            raise BadPolicy("an infinite horizon needs a discount below 1")
 
     @cached_property
     def _solution(self) -> markov_game_policy_iteration.MarkovGameEquilibrium:

@@ -46,5 +46,5 @@ class Script(SeatPolicy):
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions at the current positions; raise EndOfScript past the end."""
         if memory[0].max(initial=-1) >= len(self.actions):
-            raise EndOfScript(f"the script of {format_count(len(self.actions), 'action')} is over")
+            raise EndOfScript(f"the script ended after {format_count(len(self.actions), 'action')}")
         return self._actions_at(memory[0])

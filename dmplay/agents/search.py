@@ -50,24 +50,26 @@ class PolicyStateValue:
 
 @dataclass(frozen=True)
 class TreeSearch(BeliefPolicy):
-    """Simulates many games ahead and plays the action with the best mean return (UCT).
+    """Simulates games and takes the action with the best mean return (Monte Carlo search, UCT).
 
     The other agents are assumed to play as their default partners, a team to follow its joint plan,
     else at random. If states are hidden, simulated games start in states drawn from its belief,
-    never in the true state, and the partners' observations and memories are estimated by a particle
-    filter. A state beyond the tree is worth the value that a few sweeps over a small problem give,
-    else what the hint provider's values or playouts give, else the return of random play.
+    never in the true state. The partners' observations and memories are estimated by a particle
+    filter. The value of a state beyond the tree comes from a few sweeps over a small problem, else
+    from the hint provider's values or playouts, else from random play.
     """
 
-    simulations: int = parameter(400, "games simulated before a choice", 1, 1e6)
-    depth: int = parameter(20, "turns that each of them looks ahead", 1, 1e5)
-    exploration: float = parameter(1.0, "weight of trying what was tried seldom", 0.0)
-    others: str = parameter(
-        USUAL_AGENT, "who the others are taken to be: usual, random or an agent"
+    simulations: int = parameter(400, "number of games simulated per choice", 1, 1e6)
+    depth: int = parameter(20, "maximum number of turns of a simulated game", 1, 1e5)
+    exploration: float = parameter(
+        1.0, "UCB constant; higher: rarely tried actions more often", 0.0
     )
-    rollout: str = parameter(USUAL_AGENT, "who plays on beyond the tree: usual, random or an agent")
+    others: str = parameter(
+        USUAL_AGENT, "assumed policy of the other agents: usual, random or an agent"
+    )
+    rollout: str = parameter(USUAL_AGENT, "own policy beyond the tree: usual, random or an agent")
     horizon: int = parameter(
-        0, "turns of a game; 0: those of the problem, if any", 0, MAX_GAME_TURNS
+        0, "turns of a game; 0: the problem's horizon, if any", 0, MAX_GAME_TURNS
     )
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
@@ -90,11 +92,13 @@ class TreeSearch(BeliefPolicy):
                     self.problem, first_state, np.zeros((1, len(self.problem.agents)), np.int64)
                 )
             except (BadParameter, BudgetExceeded) as error:
-                raise BadPolicy(f"search needs a belief, as states are hidden: {error}") from None
+                raise BadPolicy(
+                    f"search: cannot compute the belief over hidden states: {error}"
+                ) from None
         for field_name, name in (("others", self.others), ("rollout", self.rollout)):
             if name.partition(":")[0] == "search":
                 raise BadParameter(
-                    f"{field_name}: got {name!r}, expected an agent that does not search"
+                    f"{field_name}: got {name!r}, expected an agent other than search"
                 )
 
     @property

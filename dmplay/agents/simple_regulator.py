@@ -29,7 +29,7 @@ class Optimal(ReactivePolicy):
 class Gaussian(Optimal):
     """Draws its action from N(theta1 s, theta2^2), as in the policy gradient chapters."""
 
-    theta1: float = parameter(-1.0, "share of the number that the mean action adds")
+    theta1: float = parameter(-1.0, "mean of the action, as a multiple of the number")
     theta2: float = parameter(0.1, "standard deviation of the action")
 
     uniform_count = Normal.uniform_count

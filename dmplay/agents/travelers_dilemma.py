@@ -23,7 +23,7 @@ from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM
 class FixedClaim(ReactivePolicy):
     """Makes the same claim in every round, by default the highest."""
 
-    claim: int = parameter(MAX_CLAIM, "the claim", MIN_CLAIM, MAX_CLAIM)
+    claim: int = parameter(MAX_CLAIM, "claim in every round", MIN_CLAIM, MAX_CLAIM)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the index of the claim for each row."""

@@ -1,4 +1,4 @@
-"""An assignment: the games that several people are to play, in a file that is handed out.
+"""An assignment: a file with the games that several people have to play.
 
 It is the header of their transcripts, with a list of `seeds` in place of one seed:
 
@@ -31,7 +31,7 @@ from dmplay.transcript.reader import HEADER_KEYS, Block, parse_header, read_inco
 
 SEEDS_KEY = "seeds"
 ASSIGNMENT_KEYS = [SEEDS_KEY if key == "seed" else key for key in HEADER_KEYS]
-EXPECTED_SEEDS = f"expected whole numbers, each another, at most {MAX_SEED}, such as 7, 8"
+EXPECTED_SEEDS = f"expected distinct whole numbers from 0 to {MAX_SEED}, such as 7, 8"
 FIXED_OPTIONS = {  # options that a player of an assignment may not set
     "problem": "PROBLEM", "variant": "--variant", "settings": "--set", "agent": "--agent",
     "other_agent": "--vs", "seats": "--seat", "turns": "--turns", "episode": "--episode",
@@ -99,7 +99,7 @@ class Assignment:
         return recorded == assigned or recorded_name == assigned_name
 
     def build_request(self, options: GameRequest, *, trusted: bool) -> GameRequest | ResumeRequest:
-        """Return the request for the next game of a player: the one that was left, or a new one."""
+        """Return the request for the next game of a player: the one to resume, or a new one."""
         _check_request(options)
         seed, record = self._choose_next_game(options)
         if not options.force and self._is_unfinished(record):
@@ -127,7 +127,9 @@ class Assignment:
         """
         if options.seed is not None and options.seed not in self.seeds:
             seed_list = ", ".join(map(str, self.seeds))
-            raise BadParameter(f"--seed: got {options.seed}, {self.path} has {seed_list}")
+            raise BadParameter(
+                f"--seed: got {options.seed}, expected a seed of {self.path}: {seed_list}"
+            )
         stem = "-".join(re.findall(r"\w+", options.player.lower())) or "game"
         files = {seed: Path(f"{stem}-{seed}.dmt") for seed in self.seeds}
         if options.seed is not None:
@@ -136,10 +138,10 @@ class Assignment:
             if not file.exists() or self._is_unfinished(file):
                 return seed, options.record_path or file
         file_list = ", ".join(map(str, files.values()))
-        raise BadParameter(f"{self.path}: you played it all; hand in {file_list}")
+        raise BadParameter(f"{self.path}: you have played all games; hand in {file_list}")
 
     def _is_unfinished(self, path: Path) -> bool:
-        """Return whether a file has a game that was left before its end and can be resumed.
+        """Return whether a file has a game that has not ended and can be resumed.
 
         Raises BadParameter if it has a game that was not assigned.
         """
@@ -151,7 +153,7 @@ class Assignment:
         differences = {*self.find_differences(header, path)} - {"origin"}
         if differences:
             raise BadParameter(
-                f"{path}: not a game of {self.path} (another {', '.join(sorted(differences))}); "
+                f"{path}: not a game of {self.path} (different {', '.join(sorted(differences))}); "
                 "play in another folder"
             )
         is_sealed = header.strict and header.peeked
@@ -163,9 +165,9 @@ def _check_request(options: GameRequest) -> None:
     defaults = GameRequest("")
     for name, option in FIXED_OPTIONS.items():
         if (getattr(options, name) or None) != (getattr(defaults, name) or None):
-            raise BadParameter(f"--assignment says what is played; leave out {option}")
+            raise BadParameter(f"--assignment: the assignment sets the game; omit {option}")
     if not options.player:
-        raise BadParameter("--assignment: expected --player NAME too")
+        raise BadParameter("--assignment: got no player name; add --player NAME")
 
 
 def write_assignment(
@@ -177,14 +179,14 @@ def write_assignment(
     lookup = problems.resolve_problem(request.problem_name, request.changed_parameters())
     seats = assign_players(request, lookup)
     if HUMAN not in seats:
-        raise BadParameter("assign: no person plays; leave a seat to one")
+        raise BadParameter("assign: agents play all seats; leave a seat to a human player")
     for seat, player in enumerate(seats):
         # raises an error for a player that cannot sit there
         make_seat_policy(lookup.problem, seat, player, request.turns)
     game_header = make_header(lookup, seats, replace(request, seed=seeds[0]), path)
     assignment = Assignment(game_header, seeds, path)
     write_file(path, [f"{row}\n" for row in _iter_lines(assignment)], force=force)
-    return f"wrote {path}; dmplay play --assignment {quote(str(path))} --player NAME"
+    return f"wrote {path}; to play: dmplay play --assignment {quote(str(path))} --player NAME"
 
 
 def _iter_lines(assignment: Assignment) -> Iterator[str]:
@@ -204,7 +206,7 @@ def _are_distinct_seeds(seeds: object) -> bool:
 def read_assignment(path: Path) -> Assignment:
     """Return the assignment in a file.
 
-    Raises BadFile with the line of a fault, or BadParameter if the file cannot be read.
+    Raises BadFile with the line of an error, or BadParameter if the file cannot be read.
     """
     file_name = str(path)
     try:

@@ -65,10 +65,10 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     """Play the games of each entrant on common random numbers and return the comparison.
 
     Each entrant is a policy for every seat. A control variate reduces the variance of the
-    differences where one is known; its mean is 0.
+    differences if one is available; its mean is 0.
 
-    With `decide`, two entrants play until it is clear which is ahead, or `episodes` games are
-    played; the wrong one is called better in at most this share of comparisons. If `names` are
+    With `decide`, two entrants play until one is significantly better, or `episodes` games are
+    played; the wrong one is declared better in at most this share of comparisons. If `names` are
     given, errors begin with the name of the entrant in whose games they occurred.
 
     An entrant of three or more whose program forfeits a game is withdrawn, and the others play
@@ -120,16 +120,18 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
 def _check_entrants(problem: Problem, entrants: object, seat: int, decide: float | None) -> None:
     """Raise BadParameter unless there are several entrants, and the seat and the share exist."""
     if not isinstance(entrants, Sequence):
-        raise BadParameter(f"entrants: got {entrants!r}, expected a list of policies for each")
+        raise BadParameter(
+            f"entrants: got {entrants!r}, expected a list with the policies of each entrant"
+        )
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
-        raise BadParameter(f"got {got}, expected two or more to compare")
+        raise BadParameter(f"got {got}, expected at least 2 to compare")
     if seat not in range(len(problem.agents)):
         raise BadParameter(f"seat: got {seat!r}, expected 0 to {len(problem.agents) - 1}")
     if decide is not None and len(entrants) > 2:
-        raise BadParameter(f"decide: got {len(entrants)} agents, expected two")
+        raise BadParameter(f"decide: got {len(entrants)} agents, expected 2")
     if decide is not None and not 0 < decide < 1:
-        raise BadParameter(f"decide: got {decide:g}, expected a share between 0 and 1")
+        raise BadParameter(f"decide: got {decide:g}, expected a probability between 0 and 1")
 
 
 def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:

@@ -62,7 +62,9 @@ def _connect_dask_client(address: str, workers: WorkerCount) -> Any:
             silence_logs=logging.CRITICAL,
         )
     except (OSError, ValueError) as error:
-        raise BadParameter(f"--executor: no cluster at {address}; {error}") from None
+        raise BadParameter(
+            f"--executor: cannot connect to a Dask cluster at {address or 'this machine'}; {error}"
+        ) from None
 
 
 def _load_executor(spec: str) -> Executor:
@@ -76,7 +78,9 @@ def _load_executor(spec: str) -> Executor:
         raise BadParameter(f"--executor: got {spec!r}, expected {expected}; {error}") from None
     if not callable(factory):
         kind = type(factory).__name__
-        raise BadParameter(f"--executor: {spec} is a {kind}, expected a function that makes one")
+        raise BadParameter(
+            f"--executor: {spec} is a {kind}, expected a function that returns an Executor"
+        )
     try:
         executor = factory()
     except TypeError as error:
@@ -85,5 +89,7 @@ def _load_executor(spec: str) -> Executor:
         expected = "expected a function without parameters"
         raise BadParameter(f"--executor: {spec}: {error}; {expected}") from None
     if not isinstance(executor, Executor):
-        raise BadParameter(f"--executor: {spec} made a {type(executor).__name__}, not an Executor")
+        raise BadParameter(
+            f"--executor: {spec} returned a {type(executor).__name__}, expected an Executor"
+        )
     return executor

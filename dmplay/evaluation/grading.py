@@ -1,4 +1,4 @@
-"""Grading of transcripts: whether a game verifies, and how well and honestly it was played.
+"""Grading of transcripts: their verification, their regret, and remarks on how they were played.
 
 The limits of the evidence are in GRADING_LIMITS.
 """
@@ -14,7 +14,7 @@ from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
-from dmplay.game.game import REPEATED_UNIFORMS_NOTE
+from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.seats import HUMAN, list_human_seats
@@ -26,19 +26,19 @@ from dmplay.transcript.reader import Transcript, read_transcript
 from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 
-# Values of one round of a repeated game do not tell what the opponent does later.
-NO_REGRET_REMARK = "no regret because the other's play is a guess"
+# Values of one round of a repeated game ignore how the opponent reacts later.
+NO_REGRET_REMARK = "no regret, because the values assume how the other agent plays"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
 MIN_TURNS_TO_MATCH = 5  # Shorter games match too many agents.
 GRADING_LIMITS = (
-    "A game that verifies can be played: these moves, by these rules, with the dice of this seed. "
-    "The checksum has no key; it guards against slips, not against people. Who played, how often "
-    "they tried, who whispered, and what was cut out before it was handed in, no file can prove."
+    "A verified game follows the rules: its actions and the random numbers of its seed give these "
+    "results. The checksum has no key: it detects mistakes, not deliberate changes. No file proves "
+    "who played, how many attempts they made, who helped them, or which turns they removed."
 )
 TRUST_NEEDS_ASSIGNMENT = (
-    "--trust: expected --assignment FILE too; only the problem and the agents of an assignment are "
-    "imported, not what a file that was handed in names"
+    "--trust: add --assignment FILE; dmplay imports only the problem and the agents that the "
+    "assignment names, and no other code that a transcript names"
 )
 
 
@@ -73,7 +73,7 @@ class Grade(NamedTuple):
 
     @property
     def is_finished(self) -> bool:
-        """True if the game ended by itself: leaving a game that would still cost must not pay."""
+        """True if the game ended by itself: leaving a game early must not avoid its costs."""
         return self.end_reason in NATURAL_END_REASONS
 
 
@@ -229,18 +229,18 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
     if header.reveal:
         yield "hidden state shown"
     if report.is_ok and transcript.end_reason in RESUMABLE_END_REASONS:
-        yield "can be played on"
+        yield "can be resumed"
     notes = dict.fromkeys(transcript.notes)
     yield from (
         f"ghost {note.removeprefix(GHOST_NOTE_PREFIX)}"
         for note in notes
         if note.startswith(GHOST_NOTE_PREFIX)
     )
-    if REPEATED_UNIFORMS_NOTE in notes:
-        yield "dice that were played before"
+    if any(note.startswith(REPEATED_UNIFORMS_PREFIX) for note in notes):
+        yield "random numbers of an earlier game"
     unchecked = [player for player in report.unchecked_players if player != HUMAN]
     if unchecked:
-        yield f"not re-asked: {', '.join(unchecked)}"
+        yield f"not recomputed: {', '.join(unchecked)}"
     if report.has_changed_line_ends:
         yield CHANGED_LINE_ENDS_REMARK
     if report.problem_change:
@@ -252,7 +252,7 @@ def _add_regret(
 ) -> Grade:
     """Return a grade with the return of its actions and, if known, their regret.
 
-    An unfinished game has neither: where rewards are costs, whoever leaves first would be the best.
+    An unfinished game has neither: if rewards are costs, the shortest game would be the best.
     """
     if grade.is_finished:
         grade = grade._replace(discounted_return=float(session.returns()[seat]))
@@ -272,10 +272,10 @@ def _add_regret(
         remarks=(
             *grade.remarks,
             *dict.fromkeys(
-                f"regret {move.scope}" for move in reviewed if move.scope and has_regrets
+                f"regret ({move.scope})" for move in reviewed if move.scope and has_regrets
             ),
             *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
-            *(f"as {name} plays" for name in matching_agents),
+            *(f"same actions as {name}" for name in matching_agents),
         ),
     )
 

@@ -74,7 +74,7 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
     left out and listed.
     """
     if episodes is not None and max_standard_error is not None:
-        raise BadParameter("episodes and until-se: expected one of them")
+        raise BadParameter("episodes and until-se: got both, expected only one")
     if episodes is not None:
         check_episode_count(episodes)
     if max_standard_error is not None and not max_standard_error > 0:

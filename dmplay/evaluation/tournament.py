@@ -95,9 +95,11 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
     _check_entrants(problem, entrants)
     seat_count, names = len(problem.agents), tuple(entrants)
     if seat_count == 1:
-        raise BadParameter("a tournament wants two seats or more; here agents are compared")
+        raise BadParameter(
+            "tournament: got a problem with 1 seat, expected at least 2; use compare"
+        )
     if len(names) < 2:
-        raise BadParameter(f"got {format_count(len(names), 'entrant')}, expected two or more")
+        raise BadParameter(f"got {format_count(len(names), 'entrant')}, expected at least 2")
     if seating_order not in SEATING_ORDERS:
         raise UnknownName("order", seating_order, SEATING_ORDERS, "seats")
     returns_by_seating = {} if returns_by_seating is None else returns_by_seating
@@ -158,7 +160,9 @@ def run_tournament(  # noqa: PLR0913 - each is the caller's to choose
 def _check_entrants(problem: Problem, entrants: object) -> None:
     """Raise BadParameter or BadPolicy unless each entrant has a policy for every seat."""
     if not isinstance(entrants, Mapping):
-        raise BadParameter(f"entrants: got {entrants!r}, expected name -> a policy for each seat")
+        raise BadParameter(
+            f"entrants: got {entrants!r}, expected a dict from each name to a policy per seat"
+        )
     for name, policies in entrants.items():
         try:
             check_policies(problem.agents, policies)
@@ -235,7 +239,7 @@ def _summarize_tournament(
 
 
 def _find_best_replies(table: Reals) -> tuple[int, ...]:
-    """Return the entrant that earns most, over all seats, if each entrant holds all others."""
+    """Return the entrant that earns most, over all seats, if each entrant holds all other seats."""
     entrant_count, seat_count = len(table), table.shape[-1]
     returns = np.zeros((entrant_count, entrant_count))
     for entrant, reply, seat in product(

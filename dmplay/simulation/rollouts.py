@@ -163,7 +163,7 @@ def rollout_entrants(
         check_policies(problem.agents, policies)
     for name in keep:
         if name not in Rollout._fields:
-            raise UnknownName("array to keep", name, Rollout._fields)
+            raise UnknownName("array", name, Rollout._fields)
     block_function = partial(
         _run_block_for_entrants, problem, entrants, spec._replace(executor=None, progress=None)
     )
@@ -177,7 +177,7 @@ def rollout_entrants(
     results: tuple[Rollout, ...] | None = None
     finished = np.zeros(len(episode_range), bool)
     with report_progress_to(progress) if progress else nullcontext():
-        budget = Budget("a rollout", "try fewer games at a time", math.inf)
+        budget = Budget("rollout", "try fewer games at a time", math.inf)
         try:
             blocks = run_blocks(
                 block_function,
@@ -370,7 +370,7 @@ def _run_block(  # noqa: PLR0915 - the steps of one loop
         DEFAULT_TURN_LIMIT if problem.can_run_forever else sys.maxsize
     )
     limit = default_limit if spec.turn_limit is None else spec.turn_limit
-    budget = Budget("a rollout", "try fewer games at a time", math.inf)
+    budget = Budget("rollout", "try fewer games at a time", math.inf)
     budget.check_memory(
         24.0
         * episode_count

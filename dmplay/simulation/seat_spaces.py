@@ -16,7 +16,7 @@ from dmplay.errors import BadParameter, IllegalAction, UnknownName
 Space = spaces.Space[Any]
 Info = dict[str, Any]
 ILLEGAL_ACTION_RULES = ("noop", "penalty", "end")
-TEXT_OBSERVATION_MESSAGE = "what is observed is text, of which there is no space"
+TEXT_OBSERVATION_MESSAGE = "the observation is text, which has no Gymnasium space"
 RENDER_COLUMNS, RENDER_ROWS = 80, 24  # size of a rendered board
 
 
@@ -104,7 +104,7 @@ class SeatSpaces:
         if isinstance(self._action_set, Interval):
             numbers = values.reshape(len(values), -1).astype(float)
             if numbers.shape[1] != 1:
-                raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected one")
+                raise IllegalAction(f"step: got {numbers.shape[1]} numbers, expected 1")
             return self._action_set.clip_actions(numbers[:, 0])
         if values.dtype.kind not in "iu" or values.ndim != 1:
             for value in values.tolist():
@@ -144,7 +144,7 @@ class SeatSpaces:
         Raises BadParameter if the actions are real numbers.
         """
         if "action_mask" not in info:
-            raise BadParameter("action_masks: the actions are real numbers, which have no mask")
+            raise BadParameter("action_masks: got real-valued actions, which have no mask")
         return np.asarray(info["action_mask"], bool)
 
 

@@ -138,7 +138,9 @@ class WorkerPool(Generic[R]):
         try:
             self.pickled_function = pickle.dumps(block_function)
         except (pickle.PicklingError, AttributeError, TypeError) as error:
-            raise BadParameter(f"a worker cannot be sent this: {error}") from None
+            raise BadParameter(
+                f"cannot pickle the problem or an agent for a worker process: {error}"
+            ) from None
         self.workers, self.caller_executor = workers, executor
         self.executor = executor or _get_processes(workers)
         self.running: dict[Future[_BlockAnswer[R]], range] = {}

@@ -28,7 +28,7 @@ def make_simplicial_cone(rays: Reals) -> Cone:
 
 def cut_cone(cone: Cone, normal: Reals, budget: Budget | None = None) -> Cone:
     """Return the part of a cone where `normal @ x >= 0`; the new border is the last one."""
-    budget = budget or Budget("a cone", "try fewer half-spaces")
+    budget = budget or Budget("vertex enumeration", "try fewer half-spaces")
     distances = cone.rays @ normal
     on_border = np.abs(distances) <= BORDER_TOLERANCE
     is_kept = distances >= -BORDER_TOLERANCE

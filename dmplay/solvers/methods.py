@@ -34,16 +34,16 @@ ZERO_SUM_TEST_TURNS = 120  # turns of random play that test whether two agents' 
 class Method(Enum):
     """A solution method; where several fit a problem, the first one solves it."""
 
-    EQUILIBRIUM_ENUMERATION = "all equilibria of one round of two agents"
-    REGRET_MATCHING = "near-equilibrium strategies of one round of several agents"
-    JOINT_PLANS = "plans of a team whose agents observe separately"
-    FULLY_OBSERVED_TEAM = "one planner who sees all, a bound for a team with a shared reward"
+    EQUILIBRIUM_ENUMERATION = "all equilibria of one round between two agents"
+    REGRET_MATCHING = "approximate equilibrium of one round between several agents"
+    JOINT_PLANS = "joint plans of a team whose agents have separate observations"
+    FULLY_OBSERVED_TEAM = "upper bound for a team with a shared reward, by one planner who sees all"
     MDP_PLANNING = "value iteration or backward induction for one agent that sees the state"
     ALPHA_VECTORS = "all alpha vectors of a problem with few hidden states"
     POINT_BASED = "bounds on the value of beliefs over hidden states"
-    BACKWARD_INDUCTION = "values of a game in which one agent at a time decides"
-    SHAPLEY_ITERATION = "values of a game of two opposed agents that act at once"
-    BEST_RESPONSES = "best responses in a discounted game whose agents act at once"
+    BACKWARD_INDUCTION = "values of a game in which one agent chooses at a time"
+    SHAPLEY_ITERATION = "values of a game of two opposed agents that act simultaneously"
+    BEST_RESPONSES = "best responses in a discounted game whose agents act simultaneously"
 
 
 def find_methods(problem: Problem, candidates: Iterable[Method] = Method) -> list[Method]:

@@ -45,7 +45,7 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
     is_long = turns is not None and problem.discount**turns < NEGLIGIBLE_WEIGHT
     if problem.discount < 1.0 and (turns is None or is_default or is_long):
         stage: AlphaVectorStage = exact_pomdp.solve_infinite_horizon(tables, problem.discount)
-        method = "alpha vectors, without end"
+        method = "alpha vectors, infinite horizon"
     else:
         stage = exact_pomdp.solve_finite_horizon(tables, problem.discount, turns or DEFAULT_TURNS)[
             -1
@@ -58,7 +58,7 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
         for vector, mask in zip(stage.alpha_vectors, stage.first_action_mask, strict=True)
     ]
     value = float((stage.alpha_vectors @ start).max())
-    gap_text = f", at most {format_upper_bound(stage.gap)} more" if stage.gap else ""
+    gap_text = f", error at most {format_upper_bound(stage.gap)}" if stage.gap else ""
     return Solution(
         method,
         f"{format_count(len(rows), 'vector')}; value {value:.6g} at the start{gap_text}",
@@ -67,7 +67,7 @@ def _list_alpha_vectors(problem: Problem) -> Solution:
 
 
 def _plans_whole_game(problem: Problem) -> bool:
-    """Return whether the agent that gives hints plans a game to its last turn."""
+    """Return whether the agent that gives hints plans a game to its end."""
     from dmplay.registry.agents import find_hint_provider
 
     hint_agent = find_hint_provider(problem, 0, problem.horizon)

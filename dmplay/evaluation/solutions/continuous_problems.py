@@ -34,7 +34,7 @@ def solve_collision_avoidance(problem: Problem) -> Solution:
                 {"seconds": time, "height": h, "value": float(values.max())}
                 | {"best": format_action_names(problem, mark_best_actions(values))}
             )
-    summary = "21 heights x 21 rates x 3 advisories x 41 seconds; level flight, no advisory before"
+    summary = "21 heights x 21 rates x 3 advisories x 41 seconds; listed: level flight, no advisory"
     return Solution("backward induction on a grid", summary, rows)
 
 
@@ -54,7 +54,7 @@ def solve_simple_regulator(problem: SimpleRegulator) -> Solution:
         {"state": s, "value": value.evaluate_at(s), "best": 0.0 - s}
         for s in (-1.0, -0.3, 0.0, 0.3, 1.0)
     ]
-    span = "without end" if problem.discount < 1.0 else format_count(turns, "turn")
+    span = "infinite horizon" if problem.discount < 1.0 else format_count(turns, "turn")
     summary = f"U(s) = -({value.curvature:.6g} s^2 + {value.constant:.6g}), a = -s"
     return Solution(f"closed form, {span}", summary, rows)
 
@@ -70,14 +70,10 @@ def solve_cart_pole(problem: CartPole) -> Solution:
         "residual "
         f"{lqr.riccati_residual:.1g} after "
         f"{format_count(lqr.sweep_count, 'sweep')}; "
-        "a turn leaves "
-        f"at most {lqr.spectral_radius:.4g} "
-        "of a deviation "
-        "in the end; right "
-        "where the weighted sum "
-        "is below 0"
+        f"spectral radius {lqr.spectral_radius:.4g}; "
+        "pushes right if the weighted sum is below 0"
     )
-    return Solution("Riccati equation of the cart and pole linearised at rest", summary, rows)
+    return Solution("Riccati equation of the cart and pole linearized at rest", summary, rows)
 
 
 def solve_mountain_car(problem: Problem) -> Solution:
@@ -99,7 +95,7 @@ def solve_mountain_car(problem: Problem) -> Solution:
     summary = (
         f"{VALUE_GRID.point_counts[0]} "
         f"x {VALUE_GRID.point_counts[1]} "
-        "points; change "
+        "points; last change "
         f"{sweep_result.last_change:.1g} after "
         f"{format_count(sweep_result.sweep_count, 'sweep')}"
     )
@@ -108,7 +104,10 @@ def solve_mountain_car(problem: Problem) -> Solution:
 
 def count_driven_turns(problem: Problem, values: Reals, s: Reals) -> list[int | None]:
     """Return the turns that the best actions take from each state, None if too many."""
-    turns, budget = np.zeros(len(s), np.int64), Budget("a drive", "search needs none")
+    turns, budget = (
+        np.zeros(len(s), np.int64),
+        Budget("simulating the drive", "use the agent search"),
+    )
     while (unfinished := ~problem.terminal(s)).any() and turns.max() < MAX_DRIVE_TURNS:
         budget.spend_work(10 * ARRAY_CALL_WORK, int(turns.max()) / MAX_DRIVE_TURNS)
         a = select_greedy_actions(

@@ -64,12 +64,12 @@ def solve_first_actions(problem: Problem) -> Solution:
         )
     ]
     horizon_text = (
-        f", {format_count(agent.horizon, 'turn')} to go"
+        f", {format_count(agent.horizon, 'turn')} left"
         if isinstance(agent, FiniteHorizonPolicy)
         else ""
     )
     summary = f"value {q[0, legal].max():.6g} at the start{horizon_text}"
-    return Solution(f"the agent {name}", summary, rows)
+    return Solution(f"agent {name}", summary, rows)
 
 
 def _find_legal_first_actions(problem: Problem) -> Ints:
@@ -82,7 +82,7 @@ def _find_legal_first_actions(problem: Problem) -> Ints:
 
 
 def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
-    """Return the agent that plans a game of `turns` turns, or without end if the end counts little.
+    """Return the agent that plans a game of `turns` turns, or an infinite horizon if that is close.
 
     Raise BadParameter if it cannot plan as many turns and the end counts.
     """
@@ -91,9 +91,9 @@ def _plan_turns(agent: PointBasedPolicy, turns: int | None) -> PointBasedPolicy:
         return agent
     is_discounted = problem.discount < 1.0
     if is_discounted and problem.horizon is None and turns > MAX_SEARCH_TURNS:
-        return agent  # The method says that it is the plan without end.
+        return agent  # The method names the infinite horizon.
     if turns > MAX_HORIZON and problem.discount**MAX_HORIZON >= NEGLIGIBLE_WEIGHT:
-        where = "" if is_discounted else " where nothing is discounted"
+        where = "" if is_discounted else " without a discount"
         raise BadParameter(f"--turns: got {turns}, expected at most {MAX_HORIZON}{where}")
     return replace(agent, horizon=min(turns, MAX_HORIZON))
 
@@ -127,7 +127,7 @@ def _solve_bounds(agent: PointBasedPolicy, turns: int | None) -> Solution:
             action_bounds, mark_best_actions(bounds.action_lower_bounds[legal]), strict=True
         )
     ]
-    span = format_count(agent.planned_turns, "turn") if agent.planned_turns else "without end"
+    span = format_count(agent.planned_turns, "turn") if agent.planned_turns else "infinite horizon"
     remedy = suggest_more_work(bounds, agent.work, "--work ")
     summary = (
         f"{format_bounds(bounds)}; {format_count(bounds.expanded_belief_count, 'belief')}{remedy}"

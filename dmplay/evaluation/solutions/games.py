@@ -37,12 +37,9 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
         profile = lemke_howson.find_equilibrium(payoffs)
         largest_gain = max(float(bimatrix_game.compute_regrets(payoffs, profile).max()), 0.0)
         rewards = bimatrix_game.compute_utilities(payoffs, profile).tolist()
-        summary = (
-            "a Nash equilibrium of one round; by another "
-            f"action nobody gains {_format_gain(largest_gain)}"
-        )
+        summary = f"a Nash equilibrium of one round; {_format_largest_gain(largest_gain)}"
         return Solution(
-            "Lemke and Howson's pivoting", summary, [_build_strategy_row(problem, profile, rewards)]
+            "Lemke-Howson algorithm", summary, [_build_strategy_row(problem, profile, rewards)]
         )
     rows = [
         _build_strategy_row(
@@ -53,7 +50,7 @@ def solve_nash_equilibria(problem: Problem) -> Solution:
     method = f"{'vertex' if extreme else 'support'} enumeration"
     if _has_mixtures(extreme):
         count_text = (
-            f"{len(rows)} extreme Nash equilibria of one round; all others are mixtures of these"
+            f"{len(rows)} extreme Nash equilibria of one round; the others are mixtures of these"
         )
         return Solution(method, count_text, rows)
     count_text = f"{len(rows)} Nash equilibri{'um' if len(rows) == 1 else 'a'} of one round"
@@ -85,17 +82,16 @@ def solve_many_player_game(problem: Problem) -> Solution:
     ]
     rounds = format_count(result.round_count, "round")
     method = f"regret matching, {rounds}" if result.round_count else "pure actions"
-    summary = (
-        f"one round; by another action nobody gains {_format_gain(float(result.regrets.max()))}"
-    )
+    summary = f"one round; {_format_largest_gain(float(result.regrets.max()))}"
     return Solution(
         method, summary, [_build_strategy_row(problem, result.mixed_strategies, rewards)]
     )
 
 
-def _format_gain(gain: float) -> str:
-    """Return a phrase for the most that an agent gains."""
-    return f"more than {format_upper_bound(gain)}" if gain > 0 else "anything"
+def _format_largest_gain(gain: float) -> str:
+    """Return text on the largest gain of an agent that changes its action."""
+    bound = f" more than {format_upper_bound(gain)}" if gain > 0 else ""
+    return f"no agent gains{bound} by another action"
 
 
 def _build_strategy_row(
@@ -136,11 +132,11 @@ def _solve_one_on_one_hunt(problem: PredatorPrey) -> Solution:
         for seat, agent in enumerate(problem.agents):
             row[agent] = format_mixed_strategy(problem, seat, result.policies[seat][index])
         rows.append(row)
-    gaps = " and ".join(map(format_upper_bound, result.regrets))
+    predator_gain, prey_gain = map(format_upper_bound, result.regrets)
     rounds = format_count(len(result.value_changes), "round")
     summary = (
-        f"change {result.value_changes[-1]:.1g} after {rounds}; by any other policy "
-        f"predator and prey gain at most {gaps}"
+        f"last change {result.value_changes[-1]:.1g} after {rounds}; by another policy "
+        f"the predator gains at most {predator_gain} and the prey at most {prey_gain}"
     )
     return Solution("equilibrium, by policy iteration over matrix games", summary, rows)
 
@@ -164,12 +160,8 @@ def solve_zero_sum_game(problem: Problem) -> Solution:
         rows.append(row)
     start_values = result.get_values(horizon)
     values = np.stack([start_values, -result.loss_ratio * start_values + 0.0], axis=1)
-    span = "without end" if horizon is None else format_count(horizon, "turn")
-    precision = (
-        f"at most {format_upper_bound(result.gap)} from the value of the game"
-        if result.gap
-        else "exact"
-    )
+    span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
+    precision = f"error at most {format_upper_bound(result.gap)}" if result.gap else "exact"
     method = f"Shapley's iteration over {format_count(len(start_values), 'state')}, {span}"
     return Solution(
         method, f"{format_start_values(problem, result.graph, values)}, {precision}", rows
@@ -177,7 +169,7 @@ def solve_zero_sum_game(problem: Problem) -> Solution:
 
 
 def solve_best_replies(problem: Problem) -> Solution:
-    """Return the result of best replies in a Markov game of several agents."""
+    """Return the result of best responses in a Markov game of several agents."""
     result = best_response_dynamics.find_equilibrium(
         problem, transition_graph.build_reachable_graph(problem)
     )
@@ -190,13 +182,13 @@ def solve_best_replies(problem: Problem) -> Solution:
             row[agent] = format_mixed_strategy(problem, seat, result.policies[seat][state_index])
         rows.append(row)
     seat_gains = zip(result.regrets, problem.agents, strict=True)
-    gains = ", ".join(f"{gain:.2g} by {agent}" for gain, agent in seat_gains)
+    gains = ", ".join(f"{gain:.2g} for {agent}" for gain, agent in seat_gains)
     summary = (
         f"{format_start_values(problem, result.graph, result.values)}; "
-        f"to be gained by another policy: {gains}"
+        f"gain by another policy: {gains}"
     )
     states, rounds = (
         format_count(len(result.values), "state"),
         format_count(result.round_count, "round"),
     )
-    return Solution(f"best replies over {states}, {rounds}", summary, rows)
+    return Solution(f"best responses over {states}, {rounds}", summary, rows)

@@ -31,10 +31,10 @@ MAX_LISTED_STATES = 1000  # If there are more states, only the start states are 
 
 
 def solve_mdp(problem: Problem) -> Solution:
-    """Return the values of games of the requested turns, else the values without a last turn.
+    """Return the values of games of the requested turns, else of an infinite horizon.
 
     Without a discount, a problem with a horizon is solved only for that. With a discount, the
-    value at the start of its horizon follows the values without a last turn.
+    value with its horizon follows the values of an infinite horizon.
     """
     horizon, requested_turns = resolve_horizon(problem.horizon), resolve_horizon(None)
     if horizon is not None and problem.discount == 1.0:
@@ -49,15 +49,15 @@ def solve_mdp(problem: Problem) -> Solution:
     span = format_count(horizon, "turn")
     effective_turns = min(horizon, _effective_horizon(problem.discount))
     if len(problem.enumerate_states()) * effective_turns > MAX_STATE_TURNS:
-        value_text = f"what {span} are worth takes too much to tell; try fewer"
+        value_text = f"the value of {span} takes too long to compute; try fewer turns"
     else:
         finite = solve_by_backward_induction(problem, effective_turns)
         value_text = (
             f"{format_start_values(problem, finite.graph, finite.get_values(effective_turns))} "
-            f"of {span}"
+            f"with {span}"
         )
     return solution._replace(
-        method=f"{solution.method}, without end", result=f"{solution.result}; {value_text}"
+        method=f"{solution.method}, infinite horizon", result=f"{solution.result}; {value_text}"
     )
 
 
@@ -68,7 +68,7 @@ def _check_turns(problem: Problem, turns: int) -> None:
     if turns > max_turns:
         raise BadParameter(
             f"--turns: got {turns}, expected at most {max_turns} "
-            f"for {format_count(state_count, 'state')}; without it games have no end"
+            f"for {format_count(state_count, 'state')}; without --turns the horizon is infinite"
         )
 
 
@@ -85,7 +85,7 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     tables = tabulate(problem)
     values = np.zeros(len(tables.transition))
     done, change = 0, np.inf
-    budget = Budget("value iteration", "try fewer states, or play search", 1e10)
+    budget = Budget("value iteration", "try fewer states, or the agent search", 1e10)
     while change >= CONVERGENCE_THRESHOLD and done < MAX_SWEEPS:
         budget.spend_work(ARRAY_CALL_WORK + tables.transition.size, done / MAX_SWEEPS)
         next_values = mdp_values.compute_action_values(tables, problem.discount, values).max(axis=1)
@@ -109,9 +109,9 @@ def solve_by_value_iteration(problem: Problem) -> Solution:
     change_text = (
         f"below {CONVERGENCE_THRESHOLD:g}" if change < CONVERGENCE_THRESHOLD else f"{change:.3g}"
     )
-    summary = f"change {change_text} after {format_count(done, 'sweep')}"
+    summary = f"last change {change_text} after {format_count(done, 'sweep')}"
     if problem.discount < 1.0:
-        summary += f"; {distance:.1g} from policy iteration"
+        summary += f"; {distance:.1g} away from policy iteration"
     return Solution("value iteration", summary, rows)
 
 
@@ -125,7 +125,7 @@ class _GraphValues(NamedTuple):
 
 
 def solve_infinite_horizon(problem: Problem) -> Solution:
-    """Return the values and best actions of one agent in many states, without a last turn."""
+    """Return the values and best actions of one agent in many states, infinite horizon."""
     with scale_progress(0.0, 0.3):
         graphs = [transition_graph.build_full_graph(problem)]
     with scale_progress(0.3, 1.0):
@@ -136,14 +136,14 @@ def solve_infinite_horizon(problem: Problem) -> Solution:
     single_seat = np.zeros(len(state_graph.states), np.int64)
     graph_values = _GraphValues(state_graph, optimum.values[:, None], single_seat, optimum.q)
     gap = format_upper_bound(optimum.gap)
-    precision = f"at most {gap} from the optimum" if optimum.gap else "exact"
+    precision = f"error at most {gap}" if optimum.gap else "exact"
     if problem.discount == 1.0:
-        precision = f"the last change {gap}"
+        precision = f"last change {gap}"
     value = format_start_values(problem, state_graph, graph_values.values)
     summary = f"{value}, {precision}, {format_count(optimum.sweep_count, 'sweep')}"
     method = f"value iteration over {format_count(len(state_graph.states), 'state')}"
     if len(state_graph.nonterminal_states) < len(state_graph.states):
-        method += ", backwards from where games end"
+        method += ", backward from the terminal states"
     return Solution(method, summary, _build_rows(problem, graph_values))
 
 
@@ -160,11 +160,11 @@ def solve_finite_horizon(problem: Problem) -> Solution:
         result.graph, result.get_values(horizon), result.deciding_seats, decider_q
     )
     precision = (
-        f"at most {format_upper_bound(result.gap)} from that of longer games"
+        f"longer games differ by at most {format_upper_bound(result.gap)}"
         if result.gap
         else "exact"
     )
-    span = "without end" if horizon is None else format_count(horizon, "turn")
+    span = "infinite horizon" if horizon is None else format_count(horizon, "turn")
     method = f"backward induction over {format_count(len(next_values), 'state')}, {span}"
     return Solution(
         method,
@@ -185,9 +185,8 @@ def format_start_values(problem: Problem, state_graph: TransitionGraph, values: 
     if len(means) == 1:
         return f"value {means[0]:.6g} at the start"
     agent_means = zip(means, problem.agents, strict=True)
-    return (
-        f"value {', '.join(f'{value:.6g} to {agent}' for value, agent in agent_means)} at the start"
-    )
+    value_list = ", ".join(f"{value:.6g} for {agent}" for value, agent in agent_means)
+    return f"value {value_list} at the start"
 
 
 def select_listed_states(problem: Problem, state_graph: TransitionGraph) -> Ints:

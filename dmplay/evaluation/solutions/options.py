@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 from dmplay.errors import BadParameter
 from dmplay.simulation.worker_pool import WorkerCount
 
-DEFAULT_TURNS = 20  # of a game without an end of its own, when it is played or planned
-OPTION_USES = {"turns": "played or planned to a last turn", "work": "brought between two bounds"}
+DEFAULT_TURNS = 20  # of a problem without a horizon, if it is simulated or planned
+# why a solution does not use an option; all other options are for simulations
+UNUSED_OPTION_REASONS = {"turns": "takes no turn limit", "work": "computes no bounds"}
 
 
 @dataclass
@@ -26,8 +27,11 @@ class SolveOptions:
         """Raise BadParameter for an option that was set and had no effect."""
         for name in ("episodes", "turns", "workers", "work"):
             if getattr(self, name) not in (None, "auto") and name not in self.used_options:
-                use = OPTION_USES.get(name, "simulated")
-                raise BadParameter(f"--{name}: nothing is {use} here; the method is {method_name}")
+                reason = UNUSED_OPTION_REASONS.get(name, "simulates no games")
+                raise BadParameter(
+                    f"--{name}: has no effect, because this solution {reason}; "
+                    f"the method is {method_name}"
+                )
 
 
 _options: ContextVar[SolveOptions | None] = ContextVar("wish", default=None)
@@ -46,7 +50,7 @@ def use_solve_options(options: SolveOptions) -> Iterator[None]:
 def resolve_horizon(default_turns: int | None) -> int | None:
     """Return the number of turns to plan, as set by the user or else the default.
 
-    None stands for a game without end: `resolve_horizon(None)` is None unless the user set a
+    None stands for an infinite horizon: `resolve_horizon(None)` is None unless the user set a
     number.
     """
     options = _options.get() or SolveOptions()

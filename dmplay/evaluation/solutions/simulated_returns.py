@@ -43,7 +43,7 @@ def simulate_games(
 ) -> SimulatedReturns:
     """Play games of one seed and return their returns and lengths.
 
-    The user's number of turns replaces `turns`, unless these games stand for games without end.
+    The user's number of turns replaces `turns`, unless these games stand for an infinite horizon.
 
     One process plays them in batches, so that progress is reported. In an external environment
     they are fewer than `episodes` if they are long, unless the user set a number.
@@ -101,7 +101,7 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
     policies = [load_agent(problem, seat, name) for seat, name in enumerate(names)]
     has_search = any(isinstance(policy, TreeSearch) for policy in policies)
     is_slow = has_search and isinstance(problem, ExternalProblem)
-    has_end = problem.state_count == math.inf and has_search == is_slow  # as far as is known
+    has_end = problem.state_count == math.inf and has_search == is_slow  # if it is known
     turns = problem.horizon or (None if has_end else DEFAULT_TURNS)
     simulated = simulate_games(
         problem,
@@ -117,10 +117,10 @@ def solve_by_simulation(problem: Problem, agents: Sequence[str] = ()) -> Solutio
         format_count(len(simulated.turns), "game"),
         append_noun(format_score(simulated.turns.mean()), "turn"),
     )
-    summary = f"{game_text} of seed {SIMULATION_SEED}, {length_text} each"
+    summary = f"{game_text} with seed {SIMULATION_SEED}, {length_text} on average"
     return Solution(
         f"not a solution, but a simulation of {_describe_agents(names)}, "
-        "because no exact solution is known here",
+        "because dmplay has no exact solution for it",
         summary,
         rows,
     )

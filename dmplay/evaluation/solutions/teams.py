@@ -80,29 +80,33 @@ def solve_multicaregiver(problem: MulticaregiverCryingBaby) -> Solution:
             row[f"{agent} first"] = problem.format_action(seat, float(action))
         rows.append(row)
     summary = (
-        f"value {rows[-1]['value']:.6g} of {MAX_PLAN_TURNS} "
+        f"value {rows[-1]['value']:.6g} with {MAX_PLAN_TURNS} "
         f"turns{_format_infinite_horizon_bound(problem, team, b)}"
     )
-    return Solution("joint plans by dynamic programming, for both rewards together", summary, rows)
+    return Solution(
+        "joint plans by dynamic programming, for the sum of both rewards", summary, rows
+    )
 
 
 def _format_infinite_horizon_bound(problem: Problem, team: Tables, b: Reals) -> str:
-    """Return text on the value of one planner without a last turn; '' without a discount."""
+    """Return text on one planner's value for an infinite horizon; '' without a discount."""
     if problem.discount >= 1.0:
         return ""
     vectors = exact_pomdp.solve_infinite_horizon(team, problem.discount).alpha_vectors
-    return f"; at most {(vectors @ b).max():.6g} without end, by alpha vectors of one planner"
+    return (
+        f"; infinite horizon: at most {(vectors @ b).max():.6g}, the value of one planner for both"
+    )
 
 
 def solve_joint_plans(problem: Problem) -> Solution:
     """Return the best joint plan found for the planned turns, and an upper bound."""
     turn_count = resolve_horizon(problem.horizon) or DEFAULT_TURNS
     solution = solve_joint_plan(problem, turn_count)
-    value = f"value {solution.value:.6g} of {format_count(turn_count, 'turn')} at the start"
-    bound = "the optimum" if solution.is_optimal else f"at most {solution.upper_bound:.6g}"
+    value = f"value {solution.value:.6g} at the start with {format_count(turn_count, 'turn')}"
+    bound = "optimal" if solution.is_optimal else f"optimum at most {solution.upper_bound:.6g}"
     summary = (
-        f"{value}, {bound}; one planner who sees what all "
-        f"see has at most {solution.centralized_bound:.6g}"
+        f"{value}, {bound}; one planner with all observations: "
+        f"at most {solution.centralized_bound:.6g}"
     )
     rows = [
         _build_node_row(
@@ -132,10 +136,10 @@ def _build_node_row(  # noqa: PLR0913 - they identify the node
 
 
 def solve_shared_reward_team(problem: Problem) -> Solution:
-    """Return the mean values of several teams in games without end, best first.
+    """Return the mean values of several teams for an infinite horizon, best first.
 
-    One planner who sees all is an upper bound. Joint plans and simulated games are cut after so
-    many turns that later ones hardly count.
+    One planner who sees all is an upper bound. Joint plans and simulated games end at the
+    turn after which the discount makes rewards negligible.
     """
     hunt_problem = problem if isinstance(problem, CollaborativePredatorPrey) else None
     with scale_progress(0.0, 0.2):
@@ -170,14 +174,16 @@ def solve_shared_reward_team(problem: Problem) -> Solution:
                 turns=turns,
                 stands_for_endless=True,
             )
-        sample, game_text = simulated.returns[:, 0], format_count(len(simulated.turns), "game")
+        sample = simulated.returns[:, 0]
         error = sample.std(ddof=1) / np.sqrt(len(sample))
-        text = f"{game_text} of {format_count(simulated.turns.max(), 'turn')}, +- {error:.2g}"
+        game_text = format_count(len(simulated.turns), "game")
+        turn_text = format_count(simulated.turns.max(), "turn")
+        text = f"{game_text} of up to {turn_text}, standard error {error:.2g}"
         teams.append(TeamValue(name, float(sample.mean()), text))
     rows = [entry._asdict() for entry in sorted(teams, key=lambda entry: -entry.value)]
     text = f"mean {q.max(axis=1).mean():.6g} over {format_count(len(q), 'state')}"
-    text += ": no team that does not see has more"
-    method = "policy iteration of one planner who sees all, without end, an upper bound"
+    text += ", an upper bound for every team"
+    method = "policy iteration of one planner who sees all, infinite horizon"
     return Solution(method, text, rows)
 
 
@@ -185,25 +191,23 @@ def _iter_pair_values(problem: CollaborativePredatorPrey) -> Iterator[TeamValue]
     """Yield the values of rules and plans for two hunters, and of a planner that bounds them."""
     with scale_progress_part(0, 3):
         value = reactive_predator_team.optimize_reactive_team(problem).mean_value
-    yield TeamValue("reactive", value, "exact, if the first state is sensed too")
+    yield TeamValue("reactive", value, "exact, if the agents also observe the first state")
     if problem.sighted:
         return
     hunting_team, budget = (
         PredatorPreyDecPomdp.from_predator_prey(problem),
-        Budget("a bound", "try fewer hexes", 5e10),
+        Budget("upper bound", "try fewer hexes", 5e10),
     )
     with scale_progress_part(1, 3):
         upper_bound = CentralizedPomdp(
             hunting_team, MAX_SIMULATED_TURNS, budget, INFORMED_BOUND_WORK
         ).upper_bound
-    yield TeamValue(
-        "one planner who senses for both", upper_bound, "at most, by a fast informed bound"
-    )
+    yield TeamValue("one planner who senses for both", upper_bound, "fast informed upper bound")
     with scale_progress_part(2, 3):
         plans = HuntJointPlan(problem, 0, nodes=HUNT_PLAN_NODES).plans
     plan_value = joint_plan_improvement.evaluate_plans(hunting_team, plans, budget)
     yield TeamValue(
         f"joint-plan:nodes={HUNT_PLAN_NODES}",
         plan_value,
-        f"exact, of {format_count(len(plans[0]), 'turn')}",
+        f"exact, with {format_count(len(plans[0]), 'turn')}",
     )

@@ -45,7 +45,7 @@ def run_dynamic_programming(problem: Problem, horizon: int) -> list[JointPlanSta
 
 def _make_budget() -> Budget:
     """Return a new budget for extending joint plans."""
-    return Budget("pairs of plans", "try fewer turns", 1e10, MAX_VALUE_BYTES)
+    return Budget("comparing joint plans", "try fewer turns", 1e10, MAX_VALUE_BYTES)
 
 
 def build_unpruned_stage(problem: Problem, horizon: int) -> JointPlanStage:

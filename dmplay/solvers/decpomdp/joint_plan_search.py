@@ -51,7 +51,7 @@ def find_joint_plan(team: DecPomdp, turns: int) -> JointPlanSolution:
 
 def _make_budget(work_limit: float) -> Budget:
     """Return a new budget for a joint plan."""
-    return Budget("a joint plan", "try fewer turns, or search", work_limit)
+    return Budget("joint plan", "try fewer turns, or the agent search", work_limit)
 
 
 def _improve_starting_plans(team: DecPomdp, turns: int) -> tuple[tuple[AgentPlan, ...], float]:

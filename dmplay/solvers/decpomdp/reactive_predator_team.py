@@ -82,9 +82,9 @@ def check_supported(problem: CollaborativePredatorPrey) -> None:
     """Raise BadParameter unless the hunt has two predators, few states and a discount below 1."""
     if problem.predators != 2 or problem.state_count > MAX_STATES:
         actual = f"{problem.predators} predators in {problem.state_count} states"
-        raise BadParameter(f"got {actual}, expected 2 in at most {MAX_STATES}")
+        raise BadParameter(f"got {actual}, expected 2 in at most {MAX_STATES} states")
     if problem.discount >= 1.0:
-        raise BadParameter("a hunt without end needs a discount below 1")
+        raise BadParameter("an infinite horizon needs a discount below 1")
 
 
 def compute_state_rewards(problem: CollaborativePredatorPrey) -> Reals:
@@ -112,7 +112,7 @@ class _PredatorPreyArrays:
 
     def __init__(self, problem: CollaborativePredatorPrey) -> None:
         hex_count = len(problem.hexes)
-        self.budget = Budget("a reactive team", "try a smaller map or discount", 2e10)
+        self.budget = Budget("reactive team", "try a smaller map or discount", 2e10)
         self.operations_per_sweep = 20.0 * hex_count**4  # operations
         states = problem.enumerate_states()
         self.discount = problem.discount

@@ -22,7 +22,7 @@ WORK_LIMIT = 2e10
 # rounds of replies to the latest policies, then to their averages
 PURE_ROUNDS, FICTITIOUS_PLAY_ROUNDS = 20, 64
 CONVERGENCE_TOLERANCE = 1e-9  # distance of values from their limit, at a scale of 1
-DISCOUNT_REQUIRED_MESSAGE = "got a game of several at once without end, expected a discount below 1"
+DISCOUNT_REQUIRED_MESSAGE = "got an infinite horizon and discount 1, expected a discount below 1"
 
 
 class BestResponseResult(NamedTuple):
@@ -84,7 +84,7 @@ def find_equilibrium(problem: Problem, graph: TransitionGraph) -> BestResponseRe
     """
     if problem.discount == 1.0:
         raise BadPolicy(DISCOUNT_REQUIRED_MESSAGE)
-    budget = Budget("best replies", "try fewer states, or search", WORK_LIMIT)
+    budget = Budget("best responses", "try fewer states, or the agent search", WORK_LIMIT)
     legal_masks = [_mark_legal_actions(problem, graph, seat) for seat in range(len(problem.agents))]
     policies = [mask / mask.sum(axis=1, keepdims=True) for mask in legal_masks]
     result = best = evaluate_policies(problem, graph, policies, budget)
@@ -111,7 +111,7 @@ def evaluate_policies(
     problem: Problem, graph: TransitionGraph, policies: list[Reals], budget: Budget | None = None
 ) -> BestResponseResult:
     """Return the values of a joint policy, and each agent's regret at the start."""
-    budget = budget or Budget("best replies", "try fewer states", WORK_LIMIT)
+    budget = budget or Budget("best responses", "try fewer states", WORK_LIMIT)
     probabilities, start = initial_state_distribution(problem)
     start_distribution = np.bincount(
         graph.find_state_indices(problem, start), probabilities, len(graph.states)

@@ -138,7 +138,7 @@ def normalize_payoffs(payoffs: Reals) -> Reals:
 
 def _enumerate_supports(payoffs: Reals, rows: list[int], columns: list[int]) -> list[MixedProfile]:
     """Return the equilibria of a game `[A1, A2, 2]` restricted to these rows and columns."""
-    budget = Budget("support enumeration", "try fewer actions, or search", 1e10)
+    budget = Budget("support enumeration", "try fewer actions, or the agent search", 1e10)
     equilibria, scaled = [], normalize_payoffs(payoffs)
     for size in range(1, min(len(rows), len(columns)) + 1):
         for row_support in combinations(rows, size):

@@ -41,7 +41,7 @@ def find_extreme_equilibria(payoffs: Reals) -> list[MixedProfile]:
     if not rows:
         return []
     reduced_payoffs = normalize_payoffs(payoffs)[np.ix_(rows, columns)]
-    budget = Budget("the corners of best replies", "try fewer actions, or search", 1e10)
+    budget = Budget("vertex enumeration", "try fewer actions, or the agent search", 1e10)
     first, second = (
         _enumerate_vertices(reduced_payoffs[:, :, 1], budget),
         _enumerate_vertices(reduced_payoffs[:, :, 0].T, budget),

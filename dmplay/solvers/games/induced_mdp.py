@@ -27,7 +27,7 @@ def build_induced_mdp(problem: Problem, seat: int, policies: Sequence[Reals]) ->
     state_count, action_count = len(states), policies[seat].shape[1]
     others = [i for i in range(len(policies)) if i != seat]
     joint = np.array(list(product(*(range(policies[i].shape[1]) for i in others))))
-    budget = Budget("a best response", "try fewer states or agents, or search")
+    budget = Budget("best response", "try fewer states or agents, or the agent search")
     budget.check_memory(BYTES_PER_OUTCOME * state_count * len(joint))
     budget.spend_work(8.0 * state_count * len(joint))
     probabilities = np.ones((state_count, len(joint)))

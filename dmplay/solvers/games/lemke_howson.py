@@ -66,9 +66,9 @@ def find_first_equilibrium(payoffs: Reals) -> MixedProfile:
 def find_equilibrium(payoffs: Reals) -> MixedProfile:
     """Return one equilibrium of the payoffs `[A1, A2, 2]`.
 
-    Raises TooMuch if no path leads to one within MAX_PIVOTS.
+    Raises BudgetExceeded if no path leads to one within MAX_PIVOTS.
     """
-    budget = Budget("an equilibrium", "try fewer actions", WORK_LIMIT)
+    budget = Budget("equilibrium", "try fewer actions", WORK_LIMIT)
     scale = max(1.0, float(np.ptp(payoffs)))
     for label in range(sum(payoffs.shape[:2])):
         profile = _follow_path(payoffs, label, budget)

@@ -41,7 +41,7 @@ def find_equilibrium(problem: Problem) -> MarkovGameEquilibrium:
 
     Raises BadParameter for other games, or if `discount` is 1.
     """
-    budget = Budget("an equilibrium", "try fewer states, or search", 2e10)
+    budget = Budget("equilibrium", "try fewer states, or the agent search", 2e10)
     tables = _tabulate_opposed_game(problem)
     values: Reals = np.zeros(len(tables.transition))
     changes = [np.inf]
@@ -117,10 +117,10 @@ def _tabulate_opposed_game(problem: Problem) -> Tables:
     """
     if len(problem.agents) != 2 or problem.partially_observable:
         raise BadParameter(
-            f"got {format_count(len(problem.agents), 'agent')}, expected two who see the state"
+            f"got {format_count(len(problem.agents), 'agent')}, expected 2 that both see the state"
         )
     if problem.discount >= 1.0:
-        raise BadParameter("a game without end needs a discount below 1")
+        raise BadParameter("an infinite horizon needs a discount below 1")
     if not isinstance(problem.state_count, int) or problem.state_count > MAX_STATES:
         raise BadParameter(f"got {problem.state_count} states, expected at most {MAX_STATES}")
     tables = tabulate(problem)
@@ -128,5 +128,7 @@ def _tabulate_opposed_game(problem: Problem) -> Tables:
     spread = first - first.mean()
     slope = float((spread * second).sum() / ((spread * spread).sum() or 1.0))
     if slope >= 0 or abs(second - second.mean() - slope * spread).max() > CONVERGENCE_TOLERANCE:
-        raise BadParameter("got rewards that are not opposed: one must fall as the other rises")
+        raise BadParameter(
+            "got rewards that are not opposed, expected one to fall as the other rises"
+        )
     return tables

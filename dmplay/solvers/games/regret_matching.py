@@ -77,7 +77,7 @@ def _run_regret_matching(payoffs: Reals) -> RegretMatchingResult:
 
     They are checked after rounds 1, 2, 4, 8 and so on.
     """
-    budget = Budget("matching regrets", "try fewer agents or actions")
+    budget = Budget("regret matching", "try fewer agents or actions")
     agents = payoffs.shape[-1]
     regrets = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]
     sums = [np.zeros(action_count) for action_count in payoffs.shape[:-1]]

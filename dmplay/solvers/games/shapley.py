@@ -27,9 +27,9 @@ REWARD_TOLERANCE = 1e-9  # distance from a line at which rewards count as on it
 WORK_LIMIT = 1e11
 TURNS_PER_EVALUATION = 20  # turns for which both players repeat their strategies
 PAYOFF_DECIMALS = 9  # because the last bits differ between processors
-ENDLESS_GAME_MESSAGE = f"got a game of two at once without end, expected {FINITE_VALUE_REMEDY}"
+ENDLESS_GAME_MESSAGE = f"got an infinite horizon and discount 1, expected {FINITE_VALUE_REMEDY}"
 OPPOSED_REWARDS_MESSAGE = (
-    "got rewards that are not opposed, expected one to lose what the other gains, to scale"
+    "got rewards that are not opposed, expected one to fall in proportion as the other rises"
 )
 
 
@@ -103,7 +103,7 @@ def run_shapley_iteration(
     """
     if turns is None and problem.discount == 1.0:
         raise BadPolicy(ENDLESS_GAME_MESSAGE)
-    budget = Budget("Shapley's iteration", "try fewer states, or search", WORK_LIMIT)
+    budget = Budget("Shapley's iteration", "try fewer states, or the agent search", WORK_LIMIT)
     budget.check_memory(40.0 * len(graph.states) * np.prod(problem.action_counts, dtype=float))
     loss_ratio, (cells, masks) = (
         compute_loss_ratio(graph.rewards),

@@ -2,9 +2,9 @@
 
 The value of a game of k turns to each agent follows from that of k - 1 turns (Zermelo, 1913; Kuhn,
 1953); a game of 0 turns is worth 0. Once a further turn changes nothing, games of any length are
-solved. Among actions of equal value the first is chosen. In a game without end or without discount
-it is, among those with equal values to every agent, the one that ends the game soonest. A state
-that nobody can leave and that pays nothing counts as an end.
+solved. Among actions of equal value the first is chosen. For an infinite horizon, or without a
+discount, it is the one that ends the game soonest, among those with equal values to every agent. A
+state that no action leaves and that gives no reward counts as an end.
 """
 
 from itertools import pairwise
@@ -25,7 +25,7 @@ from dmplay.solvers.mdp.transition_graph import OUTCOMES_PER_BLOCK, TransitionGr
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values, at a scale of 1, at which the induction ends
 WORK_LIMIT, MAX_TURNS = 1e11, 10_000  # maximum operations, maximum turns
 PATIENCE_TURNS = 50  # turns, at least, after which an undiscounted change must have become smaller
-ENDLESS_GAME_MESSAGE = f"games need not end; give {FINITE_VALUE_REMEDY}"
+ENDLESS_GAME_MESSAGE = f"a game may never end; set {FINITE_VALUE_REMEDY}"
 
 
 class BackwardInductionResult(NamedTuple):
@@ -41,7 +41,7 @@ class BackwardInductionResult(NamedTuple):
     is_absorbing: Bools  # [S], whether no action leaves the state or pays
 
     def get_values(self, turns_left: int | None) -> Reals:
-        """Return the values `[S, n]` with this number of turns left, or without end for None."""
+        """Return the values `[S, n]` with this number of turns left (None: infinite)."""
         last = len(self.values_by_turns_left) - 1
         return self.values_by_turns_left[last if turns_left is None else min(turns_left, last)]
 
@@ -53,9 +53,9 @@ class BackwardInductionResult(NamedTuple):
 def run_backward_induction(
     problem: Problem, graph: TransitionGraph, turns: int | None
 ) -> BackwardInductionResult:
-    """Return the values of games of up to this number of turns, or without end for None.
+    """Return the values of games of up to this number of turns; None for an infinite horizon.
 
-    Raises TooMuch if undiscounted values do not converge.
+    Raises BudgetExceeded if undiscounted values do not converge.
     """
     is_undiscounted_endless = turns is None and problem.discount == 1.0
     budget = Budget(
@@ -118,7 +118,9 @@ def _find_deciding_seats(problem: Problem, graph: TransitionGraph) -> Ints:
         legal_counts = legal.sum(axis=2)
     deciding = legal_counts > 1
     if len(problem.agents) > 1 and (deciding[graph.nonterminal_states].sum(axis=1) > 1).any():
-        raise BadPolicy("got agents who act at once, expected one at a time, the others waiting")
+        raise BadPolicy(
+            "got a state in which several agents choose, expected at most one in each state"
+        )
     return np.asarray(
         np.argmax(2 * deciding + ~mark_inactive_agents(problem, graph.states), axis=1)
     )
@@ -188,7 +190,7 @@ def _find_first_marked(mask: Bools, starts: Ints) -> Ints:
 
 
 def select_soonest_ending_actions(result: BackwardInductionResult, discount: float) -> Ints:
-    """Return the joint action `[S]` for each state of a game without end, -1 in terminal states.
+    """Return the joint action `[S]` for each state and an infinite horizon, -1 in terminal states.
 
     Among the best actions with equal values to every agent, it is the one with the shortest
     expected game, by value iteration on the number of turns.

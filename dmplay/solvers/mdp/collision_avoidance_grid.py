@@ -60,7 +60,7 @@ def compute_optimal_q(problem: Problem) -> Reals:
     """Return Q* `[41, 3, 21, 21, 3]` by time, last advisory, height, climb rate and action."""
     next_values = np.zeros(GRID_SHAPE)
     tables = []
-    budget = Budget("backward induction", "search needs none")
+    budget = Budget("backward induction", "use the agent search")
     for time in TIMES_TO_COLLISION:
         budget.spend_work(
             10 * ARRAY_CALL_WORK + 300 * next_values.size, time / len(TIMES_TO_COLLISION)

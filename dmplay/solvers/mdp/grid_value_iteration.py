@@ -115,7 +115,9 @@ def run_grid_value_iteration(problem: Problem, grid: RectangularGrid) -> GridVal
 
     Undiscounted, the iteration converges if every point has a way to a terminal state.
     """
-    budget = Budget("value iteration on a grid", "try a smaller discount, or search", 2e10)
+    budget = Budget(
+        "value iteration on a grid", "try a smaller discount, or the agent search", 2e10
+    )
     states = grid.list_states()
     outcomes, is_terminal = step_all_actions(problem, grid, states), problem.terminal(states)
     values: Reals = np.zeros(len(states))

@@ -141,7 +141,7 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
     graph's arrays are released once the states are reordered, so that a large graph is not held
     twice.
     """
-    cure = "try fewer states, or search" if discount < 1.0 else ENDLESS_GAME_MESSAGE
+    cure = "try fewer states, or the agent search" if discount < 1.0 else ENDLESS_GAME_MESSAGE
     budget = Budget("value iteration", cure, WORK_LIMIT)
     budget.check_memory(40.0 * len(graph.next_states))
     order, distances = _order_by_distance(graph)
@@ -172,7 +172,7 @@ def run_backward_value_iteration(graph: TransitionGraph, discount: float) -> Bac
     ):
         if discount == 1.0 and len(gaps) > PATIENCE_SWEEPS and gaps[-1] >= gaps[-PATIENCE_SWEEPS]:
             raise BudgetExceeded(
-                budget.task, f"values change by {gaps[-1] / 2:.3g} a turn", ENDLESS_GAME_MESSAGE
+                budget.task, f"values change by {gaps[-1] / 2:.3g} per turn", ENDLESS_GAME_MESSAGE
             )
         budget.spend_work(cost, _estimate_progress(gaps, target_gap))
         change, greedy_actions = ordered.sweep_values(values)

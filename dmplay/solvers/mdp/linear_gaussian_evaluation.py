@@ -42,7 +42,7 @@ def evaluate_finite_horizon(
     """Return the value of `turns` rewards: U_0 = 0, U_k(s) = -s^2 + discount E[U_k-1(s')]."""
     gain, variance = _compute_closed_loop_moments(problem, policy)
     value = QuadraticValue(0.0, 0.0)
-    budget = Budget("a sum of costs", "try fewer turns")
+    budget = Budget("sum of costs", "try fewer turns")
     for turn in range(turns):
         budget.spend_work(1000, turn / turns)
         value = QuadraticValue(
@@ -63,7 +63,7 @@ def evaluate_infinite_horizon(
     gain, variance = _compute_closed_loop_moments(problem, policy)
     contraction = problem.discount * gain * gain
     if problem.discount >= 1.0 or contraction >= 1.0:
-        raise BadParameter("the value without end is minus infinity")
+        raise BadParameter("the value for an infinite horizon is minus infinity")
     curvature = 1.0 / (1.0 - contraction)
     return QuadraticValue(
         curvature, problem.discount * curvature * variance / (1.0 - problem.discount)

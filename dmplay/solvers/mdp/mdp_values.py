@@ -10,8 +10,8 @@ from dmplay.errors import BudgetExceeded
 
 MAX_SWEEPS = 10_000  # without a discount
 CONVERGENCE_TOLERANCE = 1e-12  # change of the values below which sweeps stop
-FINITE_VALUE_REMEDY = "a discount below 1, or a last turn: --turns N, or a horizon of the problem"
-ENDLESS_GAME_MESSAGE = f"nothing is discounted and games need not end; give {FINITE_VALUE_REMEDY}"
+FINITE_VALUE_REMEDY = "a discount below 1, or a turn limit (--turns N, or the problem's horizon)"
+ENDLESS_GAME_MESSAGE = f"there is no discount, and a game may never end; set {FINITE_VALUE_REMEDY}"
 
 
 def compute_action_values(tables: Tables, discount: float, values: Reals) -> Reals:
@@ -56,7 +56,7 @@ def compute_optimal_q(tables: Tables, discount: float) -> Reals:
 
 def _make_budget() -> Budget:
     """Return a new budget for value iteration."""
-    return Budget("value iteration", "try fewer states, or search", 1e10)
+    return Budget("value iteration", "try fewer states, or the agent search", 1e10)
 
 
 def _iterate_undiscounted_values(tables: Tables) -> Reals:
@@ -74,7 +74,7 @@ def _iterate_undiscounted_values(tables: Tables) -> Reals:
             break
     if change > compute_tolerance(values):
         raise BudgetExceeded(
-            budget.task, f"values change by {change:.3g} a turn", ENDLESS_GAME_MESSAGE
+            budget.task, f"values change by {change:.3g} per turn", ENDLESS_GAME_MESSAGE
         )
     return values
 

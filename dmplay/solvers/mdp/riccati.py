@@ -70,7 +70,7 @@ def solve_riccati(
     doubling of Chu, Fan, Lin and Wang (2004). It works on square roots, so that rounding makes none
     negative.
     """
-    budget = Budget("the Riccati equation", "try a longer turn or a dearer push")
+    budget = Budget("Riccati equation", "try a longer time step or a higher cost of a push")
     a, b = dynamics
     eigenvalues, eigenvectors = np.linalg.eigh(state_cost)
     cost_root, control_root = (

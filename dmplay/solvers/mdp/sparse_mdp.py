@@ -22,7 +22,10 @@ MAX_INITIAL_ROUNDS, SWEEPS_PER_ROUND = 10, 20  # of modified policy iteration, b
 def make_planning_budget() -> Budget:
     """Return a new budget for listing the outcomes of a problem, or planning with them."""
     return Budget(
-        "planning", "try fewer states or agents, or search", 2e10, BYTES_PER_OUTCOME * MAX_OUTCOMES
+        "planning",
+        "try fewer states or agents, or the agent search",
+        2e10,
+        BYTES_PER_OUTCOME * MAX_OUTCOMES,
     )
 
 

@@ -86,7 +86,9 @@ class TransitionGraph(NamedTuple):
 
 def make_planning_budget() -> Budget:
     """Return a new budget for building a graph or planning in it."""
-    return Budget("planning", "try fewer states or agents, or search", 1e11, MAX_GRAPH_BYTES)
+    return Budget(
+        "planning", "try fewer states or agents, or the agent search", 1e11, MAX_GRAPH_BYTES
+    )
 
 
 def build_full_graph(problem: Problem) -> TransitionGraph:
@@ -121,7 +123,7 @@ def build_full_graph(problem: Problem) -> TransitionGraph:
 def build_reachable_graph(problem: Problem) -> TransitionGraph:
     """Return the graph of the states reachable from the start, found by breadth-first search.
 
-    Raises TooMuch for more than MAX_REACHABLE_STATES states.
+    Raises BudgetExceeded for more than MAX_REACHABLE_STATES states.
     """
     budget, memory = make_planning_budget(), 0.0
     state_index: dict[bytes, int] = {}

@@ -25,7 +25,7 @@ class BeliefGrid:
     @cached_property
     def _cumulative_steps(self) -> Ints:
         """The cumulative steps `[G, S - 1]` of each point, from state 2, 3, ... S to the last."""
-        budget = Budget("a grid of beliefs", "try fewer states, or search")
+        budget = Budget("grid of beliefs", "try fewer states, or the agent search")
         point_count = comb(self.resolution + self.state_count - 1, self.state_count - 1)
         budget.check_memory(
             150.0 * point_count * self.state_count

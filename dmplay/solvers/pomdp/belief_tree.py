@@ -67,7 +67,7 @@ class BeliefTree:
     def reserve_memory(self, number_count: int) -> None:
         """Reserve memory for this number of numbers; negative counts release memory.
 
-        Raises TooMuch, before the memory is used, if the budget does not allow it.
+        Raises BudgetExceeded, before the memory is used, if the budget does not allow it.
         """
         self.is_memory_full = (
             BYTES_PER_NUMBER * (self._stored_number_count + number_count)

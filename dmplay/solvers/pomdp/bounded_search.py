@@ -46,7 +46,7 @@ class _SearchLevel(NamedTuple):
 
 def _make_budget() -> Budget:
     """Return a new budget for one exact search."""
-    return Budget("exact search", "try fewer turns, or search", 1e10)
+    return Budget("exact search", "try fewer turns, or the agent search", 1e10)
 
 
 @dataclass(frozen=True, eq=False)

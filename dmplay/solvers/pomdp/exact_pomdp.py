@@ -44,7 +44,7 @@ class AlphaVectorStage(NamedTuple):
 def solve_finite_horizon(tables: Tables, discount: float, horizon: int) -> list[AlphaVectorStage]:
     """Return the stages with 1, 2, ... `horizon` rewards to come.
 
-    Raises TooMuch if there are too many plans.
+    Raises BudgetExceeded if there are too many plans.
     """
     budget = _make_budget()
     action_count, _, observation_count = tables.observation_model.shape
@@ -105,7 +105,7 @@ def compute_belief_values(vectors: Reals, b: Reals) -> Reals:
 
 def _make_budget() -> Budget:
     """Return a new budget for a computation with alpha vectors."""
-    return Budget("alpha vectors", "there are too many plans; search needs none", WORK_LIMIT)
+    return Budget("alpha vectors", "there are too many plans; use the agent search", WORK_LIMIT)
 
 
 def backup_vectors(

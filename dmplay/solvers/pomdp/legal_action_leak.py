@@ -56,8 +56,8 @@ def check_legal_action_leak(problem: Problem) -> CheckResults:
             problem.format_state(states[s]) for s in (state_set[0], *different, state_set[0])[:2]
         )
         difference = (
-            f"other actions in {second_text!r} than in "
-            f"{first_text!r}, which nothing seen tells apart"
+            f"different actions in {first_text!r} and {second_text!r}, "
+            "although the agent cannot distinguish these states"
         )
         yield CheckResult(
             not len(different), "legal_actions_mask", f"legal_actions_mask: got {difference}"

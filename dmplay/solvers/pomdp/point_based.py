@@ -69,13 +69,13 @@ def solve_point_based(
     relative_gap: float,
     work_limit: float = DEFAULT_WORK_LIMIT,
 ) -> PointBasedBounds:
-    """Return bounds on the value of a problem with this horizon, or without end for None.
+    """Return bounds on the value of a problem with this horizon; None for an infinite one.
 
     The search ends when the gap is at most `relative_gap` times the value, or at the work limit.
-    Raises TooMuch if there are no bounds before that.
+    Raises BudgetExceeded if there are no bounds before that.
     """
-    remedy = "try more work, fewer states or turns, or search"
-    budget = Budget("a plan for what is believed", remedy, work_limit)
+    remedy = "try more work, fewer states or turns, or the agent search"
+    budget = Budget("point-based planning", remedy, work_limit)
     search = PointBasedSolver(build_sparse_pomdp(problem, budget), horizon, budget)
     while search.gap > search.compute_target_gap(relative_gap) and search.run_trial_or_game(
         relative_gap

@@ -44,7 +44,7 @@ def compute_upper_envelope(vectors: Reals, budget: Budget | None = None) -> Uppe
     divided by a power of 2, which changes no digit, so that rounding errors stay below the
     tolerance.
     """
-    budget = budget or Budget("an envelope", "try fewer vectors")
+    budget = budget or Budget("upper envelope", "try fewer vectors")
     state_count, exponent = vectors.shape[1], math.frexp(float(abs(vectors).max()))[1]
     if exponent > MAX_VALUE_BITS:
         scale = 2.0 ** (exponent - MAX_VALUE_BITS)

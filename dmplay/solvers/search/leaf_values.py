@@ -54,7 +54,7 @@ def estimate_leaf_values(problem: Problem, seat: int, turns: int | None) -> Leaf
     max_sweeps = MAX_SWEEPS if turns is None else turns
     stored_sweep_count = 1 if turns is None else max_sweeps + 1
     try:
-        budget = Budget("rewards ahead", "search needs none", WORK_LIMIT, MAX_VALUE_BYTES)
+        budget = Budget("leaf values", "use playouts instead", WORK_LIMIT, MAX_VALUE_BYTES)
         budget.check_memory(8.0 * stored_sweep_count * problem.state_count)
         return LeafValues(
             problem, _sweep_values(problem, seat, max_sweeps, stored_sweep_count, budget)
@@ -108,7 +108,7 @@ def _list_outcomes(problem: Problem, seat: int, budget: Budget) -> tuple[Ints, R
     outcomes_per_state = len(choices) * math.prod(event_counts)
     if len(event_counts) < len(sample_chances) or len(states) * outcomes_per_state > MAX_OUTCOMES:
         raise BudgetExceeded(
-            "rewards ahead", f"more than {MAX_OUTCOMES} outcomes", "search needs none"
+            "leaf values", f"more than {MAX_OUTCOMES} outcomes", "use playouts instead"
         )
     parts = []
     for start in range(0, len(states), max(OUTCOMES_PER_BLOCK // outcomes_per_state, 1)):

@@ -135,7 +135,7 @@ class SearchConfig:
 
         Raises BudgetExceeded if the search would take more.
         """
-        budget = Budget("search", "try fewer simulations, or a smaller depth", WORK_LIMIT)
+        budget = Budget("search", "try fewer simulations or a smaller depth", WORK_LIMIT)
         table_entries = self.nodes_per_tree * self.action_slots * (2 + 2 * self.observation_slots)
         budget.check_memory(8.0 * row_count * (table_entries + 2 * self.uniforms_per_row))
         budget.check_work(
