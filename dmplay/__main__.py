@@ -101,7 +101,8 @@ def _report_system_exit(error: SystemExit) -> int:
     if not location:
         raise error
     print(
-        escape_unprintable(f"error: {location}; only dmplay may end the program"), file=sys.stderr
+        escape_unprintable(f"error: {location}; user code must not exit the program"),
+        file=sys.stderr,
     )
     return USAGE_CODE
 
@@ -133,7 +134,7 @@ def _flush_or_discard_output() -> None:
 
 
 def _exit_despite_threads(code: int) -> None:
-    """Exit if threads of user-defined code still run, for which Python would wait without end.
+    """Exit if threads of user-defined code still run, for which Python would wait forever.
 
     They have THREAD_SECONDS to end by themselves.
     """
@@ -150,7 +151,10 @@ def _exit_despite_threads(code: int) -> None:
         thread.join(max(0.0, end_time - time.monotonic()))
     names = [thread.name for thread in running if thread.is_alive()]
     if names:
-        print(f"ended while threads were running: {', '.join(names)}", file=sys.stderr)
+        print(
+            f"exited while threads of user code were still running: {', '.join(names)}",
+            file=sys.stderr,
+        )
         atexit._run_exitfuncs()
         _flush_or_discard_output()
         os._exit(code)
@@ -165,7 +169,7 @@ def _report_unexpected_error(
     import traceback
 
     traceback_text = "".join(traceback.format_exception(error_type, error, trace))
-    log_note = "no log can be written"
+    log_note = "the traceback could not be saved"
     with (
         contextlib.suppress(OSError),
         tempfile.NamedTemporaryFile(
@@ -174,8 +178,10 @@ def _report_unexpected_error(
     ):
         log.write(traceback_text)
         log.flush()
-        log_note = f"{log.name} tells where"
-    print(f"error: unexpected {error_type.__name__}; {log_note}, --debug shows it", file=sys.stderr)
+        log_note = f"the traceback is in {log.name}"
+    print(
+        f"error: unexpected {error_type.__name__}; {log_note}; --debug prints it", file=sys.stderr
+    )
 
 
 if __name__ == "__main__":

@@ -1,13 +1,13 @@
 """The errors that dmplay raises, each also the builtin error that a caller would expect.
 
 DmplayError
-|-- UnknownName (LookupError)            a name of no problem, variant, agent, action ...
+|-- UnknownName (LookupError)            an unknown problem, variant, agent, action ...
 |-- BadParameter (ValueError)            a value that a parameter or option cannot take
 |-- IllegalAction (ValueError)           an action that the state does not allow
 |-- ImpossibleObservation (ValueError)   an observation of probability 0: there is no posterior
 |-- EpisodeOver (RuntimeError)           a turn after the end of the episode
 |-- BadPolicy (RuntimeError)             a policy that violates its interface
-|   `-- Forfeit                          a program that does not answer as it must
+|   `-- Forfeit                          a program that breaks the bot protocol
 |-- DiskFull (OSError)                   a file that does not fit on the disk
 |-- BudgetExceeded (RuntimeError)        a computation beyond its budget of work or memory
 |-- LostGames (RuntimeError)             games whose worker died each time they were played
@@ -91,7 +91,7 @@ class BadPolicy(DmplayError, RuntimeError):
 
 
 class Forfeit(BadPolicy):
-    """A program in a seat that does not answer as it must: a one-word reason, and details.
+    """A program in a seat that breaks the bot protocol: a one-word reason, and details.
 
     `episode` is its row in a batch of games, and later the game's number; None if no action was
     asked for.

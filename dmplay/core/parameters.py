@@ -12,7 +12,7 @@ T = TypeVar("T")
 DEFAULT_PARAMETER_BOUND = 1e6  # largest absolute value of a parameter without bounds
 
 
-def parameter(  # noqa: PLR0913 - each is the problem's to choose
+def parameter(  # noqa: PLR0913 - a problem sets each of them
     default: T,
     description: str,
     low: float | None = None,
@@ -72,7 +72,11 @@ def _check_parameter(value: object, parameter_field: Field[Any]) -> None:
     number: Any = value
     low, high = (parameter_field.metadata[key] for key in ("low", "high"))
     if not low <= number <= high:
-        got = f"{number:g}" if abs(number) <= MAX_PRINTED_NUMBER else "a number beyond all bounds"
+        got = (
+            f"{number:g}"
+            if abs(number) <= MAX_PRINTED_NUMBER
+            else "a number that is too large or not finite"
+        )
         upper_text = (
             f" and at most {high:g}" if high < DEFAULT_PARAMETER_BOUND or number > high else ""
         )

@@ -70,7 +70,7 @@ def _check_member_kinds(problem: Problem) -> CheckResults:
 def _check_agents(problem: Problem) -> CheckResults:
     """Yield a check that the agents have distinct names."""
     agents = problem.agents
-    message = f"agents: got {agents!r}, expected names, each another"
+    message = f"agents: got {agents!r}, expected a tuple of distinct names"
     yield CheckResult(_are_distinct_names(agents), "agents", message)
 
 
@@ -83,10 +83,10 @@ def _check_actions(problem: Problem) -> CheckResults:
         f"got {format_count(len(actions), 'action set')} for {format_count(len(agents), 'agent')}"
     )
     yield CheckResult(
-        len(actions) == len(agents), "actions", f"actions: {message}, expected one each"
+        len(actions) == len(agents), "actions", f"actions: {message}, expected one for each agent"
     )
     for space in actions:
-        message = f"actions: got {space!r}, expected Labels of names, each another, or an Interval"
+        message = f"actions: got {space!r}, expected Labels with distinct names, or an Interval"
         yield CheckResult(
             isinstance(space, Interval) or _are_distinct_labels(space), "actions", message
         )
@@ -102,7 +102,9 @@ def _check_interval(interval: Interval) -> CheckResults:
     low, high = interval.low, interval.high
     is_valid = math.isfinite(low) and math.isfinite(high) and low < high
     yield CheckResult(
-        is_valid, "actions", f"actions: got {interval!r}, expected two numbers, the lower first"
+        is_valid,
+        "actions",
+        f"actions: got {interval!r}, expected two finite numbers, the lower first",
     )
 
 
@@ -118,14 +120,15 @@ def check_typable_labels(attribute: str, labels: Labels) -> CheckResults:
             character in label for character in FORBIDDEN_LABEL_CHARACTERS
         ):
             message = (
-                f"{attribute}: got {label!r}, expected no "
-                f"'{FORBIDDEN_LABEL_CHARACTERS}' in it and no blanks around it"
+                f"{attribute}: got {label!r}, expected a name without any of "
+                f"'{FORBIDDEN_LABEL_CHARACTERS}' and without spaces at its start or end"
             )
             yield CheckResult(False, attribute, message, independent=True)
     counts = Counter(map(normalize_label, labels))
     duplicates = [label for label in labels if counts[normalize_label(label)] > 1]
     message = (
-        f"{attribute}: got {', '.join(duplicates)}, which are typed alike; expected each another"
+        f"{attribute}: got {', '.join(duplicates)}, which are equal when typed "
+        "(case is ignored, and _ is read as -); expected distinct names"
     )
     yield CheckResult(not duplicates, attribute, message)
 
@@ -149,13 +152,16 @@ def _check_observations(problem: Problem) -> CheckResults:
 def _check_spaces(problem: Problem) -> CheckResults:
     """Yield checks of the state names, the horizon, the states, the discount and the bounds."""
     if isinstance(problem, Tabular):
-        message = f"state_names: got {problem.state_names!r}, expected names, each another"
+        message = f"state_names: got {problem.state_names!r}, expected a tuple of distinct names"
         yield CheckResult(_are_distinct_names(problem.state_names), "state_names", message)
     horizon, states, discount = problem.horizon, problem.state_count, problem.discount
-    message = f"horizon: got {horizon!r}, expected a number of turns, or None"
+    message = f"horizon: got {horizon!r}, expected a whole number of turns, 1 or more, or None"
     yield CheckResult(horizon is None or _is_count(horizon), "horizon", message)
     is_valid = isinstance(states, ContinuousStates) or states == math.inf or _is_count(states)
-    message = f"state_count: got {states!r}, expected how many, math.inf or ContinuousStates(...)"
+    message = (
+        f"state_count: got {states!r}, "
+        "expected a number of states, math.inf or ContinuousStates(...)"
+    )
     yield CheckResult(is_valid, "state_count", message)
     is_valid = type(discount) in (int, float) and 0 <= discount <= 1
     yield CheckResult(
@@ -174,7 +180,7 @@ def _check_bounds(problem: Problem) -> CheckResults:
         is_valid = bounds is None or (
             isinstance(bounds, tuple) and len(bounds) == 2 and bool(np.less_equal(*bounds).all())
         )
-        message = f"{name}: got {bounds!r}, expected the lower and the upper, or None"
+        message = f"{name}: got {bounds!r}, expected a pair (lower, upper), or None"
         yield CheckResult(is_valid, name, message, independent=True)
 
 
@@ -184,7 +190,8 @@ def _check_parameters(problem: Problem) -> CheckResults:
         value = getattr(problem, parameter.name)
         is_valid = isinstance(value, bool | int | float | str | tuple | list)
         message = (
-            f"{parameter.name}: got {type(value).__name__}, expected a number, text, flag or list"
+            f"{parameter.name}: got {type(value).__name__}, expected a number, a "
+            "text, True or False, or a list"
         )
         yield CheckResult(is_valid, parameter.name, message, independent=True)
 
@@ -194,21 +201,21 @@ def _check_start(problem: Problem) -> CheckResults:
     chances = problem.initial_chance(TRIED_ROWS)
     yield from _check_chances("initial_chance", chances)
     s = problem.initial_states(TRIED_ROWS, _sample_median_events(chances))
-    expectation = f"expected an array, a state for each of {TRIED_ROWS} rows"
+    expectation = f"expected an array with one state for each of {TRIED_ROWS} rows"
     yield CheckResult(
         _has_tried_rows(s), "initial_states", lambda: f"initial_states: got {s!r}, {expectation}"
     )
     is_valid = problem.state_count != 1 or (s.shape == (TRIED_ROWS,) and not np.any(s))
     message = (
-        "state_count: got 1, expected how many, as initial_states "
-        f"gives {_describe_array(s)}; ContinuousStates(n) for reals"
+        "state_count: got 1, expected the number of states, because initial_states "
+        f"returns {_describe_array(s)}; use ContinuousStates(n) for real numbers"
     )
     yield CheckResult(is_valid, "state_count", message)
     if isinstance(problem.state_count, ContinuousStates):
         shape = (TRIED_ROWS, problem.state_count.dimensions)
         message = (
             f"initial_states: got {_describe_array(s)}, expected "
-            f"reals of shape {shape}, as state_count says"
+            f"real numbers of shape {shape}, to match state_count"
         )
         yield CheckResult(s.shape == shape and s.dtype.kind == "f", "initial_states", message)
     yield from _check_state_indices(problem, "initial_states", s)
@@ -219,18 +226,18 @@ def _check_state_indices(problem: Problem, attribute: str, s: Array) -> CheckRes
     """Yield checks that state indices are whole numbers below the number of states."""
     if isinstance(problem.state_count, int) and len(s):
         indices, last = problem.state_indices(s), problem.state_count - 1
-        expectation = "expected whole numbers, where states are counted"
+        expectation = "expected whole numbers, because state_count is finite"
         yield CheckResult(
             indices.dtype.kind in "iu", attribute, lambda: f"{attribute}: got {s!r}, {expectation}"
         )
         out_of_range = [index for index in (indices.min(), indices.max()) if not 0 <= index <= last]
         message = (
             f"{attribute}: got state {[*out_of_range, 0][0]}, "
-            f"expected 0 to {last}, as state_count says"
+            f"expected 0 to {last}, to match state_count"
         )
         message_for_one_state = (
-            "state_count: got 1, expected how many, as "
-            f"{attribute} gives state {[*out_of_range, 0][0]}"
+            "state_count: got 1, expected the number of states, because "
+            f"{attribute} returns state {[*out_of_range, 0][0]}"
         )
         yield CheckResult(
             not out_of_range,
@@ -252,7 +259,7 @@ def _check_state_text(problem: Problem, s: Array) -> CheckResults:
         "parse_state",
         lambda: (
             f"parse_state: got {parsed!r} from {text!r}, "
-            f"expected {s[0]!r}, which format_state wrote"
+            f"expected {s[0]!r}, for which format_state returns this text"
         ),
     )
 
@@ -264,13 +271,16 @@ def _check_first_turn(problem: Problem) -> CheckResults:
     )
     is_over, legal = problem.terminal(s), problem.legal_actions_mask(s)
     is_valid = _has_tried_rows(is_over) and is_over.dtype == bool and is_over.ndim == 1
-    expectation = f"expected true or false for each of {TRIED_ROWS} rows"
+    expectation = f"expected a Boolean array of shape {(TRIED_ROWS,)}"
     yield CheckResult(is_valid, "terminal", lambda: f"terminal: got {is_over!r}, {expectation}")
     shape = (TRIED_ROWS, len(problem.agents), max(problem.action_counts))
     is_valid = legal is None or (
         has_shape(legal, shape) and legal.dtype == bool and _has_legal_actions(legal, is_over)
     )
-    legal_expectation = f"expected None, or one action at least, of shape {shape}"
+    legal_expectation = (
+        f"expected None, or a Boolean array of shape {shape} with at least "
+        "one legal action for each agent"
+    )
     yield CheckResult(
         is_valid,
         "legal_actions_mask",
@@ -294,7 +304,9 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
     """Yield checks that an outcome has the shapes and ranges that the problem declares."""
     next_states, rewards, observations = outcome
     is_valid = has_shape(next_states, s.shape) and next_states.dtype.kind == s.dtype.kind
-    states_expectation = f"expected them of shape {s.shape}, as from initial_states"
+    states_expectation = (
+        f"expected an array of shape {s.shape} with the number type of initial_states"
+    )
     yield CheckResult(
         is_valid,
         "resolve_events",
@@ -305,8 +317,8 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
     yield from check_real_array("resolve_events: rewards", "resolve_events", rewards, reward_shape)
     if problem.shared_reward:
         message = (
-            "resolve_events: got rewards that differ, "
-            "expected the same for all, as shared_reward says"
+            "resolve_events: got different rewards, "
+            "expected the same for all agents, because shared_reward is True"
         )
         yield CheckResult(bool((rewards == rewards[:, :1]).all()), "resolve_events", message)
     yield from _check_within_bounds("reward_bounds", problem.reward_bounds, rewards)
@@ -317,11 +329,13 @@ def check_outcome(problem: Problem, s: Array, outcome: Outcome) -> CheckResults:
             and observations.dtype == next_states.dtype
             and (observations == next_states).all()
         )
-        observations_expectation = "expected the new states"
+        observations_expectation = "expected the next states, because no states are hidden"
         yield CheckResult(
             bool(is_valid),
             "resolve_events",
-            lambda: f"resolve_events: got {observations!r} to be seen, {observations_expectation}",
+            lambda: (
+                f"resolve_events: got the observations {observations!r}, {observations_expectation}"
+            ),
         )
         return
     yield from _check_observation_array(problem, reward_shape, observations)
@@ -335,7 +349,7 @@ def _check_within_bounds(
         low, high = bounds
         message = (
             f"resolve_events: got {values.min():g} to "
-            f"{values.max():g}, expected {name}, {low} to {high}"
+            f"{values.max():g}, expected numbers within {name}, {low} to {high}"
         )
         yield CheckResult(
             bool(((values >= low) & (values <= high)).all()), "resolve_events", message
@@ -348,18 +362,21 @@ def _check_observation_array(
     """Yield checks that observations have the declared kind, shape and range."""
     kind = problem.observations[0]
     shape = (*leading_shape, *kind.shape)
-    dtype_kinds, description = {Labels: ("iu", "whole numbers"), RealVector: ("f", "reals")}.get(
-        type(kind), ("U", "an array of text")
-    )
+    dtype_kinds, description = {
+        Labels: ("iu", "whole numbers"),
+        RealVector: ("f", "real numbers"),
+    }.get(type(kind), ("U", "an array of text"))
     is_valid = has_shape(observations, shape) and observations.dtype.kind in dtype_kinds
     yield _observation_result(is_valid, observations, f"expected {description} of shape {shape}")
     if isinstance(kind, RealVector):
         yield _observation_result(
-            bool(np.isfinite(observations).all()), observations, "expected none infinite or NaN"
+            bool(np.isfinite(observations).all()), observations, "expected finite numbers"
         )
     elif isinstance(kind, Labels):
         is_valid = bool(((observations >= 0) & (observations < problem.observation_counts)).all())
-        yield _observation_result(is_valid, observations, "expected the numbers of their labels")
+        yield _observation_result(
+            is_valid, observations, "expected indices of the observation labels"
+        )
     else:
         invalid = [str(text) for text in observations.flat if not _is_printable_text(text)]
         expectation = (
@@ -462,13 +479,14 @@ def _check_chances(attribute: str, value: object) -> CheckResults:
     yield CheckResult(
         is_tuple,
         attribute,
-        f"{attribute}: got {value!r}, expected (DiscreteUniform(...),), a tuple, or ()",
+        f"{attribute}: got {value!r}, expected a tuple of distributions, such as "
+        "(DiscreteUniform(...),), or ()",
     )
     assert isinstance(value, tuple)
     for chance in value:
         if isinstance(chance, Categorical):
             yield from _check_categorical(attribute, np.asarray(chance.cumulative))
-        message = f"{attribute}: got {chance!r}, expected what can be drawn"
+        message = f"{attribute}: got {chance!r}, expected a distribution that can be sampled"
         yield CheckResult(_can_be_sampled(chance), attribute, message)
 
 

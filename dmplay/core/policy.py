@@ -77,7 +77,7 @@ def check_policy(policy: object, seat: int) -> None:
     """Raise BadPolicy if this is not a policy, for example an agent's name or a class."""
     if isinstance(policy, type):
         name = policy.__name__
-        expected = f"expected a policy made of it, as {name}(problem, {seat})"
+        expected = f"expected an instance of it, such as {name}(problem, {seat})"
         raise BadPolicy(f"seat {seat}: got the class {name}, {expected}")
     if not hasattr(policy, "choose"):
         expected = f"expected a policy, such as dmplay.load_agent(problem, {seat}, NAME)"
@@ -88,7 +88,7 @@ def check_policies(agents: Sequence[str], policies: object) -> None:
     """Raise BadPolicy unless this is a sequence with a policy for each of these agents."""
     if not is_policy_sequence(policies) or len(policies) != len(agents):
         got, names = describe_policies(policies), ", ".join(agents)
-        raise BadPolicy(f"got {got}, expected one for each of {names}")
+        raise BadPolicy(f"got {got}, expected a policy for each of {names}")
     for seat, policy in enumerate(policies):
         check_policy(policy, seat)
 
@@ -114,5 +114,5 @@ def call_policy(error_prefix: object, method: Callable[..., T], *args: object) -
             raise
         name = method.__qualname__
         raise BadPolicy(
-            f"{error_prefix}: {name} writes into what it was given; copy it first"
+            f"{error_prefix}: {name} modifies an array that it received; copy the array first"
         ) from None

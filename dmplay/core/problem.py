@@ -22,7 +22,7 @@ from dmplay.errors import BadParameter, UnknownName
 
 MAX_LISTING_BYTES = 384 * 2**20  # maximum bytes of an array over all states, or over their outcomes
 INIT_REFUSED_MESSAGE = (
-    "parameters are fields with a default, as `price: float = 5.0`, not of __init__"
+    "declare parameters as fields with a default, such as `price: float = 5.0`, not in __init__"
 )
 WAIT_LABEL = "wait"  # label of the only legal action of an inactive agent
 
@@ -170,7 +170,7 @@ class Problem(ABC):
         labels = [space for space in self.observations if isinstance(space, Labels)]
         if len(labels) < len(self.observations):
             name = type(self).__name__
-            raise BadParameter(f"{name} has observations without labels: they cannot be listed")
+            raise BadParameter(f"{name} has observations without labels, which cannot be listed")
         return tuple(map(len, labels))
 
     @cached_property
@@ -257,9 +257,9 @@ class Problem(ABC):
     def action_labels(self, s: Array) -> tuple[Labels, ...] | None:
         """Return the action labels of each agent in one state, or None if they do not depend on it.
 
-        There are as many as in `actions`, whose labels mean the same in every state and are those
-        that transcripts record. A seat reads its labels, so they must reveal only what the seat may
-        know.
+        Their number is that of `actions`, whose labels mean the same in every state; transcripts
+        record the labels of `actions`. A seat reads its labels, so they must not reveal a hidden
+        state.
         """
         return None
 
@@ -484,7 +484,7 @@ def enumerate_possible_outcomes(
 
 def check_listing_size(problem: Problem, number_count: float) -> None:
     """Raise BudgetExceeded if a list of this many numbers over the states would be too large."""
-    task = f"{type(problem).__name__}: a list of its states"
+    task = f"listing the states of {type(problem).__name__}"
     Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES).check_memory(
         24.0 * number_count
     )
@@ -504,7 +504,7 @@ def checked_state_indices(problem: Problem, s: Array) -> Ints:
     if isinstance(count, int) and len(s) and not 0 <= indices.min() <= indices.max() < count:
         index_range = f"{indices.min()} to {indices.max()}"
         raise BadParameter(
-            f"got states {index_range}, expected 0 to {count - 1}, as many as there are"
+            f"got state indices {index_range}, expected 0 to {count - 1}, to match state_count"
         )
     return indices
 
@@ -524,7 +524,7 @@ def _require_finite_chances(
     finite = tuple(chance for chance in chances if isinstance(chance, FiniteChance))
     if len(finite) < len(chances):
         name = type(problem).__name__
-        raise BadParameter(f"{name} draws real numbers: its outcomes cannot be listed")
+        raise BadParameter(f"{name} draws real numbers, so its outcomes cannot be listed")
     return finite
 
 
@@ -536,7 +536,7 @@ def _enumerate_joint_events(
         np.broadcast_to(p, (rows, p.shape[1])) for p in (c.probabilities() for c in chances)
     ]
     joint_count = math.prod(p.shape[1] for p in distributions)
-    task = f"listing {rows * joint_count} outcomes one by one"
+    task = f"listing {rows * joint_count} outcomes"
     budget = Budget(task, "try a smaller problem", memory_limit=MAX_LISTING_BYTES)
     budget.check_memory(8.0 * rows * joint_count * (4 + 3 * len(distributions)))
     event_grid = np.indices([p.shape[1] for p in distributions]).reshape(

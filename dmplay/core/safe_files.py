@@ -101,9 +101,9 @@ def check_writable(path: Path, *, force: bool) -> None:
     if not force and path.exists() and (path.is_dir() or path.stat().st_size):
         raise FileExistsError
     if path.is_symlink():
-        raise BadParameter(f"{path} is a link; name the file itself")
+        raise BadParameter(f"{path} is a symbolic link; give the path of the file itself")
     if path.is_file() and is_game_running(path):
-        raise BadParameter(f"{path}: somebody plays this game now")
+        raise BadParameter(f"{path}: this game is running, here or in another dmplay process")
 
 
 @contextlib.contextmanager
@@ -123,7 +123,7 @@ def exclusive_lock(path: Path) -> Iterator[None]:
 def check_not_source(path: Path, source: str | Path) -> None:
     """Raise BadParameter if a path is the file that is read, under whatever name."""
     if path.exists() and path.samefile(source):
-        raise BadParameter(f"{path}: it is the transcript that is read")
+        raise BadParameter(f"{path} is the transcript that dmplay reads; give another path")
 
 
 def write_file(
@@ -142,7 +142,7 @@ def write_file(
             check_writable(path, force=force)
             _write_atomically(path, text, PRIVATE_FILE_MODE if private else SHARED_FILE_MODE)
     except FileExistsError:
-        raise BadParameter(f"{path} exists; give another name, or --force") from None
+        raise BadParameter(f"{path} exists; give another name or use --force") from None
     except OSError as error:
         raise _write_error(path, error) from None
 

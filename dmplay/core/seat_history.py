@@ -32,7 +32,7 @@ class HistorySnapshot(Sequence[T]):
             return tuple(self._items[position] for position in range(self._length)[index])
         position = index + self._length if index < 0 else index
         if not 0 <= position < self._length:
-            raise IndexError(f"got {index}, expected one of {self._length}")
+            raise IndexError(f"got index {index}, expected one of {self._length} items")
         return self._items[position]
 
 

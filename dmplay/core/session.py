@@ -284,7 +284,8 @@ class Session(NotebookDisplay):
         agents = self.problem.agents
         filled = list(actions) or [None] * len(agents)
         if len(filled) != len(agents):
-            raise IllegalAction(f"got {len(filled)} actions, expected one for each of {agents}")
+            count_text, names = format_count(len(filled), "action"), ", ".join(agents)
+            raise IllegalAction(f"got {count_text}, expected one for each of {names}")
         if None not in filled:
             return filled
         seats = enumerate(zip(filled, self.seated_policies, strict=True))
@@ -549,14 +550,18 @@ def count_turns_to_undo(session: Session, seats: Sequence[int], choices: int) ->
         if choice_count == choices:
             return turns
     if choice_count < len(session.turns):
-        raise IllegalAction(f"undo {choices}: you chose in {format_count(choice_count, 'turn')}")
+        raise IllegalAction(
+            f"undo {choices}: you chose an action in {format_count(choice_count, 'turn')}"
+        )
     return choices
 
 
 def _check_uniform_source(source: object) -> None:
     """Raise BadParameter if this does not generate uniforms, for example a seed or a class."""
     if isinstance(source, type) or not hasattr(source, "generate_uniforms"):
-        raise BadParameter(f"got {source!r}, expected uniforms, as dmplay.SeededUniforms(7)")
+        raise BadParameter(
+            f"got {source!r}, expected a source of uniforms, such as dmplay.SeededUniforms(7)"
+        )
 
 
 def _check_policies(policies: object, problem: Problem) -> None:
@@ -564,7 +569,7 @@ def _check_policies(policies: object, problem: Problem) -> None:
     if is_policy_sequence(policies) and len(policies) in (0, len(problem.agents)):
         return
     got, agents = describe_policies(policies), ", ".join(problem.agents)
-    raise BadPolicy(f"got {got}, expected one, or None, for each of {agents}")
+    raise BadPolicy(f"got {got}, expected a policy or None for each of {agents}")
 
 
 class SeatedPolicy:
@@ -692,7 +697,7 @@ def call_memory_method(
     else:
         got = f"({', '.join([str(np.asarray(array).shape) for array in memory])})"
     message = (
-        f"{method.__qualname__} gave {got}, expected a "
-        f"tuple of arrays of {format_count(rows, 'row')}"
+        f"{method.__qualname__} returned {got}, expected a "
+        f"tuple of arrays with {format_count(rows, 'row')} each"
     )
     raise BadPolicy(f"{error_prefix}: {message}")

@@ -20,10 +20,10 @@ def check_tables(problem: Problem) -> CheckResults:
     """Yield checks that a problem made of arrays has them, with labels for rows and columns."""
     if not isinstance(problem, Tabular):
         return
-    message = "actions: expected Labels, which are rows of the arrays"
+    message = "actions: expected Labels, because the arrays have one row for each action"
     yield CheckResult(all(problem.action_counts), "actions", message)
     has_labels = all(isinstance(space, Labels) for space in problem.observations)
-    message = "observations: expected Labels, which are columns of the array"
+    message = "observations: expected Labels, because the array has one column for each observation"
     yield CheckResult(has_labels, "observations", message)
     message = f"tables: got {type(problem.tables).__name__}, expected Tables(...)"
     yield CheckResult(isinstance(problem.tables, Tables | SparseTables), "tables", message)
@@ -74,7 +74,7 @@ def check_observations(problem: Problem) -> CheckResults:
         return
     array = problem.tables.observation
     if not problem.partially_observable:
-        message = "tables.observation: expected None where no observations are named"
+        message = "tables.observation: expected None, because the problem declares no observations"
         yield CheckResult(array is None, "tables.observation", message)
         return
     labels = [space for space in problem.observations if isinstance(space, Labels)]
@@ -114,7 +114,7 @@ def _check_distributions(
             and table.columns.max() < sizes[-1]
         )
         yield CheckResult(
-            is_valid, attribute, f"{attribute}: got other rows or columns than there are names"
+            is_valid, attribute, f"{attribute}: got rows or columns that do not match the names"
         )
         yield from check_real_array(attribute, attribute, table.values, table.columns.shape)
         sums, lowest = table.row_sums(table.values).reshape(sizes[:-1]), table.values.min()

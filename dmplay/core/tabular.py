@@ -21,7 +21,8 @@ from dmplay.errors import BadParameter
 MAX_CACHED_PROBABILITIES = 2**20  # maximum numbers of cached cumulative probabilities
 PROBABILITY_TOLERANCE = 1e-9  # probabilities that differ by at most this are equal
 STATE_DEPENDENT_OBSERVATION_MESSAGE = (
-    "observations depend on the state before: put what is seen into the state, or use search"
+    "observations depend on the previous state; add the "
+    "observation to the state, or use the agent search"
 )
 
 
@@ -62,7 +63,9 @@ class Tables(_TableArrays):
     def observation_model(self) -> Reals:
         """O `[A, S', O]`; raises BadParameter if every agent sees the state."""
         if self.observation is None:
-            raise BadParameter("got a problem whose state is seen, expected one with observations")
+            raise BadParameter(
+                "got a problem without hidden states, expected one with observations"
+            )
         return self.observation
 
     @property
@@ -387,7 +390,9 @@ def tabulate(problem: Problem) -> Tables:
     states = problem.enumerate_states()
     actions = joint_actions(problem)
     state_count, action_count = len(states), len(actions)
-    budget = Budget("tables", "fewer states or actions, or an agent that lists none: search")
+    budget = Budget(
+        "tables", "use fewer states or actions, or the agent search, which needs no tables"
+    )
     observation_count = prod(problem.observation_counts)
     budget.check_memory(
         8.0

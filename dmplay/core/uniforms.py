@@ -98,7 +98,10 @@ def make_generator(seed: int) -> np.random.Generator:
 
 
 def expand_uniforms(u: Reals, count: int) -> Reals:
-    """Return uniforms `[B, count]` derived from one uniform per row `[B]`, in any batch alike."""
+    """Return uniforms `[B, count]` derived from one uniform per row `[B]`.
+
+    They are the same in any batch.
+    """
     result = np.empty((len(u), count))
     for row, seed in enumerate((u * UNIFORM_STEPS).round().astype(np.int64)):
         result[row] = make_generator(int(seed)).random(count)

@@ -78,6 +78,4 @@ def check_real_array(
     )
     array = np.asarray(value)
     is_finite = array.dtype.kind in "fiu" and bool(np.isfinite(array).all())
-    yield CheckResult(
-        is_finite, attribute, f"{label}: expected numbers, none infinite and none missing"
-    )
+    yield CheckResult(is_finite, attribute, f"{label}: expected finite numbers")

@@ -57,7 +57,9 @@ class Budget:
             if budget.work_spent + work > budget.work_limit:
                 self.is_exceeded = budget is self
                 raise BudgetExceeded(
-                    self.task, f"more than {budget.work_limit:.0e} operations", self.remedy
+                    self.task,
+                    f"more than the limit of {budget.work_limit:.0e} operations",
+                    self.remedy,
                 )
 
     def check_memory(self, byte_count: float) -> None:
@@ -65,7 +67,8 @@ class Budget:
         if byte_count > self.memory_limit:
             self.is_exceeded = True
             requirement = (
-                f"{byte_count / 2**20:,.0f} MB, more than {self.memory_limit / 2**20:,.0f}"
+                f"{byte_count / 2**20:,.0f} MB, "
+                f"more than the limit of {self.memory_limit / 2**20:,.0f} MB"
             )
             raise BudgetExceeded(self.task, requirement, self.remedy)
 

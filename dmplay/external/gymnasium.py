@@ -142,7 +142,7 @@ class GymnasiumEnvironment(ExternalEnvironment):
         )
 
     def clone(self) -> None:
-        """Return None: an environment cannot be cloned, only made anew."""
+        """Return None: an environment cannot be cloned, only created again."""
 
     def _make_time_step(
         self, observation: Any, reward: float, info: Mapping[str, Any], *, over: bool

@@ -238,7 +238,9 @@ class ExternalProblem(Problem, ABC):
             time_step.legal_actions or (), actions, strict=bool(time_step.legal_actions)
         ):
             if action not in legal_actions and not time_step.over:
-                raise IllegalAction(f"{self.name}: got action {action:g}, which is not legal here")
+                raise IllegalAction(
+                    f"{self.name}: got action {action:g}, which is not a legal action now"
+                )
         return (
             history if time_step.over else GameHistory(self.name, uniform, tuple(actions), history)
         )
@@ -378,9 +380,9 @@ def make_numbers_space(count: int, problem_name: str) -> RealVector:
     Raises BadParameter for 0, or for more than people would read (MAX_OBSERVATION_NUMBERS).
     """
     if not 0 < count <= MAX_OBSERVATION_NUMBERS:
-        explanation = f"what is observed are {count} numbers, perhaps a picture"
+        explanation = f"an observation has {count} numbers, perhaps an image"
         raise BadParameter(
-            f"{problem_name}: {explanation}; dmplay plays what has 1 to {MAX_OBSERVATION_NUMBERS}"
+            f"{problem_name}: {explanation}; dmplay supports 1 to {MAX_OBSERVATION_NUMBERS}"
         )
     return RealVector(count)
 

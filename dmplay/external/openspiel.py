@@ -85,7 +85,9 @@ def _load_game(name: str) -> Any:
     if base_name not in pyspiel.registered_names():  # The library itself would print an error.
         raise UnknownName("game", base_name, pyspiel.registered_names(), error_prefix=PIP_EXTRA)
     if text.count("(") > MAX_NESTED_CALLS:
-        raise BadParameter(f"{PIP_EXTRA}: {base_name}: more than {MAX_NESTED_CALLS} nested games")
+        raise BadParameter(
+            f"{PIP_EXTRA}: {base_name}: got more than {MAX_NESTED_CALLS} nested games"
+        )
     form = _read_extensive_form(name)
     for file in () if form else INNER_EFG_FILE_PATTERN.findall(text):
         _read_efg_file(file)  # OpenSpiel reads it again, and would crash if it were deep.
@@ -115,9 +117,9 @@ def _schedule_turns(name: str) -> dict[str, int]:
         turns = schedule_information_sets(form.predecessors) if form else {}
     except CycleError as error:
         player = error.args[1][0][0] - 1
-        reason = f"the number of turns would reveal to player-{player} what these sets hide"
+        reason = f"the number of turns would reveal hidden information to player-{player}"
         raise BadParameter(
-            f"{name}: its information sets have no order in time: {reason}"
+            f"{name}: its information sets cannot be ordered in time: {reason}"
         ) from None
     return {
         f"{player - 1}-{player - 1}-{number}-": count for (player, number), count in turns.items()
@@ -439,11 +441,14 @@ class OpenSpielProblem(ExternalProblem):
             game_type.provides_information_state_string or game_type.provides_observation_string
         )
         reasons = {
-            "a mean-field game: it has no players": _enum_name(game_type.dynamics) == "MEAN_FIELD",
-            "its chance is hidden, and cannot be drawn": _enum_name(game_type.chance_mode)
+            "a mean-field game, which has no individual players": _enum_name(game_type.dynamics)
+            == "MEAN_FIELD",
+            "its chance events are hidden, so dmplay cannot draw them": _enum_name(
+                game_type.chance_mode
+            )
             == "SAMPLED_STOCHASTIC",
-            "it counts no actions": not _load_game(self.name).num_distinct_actions(),
-            "it does not tell what a player sees": not (
+            "it has no list of actions": not _load_game(self.name).num_distinct_actions(),
+            "it does not provide observations for the players": not (
                 _has_perfect_information(self.name) or has_observations
             ),
         }

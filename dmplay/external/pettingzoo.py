@@ -137,7 +137,7 @@ class PettingZooEnvironment(ExternalEnvironment):
         return self._make_time_step(turn_rewards)
 
     def clone(self) -> None:
-        """Return None: an environment cannot be cloned, only made anew."""
+        """Return None: an environment cannot be cloned, only created again."""
 
     def _is_agent_done(self, agent: str) -> bool:
         """Return whether an agent is terminated or truncated."""
@@ -213,7 +213,10 @@ class PettingZooProblem(EnvironmentProblem):
             flat_dimension(_observation_space(self.name, agent), self.name) for agent in self.agents
         }
         if len(sizes) > 1:
-            raise BadParameter(f"{self.name}: its agents observe more or fewer numbers than others")
+            raise BadParameter(
+                f"{self.name}: got observations of different lengths, expected the same "
+                "length for all agents"
+            )
         return (make_numbers_space(sizes.pop(), self.name),) * len(self.agents)
 
     def make_environment(self) -> ExternalEnvironment:
@@ -240,4 +243,7 @@ class PettingZooProblem(EnvironmentProblem):
         """Raise BadParameter if the action or observation spaces cannot be played."""
         spaces = self.actions, self.observations
         if not all(isinstance(space, Labels) for space in spaces[0]) and _is_turn_based(self.name):
-            raise BadParameter(f"{self.name}: agents act with numbers in turns; dmplay cannot wait")
+            raise BadParameter(
+                f"{self.name}: the agents act in turns with real numbers, expected discrete "
+                "actions for turns"
+            )

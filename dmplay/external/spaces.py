@@ -39,9 +39,10 @@ class ActionSpaceAdapter:
             low, high = float(space.low.item()), float(space.high.item())
             if isfinite(low) and isfinite(high):
                 return Interval(low, high)
-        explanation = f"acts with a {kind} of shape {getattr(space, 'shape', None)}"
+        explanation = f"the action space is a {kind} of shape {getattr(space, 'shape', None)}"
         raise BadParameter(
-            f"{problem_name}: {explanation}; dmplay plays names, or one number between bounds"
+            f"{problem_name}: {explanation}; dmplay supports discrete actions, or one real "
+            "number with finite bounds"
         )
 
     def to_space_value(self, action: float) -> Any:
@@ -71,7 +72,9 @@ def flat_dimension(space: Any, problem_name: str) -> int:
         return prod(space.shape)
     if kind in ("Tuple", "Dict"):
         return sum(flat_dimension(subspace, problem_name) for subspace in _list_subspaces(space))
-    raise BadParameter(f"{problem_name}: observes a {kind}; dmplay shows numbers")
+    raise BadParameter(
+        f"{problem_name}: the observation space is a {kind}; dmplay supports only numbers"
+    )
 
 
 def flatten_observation(space: Any, observation: Any) -> list[float]:

@@ -26,7 +26,7 @@ def to_index_array(selection: IndexSelection, count: int) -> Ints:
 
 def make_reading_budget() -> Budget:
     """Return a budget of work and memory for reading a file."""
-    return Budget("reading it", "try a smaller problem")
+    return Budget("reading the file", "try a smaller problem")
 
 
 class ReadingMemory:
@@ -83,14 +83,14 @@ class Declaration:
         words = span.tokens
         count = parse_integer(words[0]) if len(words) == 1 else None
         if not words or count == 0:
-            raise span.error_at(0, f"expected how many {kind}s, or their names")
+            raise span.error_at(0, f"expected the number of {kind}s, or their names")
         if count is not None:
             make_reading_budget().check_memory(float(BYTES_PER_NAME) * count)
             return cls(kind, [*map(str, range(count))])
         unique_names: set[str] = set()
         for position, word in enumerate(words):
             if word in unique_names or word in (WILDCARD, ":"):
-                raise span.error_at(position, f"got {word!r}, expected the name of another {kind}")
+                raise span.error_at(position, f"got {word!r}, expected distinct {kind} names")
             unique_names.add(word)
         return cls(kind, words)
 
@@ -121,7 +121,7 @@ class Declaration:
     def parse_selection(self, span: TokenSpan) -> int | None:
         """Return the index that one word names; None for all.
 
-        Raises BadFile if it is no name of the set.
+        Raises BadFile if the set has no such name.
         """
         words = span.tokens
         if len(words) == 1 and words[0] in self.index_by_name:

@@ -69,7 +69,9 @@ class _TreeReader:
         lexer, path = self.lexer, pending.pop()
         kind = lexer.token
         if path.node_count == MAX_PATH_NODES and kind in ("c", "p"):
-            raise lexer.unexpected_token(f"t: a path has at most {MAX_PATH_NODES} nodes before it")
+            raise lexer.unexpected_token(
+                f"t, because a path has at most {MAX_PATH_NODES} nodes before it"
+            )
         lexer.expect("c", "p", "t")
         if lexer.token[:1] == '"':
             lexer.read_string("the name of a node")
@@ -109,7 +111,9 @@ class _TreeReader:
     def _read_player(self) -> int:
         """Return the number of the player who acts at a node, from 1 on."""
         player_count = len(self.players)
-        return self.lexer.read_integer(1, player_count, f"a player, 1 to {player_count}")
+        return self.lexer.read_integer(
+            1, player_count, f"the number of a player, 1 to {player_count}"
+        )
 
     def _read_actions(self, player: int, set_number: int) -> list[str]:
         """Return the actions of an information set, those of chance with probabilities.
@@ -120,7 +124,9 @@ class _TreeReader:
         lexer = self.lexer
         if lexer.token != "{":
             if (player, set_number) not in self.actions:
-                raise lexer.unexpected_token("the actions in braces: the set is new")
+                raise lexer.unexpected_token(
+                    "actions in braces, because this information set is new"
+                )
             return self.actions[player, set_number]
         position = lexer.position
         actions = (
@@ -131,7 +137,8 @@ class _TreeReader:
         earlier_actions = self.actions.setdefault((player, set_number), actions)
         if len(earlier_actions) != len(actions):
             raise lexer.unexpected_token(
-                f"{len(earlier_actions)} actions, as the set had before", position
+                f"{len(earlier_actions)} actions, as at an earlier node of the information set",
+                position,
             )
         # A player who saw other labels at another node of the set could tell the nodes apart.
         return earlier_actions if player else actions
@@ -167,7 +174,9 @@ class _TreeReader:
             self.outcomes[number] = tuple(lexer.read_number() for _ in self.players)
             lexer.expect("}")
         if number and number not in self.outcomes:
-            raise lexer.unexpected_token("an outcome whose payoffs are told", position)
+            raise lexer.unexpected_token(
+                "an outcome whose payoffs are given here or earlier", position
+            )
         payoffs = self.outcomes[number] if number else (0.0,) * len(self.players)
         return tuple(total + payoff for total, payoff in zip(payoffs_so_far, payoffs, strict=True))
 
@@ -191,11 +200,11 @@ def read_efg(path: str, raw: bytes) -> ExtensiveForm:
     if lexer.token[:1] == '"':
         lexer.read_string("a comment")
     if lexer.token == "t":
-        raise lexer.unexpected_token("a node in which somebody acts")
+        raise lexer.unexpected_token("c or p, because a game needs a node with actions")
     tree = _TreeReader(lexer, players, information_sets=[{} for _ in range(len(players) + 1)])
     nodes = [*tree.iter_node_lines()]
     if lexer.token:
-        raise lexer.unexpected_token("the end: every node has been told")
+        raise lexer.unexpected_token("the end of the file, because the game tree is complete")
     header = f"EFG 2 R {_quote(title)} {{ {' '.join(map(_quote, players))} }}"
     return ExtensiveForm("\n".join([header, '""', "", *nodes, ""]), tree.predecessors)
 

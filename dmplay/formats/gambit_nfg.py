@@ -16,7 +16,7 @@ from dmplay.formats.problem_classes import NormalFormGame, PayoffTable
 
 TOKEN_PATTERN = re.compile(r'"(?:[^"\\]|\\.)*"?|[{}]|[^\s{}",]+')
 BYTES_PER_PAYOFF = 100  # bytes of a payoff while it is read
-EXPECTED_STRATEGIES = "strategies in braces, or how many"
+EXPECTED_STRATEGIES = "strategies in braces, or their number"
 
 
 def read_nfg(path: str, raw: bytes) -> NormalFormGame:
@@ -36,7 +36,7 @@ def read_nfg(path: str, raw: bytes) -> NormalFormGame:
     read_table = _read_outcomes if lexer.token == "{" else _read_payoffs
     payoff_rows = read_table(lexer, len(players), prod(counts))
     if lexer.token:
-        raise lexer.unexpected_token("the end: the table is full")
+        raise lexer.unexpected_token("the end of the file, because the payoff table is complete")
     # the first player's strategy varies fastest
     table = payoff_rows.reshape(*reversed(counts), len(players))
     payoffs = np.ascontiguousarray(np.moveaxis(table.T, 0, -1))
@@ -145,7 +145,7 @@ def _read_payoffs(lexer: GambitLexer, players: int, cells: int) -> Reals:
 
 
 def _read_outcomes(lexer: GambitLexer, players: int, cells: int) -> Reals:
-    """Return the payoffs `[cells, n]`, read as numbered outcomes; outcome 0 pays nothing."""
+    """Return the payoffs `[cells, n]`, read as numbered outcomes; outcome 0 has payoff 0."""
     lexer.expect("{")
     payoffs = [[0.0] * players]
     while lexer.token == "{":
@@ -156,5 +156,8 @@ def _read_outcomes(lexer: GambitLexer, players: int, cells: int) -> Reals:
     lexer.expect("}")
     last = len(payoffs) - 1
     return np.array(payoffs)[
-        [lexer.read_integer(0, last, f"an outcome, 0 to {last}") for _ in range(cells)]
+        [
+            lexer.read_integer(0, last, f"the number of an outcome, 0 to {last}")
+            for _ in range(cells)
+        ]
     ]

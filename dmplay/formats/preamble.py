@@ -67,21 +67,24 @@ def parse_preamble(source: SourceText, end: int, *, team: bool) -> Preamble:
     agents: tuple[str, ...] = ("agent",)
     if team:
         agents = _parse_agents(
-            lines.require_span("agents", "line; a .dpomdp names its agents, or how many")
+            lines.require_span("agents", "line; expected the names of the agents, or their number")
         )
     elif "agents" in lines.spans_by_key:
         raise lines.spans_by_key["agents"].error_at(
-            0, "agents: are for a .dpomdp; expected one agent"
+            0, "got an agents: line, expected none; only .dpomdp files have one"
         )
     states = Declaration.parse(
-        "state", lines.require_span("states", "line; a file names its states")
+        "state",
+        lines.require_span("states", "line; expected the names of the states, or their number"),
     )
     actions = _parse_joint_declaration(
-        "action", lines.require_span("actions", "line; a file names its actions"), len(agents)
+        "action",
+        lines.require_span("actions", "line; expected the names of the actions, or their number"),
+        len(agents),
     )
     observation_span = lines.spans_by_key.get("observations")
     if team and observation_span is None:
-        lines.require_span("observations", "line; a .dpomdp names what each agent observes")
+        lines.require_span("observations", "line; expected the observations of each agent")
     observations = (
         _parse_joint_declaration("observation", observation_span, len(agents))
         if observation_span
@@ -120,7 +123,7 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
         ):
             raise span.error_at(first, UnknownName("word", tokens[first], DECLARATION_KEYS))
         if tokens[first] in declared:
-            raise span.error_at(first, f"{tokens[first]}: stands here twice")
+            raise span.error_at(first, f"got {tokens[first]}: twice, expected it once")
         declared.add(tokens[first])
         for index in range(colon + 1, last):
             if tokens[index] in KEYWORDS and (tokens[first], tokens[index]) != UNIFORM_START:
@@ -134,9 +137,9 @@ def _iter_declarations(source: SourceText, end: int) -> Iterator[tuple[str, Toke
 def _keyword_advice(keyword: str) -> str:
     """Return the advice for a keyword where a declaration has its names or numbers."""
     if keyword in DECLARATION_KEYS:
-        return f"expected {keyword}: with its colon, or another name"
+        return f"expected {keyword}: with a colon, or another name"
     if keyword in START_LIST_KEYS:
-        return f"expected start {keyword}: with its colon, or another name"
+        return f"expected start {keyword}: with a colon, or another name"
     return "expected another name"
 
 
@@ -153,7 +156,7 @@ def _parse_joint_declaration(kind: str, span: TokenSpan, agent_count: int) -> Jo
     lines = [span] if agent_count == 1 else span.split_lines()
     if len(lines) != agent_count:
         count_text = f"got {format_count(len(lines), 'line')} of {kind}s"
-        raise span.error_at(0, f"{count_text}, expected one for each agent: {agent_count}")
+        raise span.error_at(0, f"{count_text}, expected {agent_count}, one for each agent")
     return JointDeclaration([Declaration.parse(kind, line) for line in lines])
 
 
@@ -175,7 +178,7 @@ def _parse_start(lines: _DeclarationLines, states: Declaration) -> Reals:
     mask = states.parse_mask(span)
     mask ^= list_keys == ["exclude"]
     if not mask.any():
-        raise span.error_at(0, "got every state, expected one at least that is left")
+        raise span.error_at(0, "got every state, expected at least one state to remain")
     return np.asarray(mask / mask.sum())
 
 

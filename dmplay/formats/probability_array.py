@@ -13,7 +13,7 @@ from dmplay.formats.lexer import SourceText
 from dmplay.formats.preamble import EXACT_SUM_TOLERANCE, SUM_TOLERANCE
 from dmplay.formats.statements import FIELD_COUNT, Statement, StatementGrammar
 
-BYTES_PER_MERGED_ENTRY = 80  # while all are sorted, besides the stored ones; 74 by tracemalloc
+BYTES_PER_MERGED_ENTRY = 80  # extra bytes while entries are sorted; 74 by tracemalloc
 # of an entry that is added: stored, copied once, and later sorted
 BYTES_PER_NEW_ENTRY = 24 + BYTES_PER_MERGED_ENTRY
 
@@ -203,7 +203,10 @@ class ProbabilityArray:
         location = f"{self._kind}: {actions.kind} {actions.name_at(a)}, state {states.name_at(s)}"
         offset = int(self._row_offsets[row])
         if offset < 0:
-            offset, explanation = len(source.content.rstrip()), "expected probabilities, got none"
+            offset, explanation = (
+                len(source.content.rstrip()),
+                "got no probabilities, expected a sum of 1",
+            )
         else:
             explanation = f"got probabilities that sum to {sums[row]:.6g}, not 1"
         return source.error_at(offset, f"{location}: {explanation}")

@@ -72,7 +72,7 @@ class FileProblem(Tabular):
 
     @cached_property
     def _absorbing_mask(self) -> Bools:
-        """The mask `[S]` of states that lead only to themselves and pay nothing.
+        """The mask `[S]` of states that lead only to themselves with reward 0.
 
         All values are False if the states are hidden.
         """

@@ -94,13 +94,13 @@ def iter_statements(
     matches = [*pattern.finditer(source.content)]
     if not matches:
         raise source.error_at(
-            len(source.content.rstrip()), "expected T: lines, which say what happens"
+            len(source.content.rstrip()), "expected T: lines, which define the transitions"
         )
     ends = [match.start() for match in matches[1:]] + [len(source.content)]
     for match, end in zip(matches, ends, strict=True):
         if match[1] not in grammars:
             raise source.error_at(
-                match.start(1), f"got {match[1]}:, but the file names no observations"
+                match.start(1), f"got {match[1]}:, but the file declares no observations"
             )
         yield _parse_statement(
             grammars[match[1]], match.start(1), TokenSpan.from_range(source, match.end(), end)
@@ -130,10 +130,10 @@ def _parse_statement(grammar: StatementGrammar, offset: int, span: TokenSpan) ->
     values = span.slice(first + name_count)
     if len(selections) < grammar.min_named_fields:
         raise values.error_at(
-            0, f"expected {grammar.min_named_fields} names, each before a colon, then numbers"
+            0, f"expected {grammar.min_named_fields} names, each followed by a colon, then numbers"
         )
     if not values.tokens:
-        raise values.error_at(0, f"expected {', '.join(('numbers', *grammar.keywords))}")
+        raise values.error_at(0, f"expected {' or '.join(('numbers', *grammar.keywords))}")
     if grammar.team and not is_number(values.tokens[0]) and is_number(values.tokens[-1]):
         last = len(values.tokens) - 1
         raise values.error_at(last, f"got {values.tokens[last]!r}, expected a colon before it")

@@ -35,7 +35,9 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
     Raises BadParameter if the format cannot represent the problem.
     """
     if not isinstance(problem.state_count, int) or not all(problem.action_counts):
-        raise BadParameter(f"a file lists states and actions, and {_describe_unlisted(problem)}")
+        raise BadParameter(
+            f"a file lists all states and actions, but {_describe_unlisted(problem)}"
+        )
     if suffix == ".nfg":
         return _iter_nfg_lines(problem, description)
     team = suffix == ".dpomdp"
@@ -44,22 +46,24 @@ def iter_problem_lines(problem: Problem, suffix: str, description: str) -> Itera
         problem.state_count == 1 and not problem.partially_observable,
     )
     if agents > 1 and not team:
-        suggestion = ".nfg" if one_state else ".dpomdp, if all are paid alike"
+        suggestion = ".nfg" if one_state else ".dpomdp, if all agents get the same reward"
         raise BadParameter(
-            f"{suffix} is for one agent, and here are {agents}: write a {suggestion}"
+            f"{suffix} is for one agent, but this problem has {agents}; write a {suggestion}"
         )
     if suffix == ".mdp" and problem.partially_observable:
-        raise BadParameter(".mdp is for states that are seen, and here they are not: a .pomdp")
+        raise BadParameter(
+            ".mdp is for problems without hidden states, but this problem has them; write a .pomdp"
+        )
     return _iter_markov_lines(problem, description, team=team)
 
 
 def _describe_unlisted(problem: Problem) -> str:
     """Return the reason why the states or the actions of a problem cannot be listed."""
     if not all(problem.action_counts):
-        return "this problem has an action that is a real number"
+        return "an action of this problem is a real number"
     if isinstance(problem.state_count, ContinuousStates):
         return "the states of this problem are real numbers"
-    return "dmplay makes the states of this problem only in play, without a list of them"
+    return "dmplay creates the states of this problem only during play"
 
 
 class _StatementStyle(NamedTuple):
@@ -87,10 +91,12 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
     rewards, names = tables.rewards, [problem.format_state(s) for s in problem.enumerate_states()]
     if (rewards != rewards[:, :1]).any():
         suggestion = (
-            "write a .nfg" if len(names) == 1 else "a file of several states holds no such game"
+            "write a .nfg"
+            if len(names) == 1
+            else "no file format holds such a problem with several states"
         )
         raise BadParameter(
-            f"its agents are paid differently, and a .dpomdp pays all alike: {suggestion}"
+            f"the rewards of the agents differ, but a .dpomdp has one reward for all; {suggestion}"
         )
     states = make_valid_names(names, "state")
     actions = [
@@ -104,7 +110,9 @@ def _iter_markov_lines(problem: Problem, description: str, *, team: bool) -> Ite
         observations = [states] * len(problem.agents)
         tables = tables._replace(observation=_build_identity_observation_table(problem, tables))
     line_count = len(tables.transition.columns) * (2 + len(observations)) + len(rewards)
-    Budget("writing it", "try a smaller problem").check_memory(float(BYTES_PER_LINE) * line_count)
+    Budget("writing the file", "try a smaller problem").check_memory(
+        float(BYTES_PER_LINE) * line_count
+    )
     yield from _iter_comment_lines(description)
     if team:
         yield f"agents: {len(problem.agents)}\n"
@@ -256,7 +264,10 @@ def make_valid_names(names: Sequence[str], kind: str) -> list[str]:
 def _iter_nfg_lines(problem: Problem, description: str) -> Iterator[str]:
     """Yield the lines of an `.nfg` file; raise BadParameter if the problem has several states."""
     if problem.state_count != 1 or problem.partially_observable:
-        raise BadParameter("a .nfg is a game of one state that all see, and this is none")
+        raise BadParameter(
+            ".nfg is for games with one visible state, but this problem has several or "
+            "hidden states"
+        )
     title, _, comment = description.strip().partition("\n\n")
     player_names = " ".join(map(_quote, make_unique_labels(problem.agents, "player")))
     yield f"NFG 1 R {_quote(title)} {{ {player_names} }}\n\n{{\n"

@@ -88,17 +88,18 @@ def load_agent(problem: Problem, seat: int, name: str) -> Policy:
         if describe_error_location(error):  # raised on a line of user code
             raise
         _raise_if_for_other_problems(problem, seat, source)
-        raise BadPolicy(f"{name}: nothing that a problem and a seat make a policy of") from None
+        raise BadPolicy(f"{name}: cannot construct a policy from (problem, seat)") from None
     missing = [
         member
         for member in ("uniform_count", "initial_memory", "update_memory", "choose")
         if not hasattr(policy, member)
     ]
     if missing:
-        raise BadPolicy(f"{name}: not a policy, it lacks {', '.join(missing)}")
+        raise BadPolicy(f"{name}: not a policy, because it lacks {', '.join(missing)}")
     if not isinstance(policy.uniform_count, INTEGER_TYPES) or policy.uniform_count < 0:
         raise BadPolicy(
-            f"{name}: uniform_count: got {policy.uniform_count!r}, expected how many, 0 or more"
+            f"{name}: uniform_count: got {policy.uniform_count!r}, expected a whole number, "
+            "0 or more"
         )
     return policy
 
@@ -285,7 +286,10 @@ def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
         return None
     policy = _make_roster_agent(problem, seat, name)
     if policy.depends_on_clock:
-        raise BadPolicy(f"{name}: its choices depend on the clock; have a search take random")
+        raise BadPolicy(
+            f"{name}: its choices depend on the clock, so a search cannot simulate it; use "
+            "random instead"
+        )
     return policy
 
 

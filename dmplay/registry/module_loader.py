@@ -69,12 +69,12 @@ def load_module_by_name(module_name: str, name: str) -> ModuleType:
     Raises BadParameter if there is no such module, for the full `name` that contains it.
     """
     if not all(map(str.isidentifier, module_name.split("."))):
-        raise BadParameter(f"no module {module_name!r} for {name!r}")
+        raise BadParameter(f"{name}: no module {module_name!r}")
     try:
         return _import_module(module_name, Path.cwd() / module_name)
     except ModuleNotFoundError as error:
         if error.name and f"{module_name}.".startswith(f"{error.name}."):
-            raise BadParameter(f"no module {error.name!r} for {name!r}") from None
+            raise BadParameter(f"{name}: no module {error.name!r}") from None
         raise
 
 
@@ -103,7 +103,7 @@ def _import_module(name: str, file: Path) -> ModuleType:
     try:
         return importlib.import_module(name)
     except SystemExit as error:
-        advice = 'put what runs under `if __name__ == "__main__":`'
+        advice = 'put the code that runs the script under `if __name__ == "__main__":`'
         raise BadParameter(f"{describe_error_location(error)}; {advice}") from None
     except SyntaxError as error:
         location = format_location(error.filename or str(file), error.lineno)

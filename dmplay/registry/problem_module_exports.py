@@ -20,7 +20,7 @@ from dmplay.core import user_code_locations
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, UnknownName
 
-# names that a player can have besides those of agents
+# names of players that are not agents of a roster
 RESERVED_AGENT_NAMES = ("human", "mcp", "script", "replay", "bot")
 
 
@@ -47,7 +47,7 @@ def module_variants(module: ModuleType) -> dict[str, Problem]:
     if not isinstance(variants_by_name, Mapping):
         raise BadParameter(
             f"{_format_module_file(module)}: VARIANTS: got "
-            f"{variants_by_name!r}, expected name -> problem"
+            f"{variants_by_name!r}, expected a mapping of names to problems"
         )
     return {
         str(name): to_problem(f"VARIANTS: {name}", value)
@@ -69,7 +69,7 @@ def _instantiate_with_defaults(kind: type[Problem]) -> Problem:
     """Return a problem with default parameters; raise BadParameter if its class is incomplete."""
     if inspect.isabstract(kind):
         missing = ", ".join(sorted(kind.__abstractmethods__))
-        message = f"{kind.__name__} lacks {missing}, which every problem of its kind has"
+        message = f"{kind.__name__} lacks {missing}, which every problem of its kind defines"
         raise BadParameter(f"{user_code_locations.locate_definition(kind)} {message}")
     without_default = [
         parameter.name
@@ -141,7 +141,7 @@ def _module_roster(problem: Problem) -> Roster | None:
     )
     agents: object = module_roster.agents if module_roster else {}
     if not isinstance(agents, Mapping):
-        expected = "expected name -> class, or a Roster"
+        expected = "expected a mapping of names to classes, or a Roster"
         raise BadParameter(f"{module_file(problem)}: AGENTS: got {exported!r}, {expected}")
     return module_roster
 
@@ -150,7 +150,11 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
     """Raise BadParameter for an invalid name of an agent, or an invalid agent class."""
     is_valid_name = isinstance(name, str) and name.isprintable() and name.strip() == name != ""
     if not is_valid_name or name in RESERVED_AGENT_NAMES or {*str(name)} & {*":,= "}:
-        raise BadParameter(f"{location}: got {name!r}, expected a name without blanks and :,=")
+        reserved = ", ".join(RESERVED_AGENT_NAMES)
+        raise BadParameter(
+            f"{location}: got {name!r}, expected a name without spaces, ':', ',' and '=', "
+            f"other than {reserved}"
+        )
     base = "dmplay.agents.base.SeatPolicy"
     if not isinstance(agent_class, type):
         expected = f"expected a class that inherits from {base}"
@@ -165,7 +169,7 @@ def _check_agent(location: str, name: object, agent_class: object) -> None:
     if ignored:
         noun = "parameter" if len(ignored) == 1 else "parameters"
         message = f"{class_name} has the {noun} {', '.join(ignored)}"
-        raise BadParameter(f"{prefix}: {message}, expected @dataclass(frozen=True) above it")
+        raise BadParameter(f"{prefix}: {message}, expected @dataclass(frozen=True) above the class")
     if inspect.isabstract(agent_class):
         missing = ", ".join(sorted(agent_class.__abstractmethods__))
         raise BadParameter(
@@ -194,10 +198,12 @@ def module_keys(problem: Problem) -> dict[str, str]:
     bindings, location = getattr(_user_module(problem), "KEYS", {}), f"{module_file(problem)}: KEYS"
     labels = [label for space in problem.actions for label in space.labels]
     if not isinstance(bindings, Mapping):
-        raise BadParameter(f"{location}: got {bindings!r}, expected key -> action")
+        raise BadParameter(f"{location}: got {bindings!r}, expected a mapping of keys to actions")
     for key, label in bindings.items():
         if not (isinstance(key, str) and isinstance(label, str)):
-            raise BadParameter(f"{location}: got {key!r}: {label!r}, expected the names of both")
+            raise BadParameter(
+                f"{location}: got {key!r}: {label!r}, expected two texts, a key and an action"
+            )
         if label not in labels:
             raise UnknownName("action", label, labels, error_prefix=f"{location}: {key}")
     return dict(bindings)

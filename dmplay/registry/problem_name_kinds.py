@@ -62,7 +62,7 @@ def resolve_recorded_name(
     A path in the recorded name is relative to `folder`, in the returned one to the current folder.
     `assigned_names` are the names of an assignment: as the transcript writes them, and as they are
     loaded. If they are given, `trusted` covers only these, because people who hand in a transcript
-    choose what it names and which files lie beside it.
+    choose the names in it and the files in its folder.
     """
     if assigned_names is not None and name in assigned_names:
         return assigned_names[name], trusted

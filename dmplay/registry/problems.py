@@ -266,7 +266,9 @@ def _raise_unknown_problem(name: str) -> LookupResult:
     """Raise UnknownName, or BadParameter for a file of another kind."""
     if Path(name).suffix and os.path.isfile(name):
         kinds = ", ".join((PYTHON_SUFFIX, *DATA_SUFFIXES))
-        raise BadParameter(f"{name}: got a file of another kind, expected a name in {kinds}")
+        raise BadParameter(
+            f"{name}: got a file of another kind, expected a name that ends in {kinds}"
+        )
     raise UnknownName("problem", name.partition(":")[0], [*problem_names(), *entry_point_targets()])
 
 
@@ -282,9 +284,9 @@ def _problem_of_module(module: ModuleType, name: str, variant: str) -> Problem:
     classes = problem_module_exports.problem_classes(module)
     if len(classes) > 1:
         choices = " or ".join(f"{name}:{kind}" for kind in classes)
-        raise BadParameter(f"{name}: got several problems, expected one, as {choices}")
+        raise BadParameter(f"{name}: got several problems, expected {choices}")
     if not classes:
-        raise BadParameter(f"{name} offers no Problem")
+        raise BadParameter(f"{name} defines no Problem")
     return problem_module_exports.to_problem(name, *classes.values())
 
 

@@ -44,5 +44,5 @@ def load_named_attribute(name: str) -> Any:
     if attribute_name or not valid_names:
         raise UnknownName("attribute", attribute_name, valid_names, error_prefix=source)
     raise BadParameter(
-        f"{source}: got a file alone, expected a name in it, as {source}:{valid_names[-1]}"
+        f"{source}: expected the name of an object in it, such as {source}:{valid_names[-1]}"
     )

@@ -57,9 +57,9 @@ def choose_terminal_settings(
         "--plain": options.plain,
         "--json": options.json,
         "--no-input": not options.input,
-        "ACCESSIBLE": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
-        "input is not a terminal": not stdin.isatty(),
-        "output is not a terminal": not stdout.isatty(),
+        "ACCESSIBLE is set": env.get("ACCESSIBLE", "").lower() not in ("", "0", "false"),
+        "stdin is not a terminal": not stdin.isatty(),
+        "stdout is not a terminal": not stdout.isatty(),
         "TERM=dumb": dumb,
     }
     plain_reason = next((reason for reason, holds in reasons.items() if holds), "")

@@ -93,6 +93,6 @@ class Painter:
 
 
 def _encode_row(number: int, row: StyledRow) -> str:
-    """Return the output that erases the row with this number, from 1, and writes it anew."""
+    """Return the output that erases the row with this number, from 1, and writes it again."""
     pieces = [f"\x1b[{codes}m{piece}\x1b[m" if codes else piece for piece, codes in row]
     return "".join([f"\x1b[{number}H\x1b[K", *pieces])

@@ -1,4 +1,4 @@
-"""Signals that end a game in good order: the transcript is ended and the terminal restored."""
+"""Signals that end a game cleanly: the transcript is completed and the terminal restored."""
 
 import contextlib
 import signal
@@ -38,7 +38,7 @@ def exit_on_signals() -> Iterator[None]:
 
 @contextlib.contextmanager
 def defer_signals() -> Iterator[list[int]]:
-    """Run the block and handle its signals afterwards, so that nothing is left half done.
+    """Run the block and handle its signals afterwards, so that the block always completes.
 
     The yielded list holds the numbers of the signals received so far; a caller that handles one
     within the block may remove it.

@@ -179,7 +179,7 @@ def _check_seat_display(style: ViewModule, session: Session, seat: int) -> Check
     state = session.state if session.over else None
     for width in VIEW_WIDTHS:
         board = fit_board(style, view, DrawOptions(width, 24, revealed_state=state))
-        message = f"iter_boards: got {type(board).__name__}, expected Text of rich"
+        message = f"iter_boards: got {type(board).__name__}, expected rich.text.Text"
         yield CheckResult(isinstance(board, Text), "draw_state", message)
     for method in (
         (style.describe_turn, style.describe_situation)
@@ -189,7 +189,7 @@ def _check_seat_display(style: ViewModule, session: Session, seat: int) -> Check
         text = method(view)
         message = f"{method.__name__}: got {text!r}, expected a sentence"
         yield CheckResult(isinstance(text, str) and bool(text), "draw_state", message)
-    message = "goal_lines: expected a list of clauses, panel_rows: a list of pairs, all text"
+    message = "goal_lines: expected a list of texts; panel_rows: expected a list of pairs of texts"
     yield CheckResult(
         _is_text_list(style.goal_lines(view)) and _is_pair_list(style.panel_rows(view)),
         "draw_state",

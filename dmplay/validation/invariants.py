@@ -64,7 +64,7 @@ def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Itera
     except BudgetExceeded:  # too large to check, which is not a violation
         return
     except BadParameter as error:
-        has_location = str(error)[:1] in "./"  # without a location it is about an event or a move
+        has_location = str(error)[:1] in "./"  # without a location it is about an event or a state
         yield (
             Violation("", str(error))
             if has_location
@@ -75,7 +75,7 @@ def find_violations(owner: type, invariant: Callable[[], CheckResults]) -> Itera
         if not error_text:
             raise
         location, _, description = error_text.partition(": ")
-        remedy = "; copy it first" if "read-only" in description else ""
+        remedy = "; copy the array first" if "read-only" in description else ""
         yield Violation(location, description + remedy)
 
 
@@ -108,7 +108,7 @@ def check_row_independence(
             attribute,
             first,
             second,
-            "; expected a row to depend on itself alone",
+            " for the same row in two batches; expected it to be independent of the other rows",
         )
         yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
@@ -125,7 +125,7 @@ def check_determinism(
             attribute,
             first,
             second,
-            " from the same draws; expected the same again",
+            " from the same random numbers; expected the same result both times",
         )
         yield CheckResult(is_bitwise_equal(first, second), attribute, message)
 
@@ -133,10 +133,12 @@ def check_determinism(
 def _describe_difference(attribute: str, first: Array, second: Array, expectation: str) -> str:
     """Return a message about the first row in which two arrays differ."""
     if first.shape != second.shape:
-        return f"{attribute}: got shape {second.shape} beside {first.shape}{expectation}"
+        return f"{attribute}: got the shapes {second.shape} and {first.shape}{expectation}"
     rows = np.flatnonzero((first != second).reshape(len(first), -1).any(axis=1))
     pair = (
-        f"{second[rows[0]].tolist()} beside {first[rows[0]].tolist()}" if len(rows) else "the same"
+        f"{second[rows[0]].tolist()} and {first[rows[0]].tolist()}"
+        if len(rows)
+        else "values that differ only in their bits"
     )
     return f"{attribute}: got {pair}{expectation}"
 
@@ -148,7 +150,8 @@ def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
         rows, sample_all(problem.initial_chance(rows), turns.start_uniforms)
     )
     message = (
-        "sample_initial_states: got another state than initial_states gives for the same draws"
+        "sample_initial_states: got a different state from the same random numbers, "
+        "expected that of initial_states"
     )
     yield CheckResult(
         is_bitwise_equal(states, problem.sample_initial_states(turns.start_uniforms)),
@@ -161,7 +164,10 @@ def check_sampling(problem: Problem, turns: SampledTurns) -> CheckResults:
         problem.step(turns.s, turns.a, turns.u),
         strict=True,
     )
-    message = "step: got another outcome than resolve_events gives for the same draws"
+    message = (
+        "step: got a different outcome from the same random numbers, "
+        "expected that of resolve_events"
+    )
     yield CheckResult(all(is_bitwise_equal(*pair) for pair in field_pairs), "step", message)
 
 
@@ -169,8 +175,8 @@ def check_shapes(problem: Problem, turns: SampledTurns) -> CheckResults:
     """Yield checks that outcomes have the declared shapes, ranges and number of uniforms."""
     uniforms_per_row = count_uniforms(problem, turns.s, turns.a)
     message = (
-        f"chance: got {uniforms_per_row} draws, expected "
-        f"{problem.uniform_counts.step} as in the first turn"
+        f"chance: got distributions that consume {uniforms_per_row} random numbers, expected "
+        f"{problem.uniform_counts.step}, as in the first turn"
     )
     yield CheckResult(uniforms_per_row == problem.uniform_counts.step, "chance", message)
     yield from check_outcome(problem, turns.s, problem.step(turns.s, turns.a, turns.u))
@@ -180,7 +186,9 @@ def check_state_text(problem: Problem, states: Array) -> CheckResults:
     """Yield checks that a state is written in one line and parsed again without loss."""
     for s in states:
         text = problem.format_state(s)
-        message = f"format_state: got {text!r}, expected one line without blanks around it"
+        message = (
+            f"format_state: got {text!r}, expected one line without spaces at its start or end"
+        )
         yield CheckResult(
             text == text.strip() and len(text.splitlines()) == 1, "format_state", message
         )
@@ -201,20 +209,20 @@ def check_state_index(problem: Problem, turns: SampledTurns) -> CheckResults:
     states = problem.enumerate_states()
     message = (
         f"enumerate_states: got {len(states)} states, "
-        f"expected {problem.state_count}, as state_count says"
+        f"expected {problem.state_count}, to match state_count"
     )
     yield CheckResult(len(states) == problem.state_count, "enumerate_states", message)
     indices = problem.state_indices(states)
     message = f"state_indices: got {indices.tolist()[:9]}, expected 0 to {len(states) - 1} in order"
     yield CheckResult(np.array_equal(indices, np.arange(len(states))), "state_indices", message)
-    message = "enumerate_states: got other states than those of this index in play"
+    message = "enumerate_states: got a different state at the index that state_indices gives"
     yield CheckResult(
         np.array_equal(states[problem.state_indices(turns.s)], turns.s), "enumerate_states", message
     )
 
 
 def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
-    """Yield checks that a terminal state stays as it is and pays nothing."""
+    """Yield checks that a terminal state does not change and has reward 0."""
     terminal_states = make_arrays_readonly(states[problem.terminal(states)])[0]
     for turn in range(4 if len(terminal_states) else 0):
         a = random_joint_actions(problem, None, turn, len(terminal_states))
@@ -226,16 +234,20 @@ def check_terminal_states(problem: Problem, states: Array) -> CheckResults:
             else ""
         )
         message = (
-            f"resolve_events: got another state after the terminal {example!r}, expected it to stay"
+            "resolve_events: got a different state after the terminal state "
+            f"{example!r}, expected it not to change"
         )
         yield CheckResult(not has_changed.any(), "resolve_events", message)
         message = (
-            f"resolve_events: got {rewards.min():g} to {rewards.max():g} after the end, expected 0"
+            f"resolve_events: got rewards {rewards.min():g} to {rewards.max():g} "
+            "after a terminal state, expected 0"
         )
         yield CheckResult(bool((rewards == 0).all()), "resolve_events", message)
         is_terminal = problem.terminal(next_states)
         yield CheckResult(
-            bool(is_terminal.all()), "terminal", "terminal: got false for a state that was over"
+            bool(is_terminal.all()),
+            "terminal",
+            "terminal: got False after a terminal state, expected True",
         )
 
 
@@ -247,8 +259,8 @@ def check_legal_actions(problem: Problem, turns: SampledTurns) -> CheckResults:
         stuck = ~has_action & ~problem.terminal(turns.s)
         example = problem.format_state(turns.s[np.flatnonzero(stuck)[0]]) if stuck.any() else ""
         message = (
-            f"legal_actions_mask: got no action in {example!r}, "
-            "expected one at least, or a terminal state"
+            f"legal_actions_mask: got no legal action in {example!r}, "
+            "expected at least one, or a terminal state"
         )
         yield CheckResult(not stuck.any(), "legal_actions_mask", message)
 
@@ -261,7 +273,7 @@ def check_action_labels(problem: Problem, turns: SampledTurns) -> CheckResults:
         ):
             message = (
                 f"action_labels: got {labels!r}, expected "
-                f"Labels, a name for each of {action_space!r}"
+                f"Labels with a name for each of {action_space!r}"
             )
             is_valid = isinstance(labels, Labels) and len(labels) == len(action_space.labels)
             yield CheckResult(is_valid, "action_labels", message)
@@ -281,17 +293,15 @@ def check_probabilities(problem: Problem, turns: SampledTurns) -> CheckResults:
         transition, _, observation = tabulate(problem)
         for table in (transition, *([] if observation is None else [observation])):
             is_valid = (table >= MIN_PROBABILITY).all() and _is_close(table.sum(axis=2), 1)
-            message = (
-                "chance: got tables whose rows are no probabilities, expected them to sum to 1"
-            )
+            message = "chance: got table rows that are not probabilities, expected sums of 1"
             yield CheckResult(bool(is_valid), "chance", message)
 
 
 def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
     """Yield checks that the tables' rows for these turns are sums over the listed outcomes.
 
-    Terminal states are left out if states are visible: in tables they stay, whatever their moves
-    give, and another invariant checks them.
+    Terminal states are left out if states are not hidden: the tables make them absorbing, and
+    `check_terminal_states` checks them.
     """
     included = ~problem.terminal(s) | problem.partially_observable
     s, a = s[included], a[included]
@@ -300,12 +310,12 @@ def check_table_rows(problem: Problem, s: Array, a: Array) -> CheckResults:
     joint = np.ravel_multi_index(tuple(a.T), problem.action_counts)
     rewards = (p[:, :, None] * outcomes.rewards).sum(axis=1)
     state_indices = problem.state_indices(s)
-    message = "resolve_events: got other rewards than the tables have, expected the same"
+    message = "resolve_events: got rewards that differ from the tables, expected the same"
     is_close = _is_close(tables.rewards[state_indices, joint], rewards)
     yield CheckResult(is_close, "resolve_events", message)
     for row, transition in enumerate(tables.transition[state_indices, joint]):
         expected = np.bincount(problem.state_indices(outcomes.state[row]), p[row], len(transition))
-        message = "resolve_events: got other next states than the tables have, expected the same"
+        message = "resolve_events: got next states that differ from the tables, expected the same"
         yield CheckResult(_is_close(transition, expected), "resolve_events", message)
 
 
@@ -333,8 +343,8 @@ def check_belief_update(problem: Problem, turns: SampledTurns) -> CheckResults:
         updated = problem.joint_belief_update(belief, joint_action, observations)
         expected = Problem.joint_belief_update(problem, belief, joint_action, observations)
         message = (
-            "joint_belief_update: got another belief than "
-            "the listed outcomes give, expected the same"
+            "joint_belief_update: got a belief that differs from "
+            "the enumerated outcomes, expected the same"
         )
         yield CheckResult(_is_close(updated, expected), "joint_belief_update", message)
 
@@ -371,7 +381,8 @@ def check_extreme_uniforms(problem: Problem, turns: SampledTurns) -> CheckResult
                 (possible_states == state).reshape(len(possible_states), -1).all(axis=1).any()
             )
             message = (
-                f"chance: got {problem.format_state(state)!r} from a draw, expected what can happen"
+                f"chance: got {problem.format_state(state)!r}, which has probability 0, "
+                "expected a possible state"
             )
             yield CheckResult(is_possible, "chance", message)
 

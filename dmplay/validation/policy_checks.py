@@ -51,11 +51,17 @@ def check_policy_choices(
             single = _call_policy(
                 policy, slice_rows(call.memory, row_slice), legal, call.uniforms[row_slice]
             )
-            message = "choose: got another action for a row alone, expected the same as in a batch"
+            message = (
+                "choose: got a different action in a smaller batch, expected that of "
+                "the whole batch"
+            )
             yield CheckResult(
                 is_bitwise_equal(single.actions, call.actions[row_slice]), "choose", message
             )
-            message = "action_values: got others for a row alone, expected the same as in a batch"
+            message = (
+                "action_values: got different values in a smaller batch, expected "
+                "those of the whole batch"
+            )
             if single.action_values is not None and call.action_values is not None:
                 yield CheckResult(
                     is_bitwise_equal(single.action_values, call.action_values[row_slice]),
@@ -70,7 +76,7 @@ def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> Che
     is_valid = isinstance(call.memory, tuple) and all(
         len(part) == row_count for part in call.memory
     )
-    message = f"update_memory: got a memory that is no tuple of arrays with {row_count} rows each"
+    message = f"update_memory: got a memory that is not a tuple of arrays with {row_count} rows"
     yield CheckResult(is_valid, "update_memory", message)
     yield CheckResult(
         isinstance(actions, np.ndarray) and actions.shape == (row_count,),
@@ -88,7 +94,7 @@ def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> Che
     yield CheckResult(
         actions.dtype.kind in "iu" and bool(((actions >= 0) & (actions < len(action_space))).all()),
         "choose",
-        lambda: f"choose: got {actions!r}, expected 0 to {len(action_space) - 1}, an index",
+        lambda: f"choose: got {actions!r}, expected indices from 0 to {len(action_space) - 1}",
     )
     shape = (
         (row_count, len(action_space))
@@ -100,7 +106,7 @@ def _check_policy_call(action_space: Labels | Interval, call: PolicyCall) -> Che
     if call.legal_actions_mask is not None:
         is_legal = call.legal_actions_mask[np.arange(row_count), actions]
         message = (
-            "choose: got an action that is not legal, expected one that `legal_actions_mask` marks"
+            "choose: got an action that is not legal, expected one that `legal_actions_mask` allows"
         )
         yield CheckResult(bool(is_legal.all()), "choose", message)
 

@@ -50,8 +50,10 @@ class Bot(SeatPolicy):
     problem_name: str = ""  # sent to the program
     turn_limit: int | None = None  # None if the problem's horizon is the only limit
     open_channel: Callable[[Sequence[str]], BotChannel] = BotProcess
-    clock: float = parameter(10.0, "seconds for an answer", 0.0, 86_400.0, exclusive_low=True)
-    belief: bool = parameter(False, "whether it may be told what its seat is to believe")
+    clock: float = parameter(
+        10.0, "time limit for each answer, in seconds", 0.0, 86_400.0, exclusive_low=True
+    )
+    belief: bool = parameter(False, "whether the program can request the belief of its seat")
     _state: BotState = field(default_factory=BotState, init=False, repr=False, compare=False)
 
     def __post_init__(self) -> None:
@@ -62,9 +64,13 @@ class Bot(SeatPolicy):
         except ValueError as error:  # unbalanced quotation marks
             raise BadParameter(f"bot:{self.command}: {str(error).lower()}") from None
         if not arguments:
-            raise BadParameter("bot: expected a command, as bot:./player or 'bot:python3 player'")
+            raise BadParameter(
+                "bot: expected a command, such as bot:./player or 'bot:python3 player'"
+            )
         if self.open_channel is BotProcess and shutil.which(arguments[0]) is None:
-            raise BadParameter(f"bot: no program {arguments[0]!r}; give its path, as bot:./player")
+            raise BadParameter(
+                f"bot: program {arguments[0]!r} not found; give its path, such as bot:./player"
+            )
 
     @property
     def depends_on_clock(self) -> bool:

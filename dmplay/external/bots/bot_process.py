@@ -45,7 +45,7 @@ class BotProcess:
                 start_new_session=True,
             )  # fmt: skip
         except OSError as error:
-            raise Forfeit("dead", f"cannot be started: {error.strerror}") from None
+            raise Forfeit("dead", f"the bot cannot be started: {error.strerror}") from None
         streams = (self._process.stdin, self._process.stdout, self._process.stderr)
         self._stdin_fd, self._stdout_fd, self._stderr_fd = (
             stream.fileno() if stream else -1 for stream in streams
@@ -67,14 +67,16 @@ class BotProcess:
         self._write_unsent()
         while self._unsent:
             if not self._wait_for_io():
-                raise self._make_forfeit("deaf", f"did not read what it was told in {seconds:g} s")
+                raise self._make_forfeit(
+                    "deaf", f"the bot did not read its input within {seconds:g} s"
+                )
 
     def read_line(self) -> str:
         """Return the next line of output; raise Forfeit if it comes too late or is too long."""
         while b"\n" not in self._received:
             if len(self._received) > MAX_LINE_CHARACTERS:
                 raise self._make_forfeit(
-                    "garbled", f"said a line of over {MAX_LINE_CHARACTERS} characters"
+                    "garbled", f"the bot sent a line of more than {MAX_LINE_CHARACTERS} characters"
                 )
             if not self._wait_for_io():
                 raise self._timeout_forfeit()
@@ -105,7 +107,7 @@ class BotProcess:
         if remaining <= 0:
             return False
         share = min(1.0, 1.0 - remaining / self._time_limit)
-        Budget("a program", "another clock", math.inf).spend_work(0.0, share)
+        Budget("waiting for a program", "set a shorter clock", math.inf).spend_work(0.0, share)
         poll = select.poll()
         for fd in self._open_fds:
             if fd == self._stderr_fd or len(self._received) <= MAX_LINE_CHARACTERS:
@@ -160,8 +162,8 @@ class BotProcess:
         ):
             pass
         if b"\n" in self._received:
-            return self._make_forfeit("late", f"answered after more than {time_limit:g} s")
-        return self._make_forfeit("silent", f"did not answer in {time_limit:g} s")
+            return self._make_forfeit("late", f"the bot answered after more than {time_limit:g} s")
+        return self._make_forfeit("silent", f"the bot did not answer within {time_limit:g} s")
 
     def _exit_forfeit(self) -> Forfeit:
         """Return the forfeit of a program that has ended or closed its input or output."""
@@ -170,17 +172,22 @@ class BotProcess:
         self._read_stderr()
         exit_code = self._process.returncode
         if exit_code is None:
-            return self._make_forfeit("dead", "closed its input or output")
+            return self._make_forfeit("dead", "the bot closed its input or output")
         if exit_code < 0:
-            return self._make_forfeit("dead", f"was ended by {signal.Signals(-exit_code).name}")
-        return self._make_forfeit("dead", f"ended with exit code {exit_code}")
+            return self._make_forfeit(
+                "dead", f"the bot was ended by signal {signal.Signals(-exit_code).name}"
+            )
+        return self._make_forfeit("dead", f"the bot ended with exit code {exit_code}")
 
     def _make_forfeit(self, reason: str, message: str) -> Forfeit:
         """Return a forfeit with the last line of stderr output in its message."""
         rows = self.log.decode(errors="replace").split("\n")
         last = next((row.strip() for row in reversed(rows) if row.strip()), "")
         return Forfeit(
-            reason, f"{message}; it says {last[:MAX_QUOTED_CHARACTERS]!r}" if last else message
+            reason,
+            f"{message}; its stderr ends with {last[:MAX_QUOTED_CHARACTERS]!r}"
+            if last
+            else message,
         )
 
 

@@ -101,13 +101,15 @@ class BotConversation:
         self.channel.send(hello, max(self._clock, MIN_HELLO_SECONDS))
         answer = self._read_answer("hello")
         if answer.get("protocol") != PROTOCOL_VERSION:
-            explanation = f"speaks protocol {answer.get('protocol')!r}, expected {PROTOCOL_VERSION}"
+            explanation = f"got protocol {answer.get('protocol')!r}, expected {PROTOCOL_VERSION}"
             raise Forfeit("garbled", explanation)
         uniform_count, wants = answer.get("draws", 0), answer.get("wants", [])
         if type(uniform_count) is not int or not 0 <= uniform_count <= MAX_UNIFORMS:
-            raise Forfeit("garbled", f"wants {uniform_count!r} draws, expected 0 to {MAX_UNIFORMS}")
+            raise Forfeit("garbled", f"got draws {uniform_count!r}, expected 0 to {MAX_UNIFORMS}")
         if not isinstance(wants, list) or not all(request in offers for request in wants):
-            raise Forfeit("garbled", f"wants {wants!r}, expected some of {', '.join(offers)}")
+            raise Forfeit(
+                "garbled", f"got wants {wants!r}, expected a list of offers: {', '.join(offers)}"
+            )
         self.uniform_count, self._wants = uniform_count, wants
 
     def request_actions(self, requests: Sequence[ActionRequest]) -> list[float]:
@@ -185,7 +187,7 @@ class BotConversation:
                 answer = decode_message(text)
             except ValueError as error:
                 raise Forfeit(
-                    "garbled", f"said {text[:MAX_QUOTED_CHARACTERS]!r}: {error}"
+                    "garbled", f"the bot sent {text[:MAX_QUOTED_CHARACTERS]!r}: {error}"
                 ) from None
             answer_id = answer.get("id")
             if answer["type"] == kind and (kind == "hello" or answer_id == request_id):
@@ -193,14 +195,15 @@ class BotConversation:
             if answer["type"] == kind and (
                 type(answer_id) is not int or not 0 < answer_id < request_id
             ):
-                raise Forfeit("garbled", f"answered id {answer_id!r}, expected {request_id}")
-        raise Forfeit("garbled", f"said {MAX_IGNORED_LINES} lines that answer nothing")
+                raise Forfeit("garbled", f"got id {answer_id!r}, expected {request_id}")
+        raise Forfeit("garbled", f"the bot sent {MAX_IGNORED_LINES} lines without an answer")
 
     def _parse_action(self, answer: object, legal: Bools | None) -> float:
         """Return the action in an answer; raise Forfeit if it is malformed or illegal."""
         space = self._problem.actions[self._seat]
         if type(answer) not in space.json_types:
-            raise Forfeit("garbled", f"answered action {answer!r}")
+            expected = "the name of an action" if space.labels else "a number"
+            raise Forfeit("garbled", f"got action {answer!r}, expected {expected}")
         try:
             action = self._problem.parse_action(self._seat, str(answer))
         except DmplayError as error:

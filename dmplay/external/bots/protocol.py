@@ -37,7 +37,7 @@ def decode_message(text: str) -> JsonObject:
     except RecursionError:
         raise ValueError("nested too deeply") from None
     if not isinstance(decoded, dict) or not isinstance(decoded.get("type"), str):
-        raise ValueError('no object with a "type"')
+        raise ValueError('expected a JSON object with a "type"')
     return decoded
 
 
@@ -151,7 +151,9 @@ def decode_percept(problem: Problem, seat: int, facts: JsonObject) -> Percept:
     actions = None
     if joint is not None:
         if not isinstance(joint, dict) or not {*problem.agents} <= {*joint}:
-            raise unexpected_value("actions", joint, f"one each of {', '.join(problem.agents)}")
+            raise unexpected_value(
+                "actions", joint, f"an action for each of {', '.join(problem.agents)}"
+            )
         joint_action = [
             _decode_action(problem, i, joint[agent]) for i, agent in enumerate(problem.agents)
         ]
