@@ -41,7 +41,9 @@ class PlayCommand(NamedTuple):
         """
         match self.request:
             case GameRequest(has_rate_option=True):
-                raise BadParameter("--rate: real time is for the screen that dmplay play opens")
+                raise BadParameter(
+                    "--rate: the shell cannot play in real time; leave it and use dmplay play"
+                )
             case GameRequest():
                 return replace(self.request, keep_save=True, can_ask=True)
             case ReplayRequest():

@@ -43,7 +43,8 @@ NO_CHOICES: Mapping[int, float] = {}
 FULL_TRANSCRIPT_REASON = (
     f"the transcript is full, because dmplay reads at most {MAX_FILE_BYTES // 2**20} MB"
 )
-REPEATED_UNIFORMS_NOTE = "# again: under dice that were played before"
+REPEATED_UNIFORMS_PREFIX = "# again: "  # older versions wrote another text after it
+REPEATED_UNIFORMS_NOTE = f"{REPEATED_UNIFORMS_PREFIX}an earlier game had the same random numbers"
 
 
 class Game:
@@ -146,7 +147,7 @@ class Game:
 
     @property
     def is_paused(self) -> bool:
-        """True if the game was paused; it is not played on in this object."""
+        """True if the game was paused; this object does not continue it."""
         return self.narrator.is_paused
 
     @property
@@ -298,7 +299,7 @@ class Game:
         if self.session.over:
             raise BadParameter(f"the game is over ({describe_end_reason(self.session.end_reason)})")
         if choosing_seat is None:
-            raise BadParameter("no person plays here")
+            raise BadParameter("no person plays in this game")
         self.session.validate_action(choosing_seat, action)
         choices = {**self._pending_choices, choosing_seat: action}
         if len(choices) == len(list_active_seats(self.session, self.human_seats)):
@@ -401,7 +402,7 @@ class Game:
         Raise BadParameter if no turn was undone.
         """
         if not self._undone_actions:
-            raise BadParameter("redo: nothing was taken back")
+            raise BadParameter("redo: no turn was undone")
         self._pending_choices.clear()
         self._replay_undone_turn()
         while self._undone_actions and is_waiting_for_others(self.session, self.human_seats):
@@ -421,7 +422,7 @@ class Game:
         """Play the last turn again with new uniforms, and record that in the transcript."""
         self._check_undo_allowed("reroll")
         if not self.session.turns:
-            raise BadParameter("reroll: no turn was played yet")
+            raise BadParameter("reroll: no turn has been played yet")
         self._pending_choices.clear()
         self._undone_actions.clear()
         with defer_signals():
@@ -451,13 +452,13 @@ class Game:
         if ghost and ghost.is_shown_during_play:
             with suppress(ComputationStopped):
                 run_cancellable(
-                    TaskInfo(f"{escape_unprintable(ghost.name)} plays beside you"), ghost.catch_up
+                    TaskInfo(f"ghost {escape_unprintable(ghost.name)} is playing"), ghost.catch_up
                 )
 
     def check_hints_allowed(self, command: str) -> None:
         """Raise BadParameter if this game forbids hints."""
         if self.hints_forbidden:
-            raise BadParameter(f"{command}: this game is strict about help")
+            raise BadParameter(f"{command}: this game forbids hints (--strict=hints)")
 
     def record_hint(self) -> None:
         """Count a hint for the viewing person and record it in the transcript."""
@@ -473,14 +474,14 @@ class Game:
     def undo_forbidden_reason(self) -> str:
         """The reason why turns cannot be undone; '' if they can."""
         if self.strict:
-            return "this game is strict"
+            return "this game is strict, so turns cannot be undone"
         is_disclosed = (
             self.session.over
             and self.problem.partially_observable
             and self.human_seats
             and not self.reveal
         )
-        return "the game is over and what was hidden is shown" if is_disclosed else ""
+        return "the game is over and its hidden information is shown" if is_disclosed else ""
 
     def _check_undo_allowed(self, command: str) -> None:
         """Raise BadParameter, prefixed with the command, if turns cannot be undone."""

@@ -63,7 +63,9 @@ class GameController:
     def game(self) -> Game:
         """The current game; raises BadParameter if there is none."""
         if self._game is None:
-            raise BadParameter("no game is played; play PROBLEM begins one, list names them")
+            raise BadParameter(
+                "no game is running; play PROBLEM starts one, list shows the problems"
+            )
         return self._game
 
     @property
@@ -177,7 +179,7 @@ class GameController:
         ):
             command = line.partition(" ")[0]
             turns_text = format_count(turn_count, "turn")
-            return f"{command}: that ends this game of {turns_text}; once more does it"
+            return f"{command}: this ends the game after {turns_text}; repeat it to confirm"
         return ""
 
     def restart_with_new_seed(self, **changes: object) -> str:
@@ -190,7 +192,7 @@ class GameController:
         """Start the same game with these changes and the same seed; return its description.
 
         Whether the seed may be shown does not change. Raise BadParameter if the current game is to
-        be handed in, unless the seed is another: trying its dice would reveal its chances.
+        be handed in, unless the seed is another: playing it would reveal its random numbers.
         """
         old_request = self._require_request()
         record = old_request.record_path and next_numbered_path(old_request.record_path)
@@ -199,13 +201,14 @@ class GameController:
             old_request, record_path=record, force=False, keep_save=keep_save, has_rate_option=False
         )
         new_request = replace(new_request, **changes)  # type: ignore[arg-type] # fields of a request
-        uses_same_dice = self.game.pauses_when_left and new_request.seed == old_request.seed
-        if uses_same_dice and new_request.is_handed_in:
+        uses_same_seed = self.game.pauses_when_left and new_request.seed == old_request.seed
+        if uses_same_seed and new_request.is_handed_in:
             raise BadParameter(
-                "this game is to be handed in, so its dice are used once; new takes other dice"
+                "this game is to be handed in, so its random numbers are used only once; "
+                "new starts a game with another seed"
             )
         new_game = start_new_game(new_request, self._known_games)
-        if uses_same_dice:  # An agent takes the seat, and its game shows what the dice bring.
+        if uses_same_seed:  # An agent takes the seat and reveals these uniforms.
             self.game.finish()
         self.set_game(new_game)
         return self.describe_new_game()
@@ -213,7 +216,7 @@ class GameController:
     def _require_request(self) -> GameRequest:
         """Return the request of the current game; raise BadParameter for a replay."""
         if self.game.request is None:
-            raise BadParameter("a recording is only looked at; branch plays on")
+            raise BadParameter("this is a replay; branch starts a game from this turn")
         return self.game.request
 
     def describe_new_game(self) -> str:
@@ -222,7 +225,7 @@ class GameController:
         """
         seed = f", seed {self.game.seed}" if self.game.is_seed_visible else ""
         saved_paths = "".join(
-            f" {recorder.describe_write_error() or f'kept: {recorder.path}'}"
+            f" {recorder.describe_write_error() or f'saved: {recorder.path}'}"
             for recorder in self._previous_recorders
         )
         if self.game.is_resumed:
@@ -242,9 +245,9 @@ class GameController:
     def run_cli_words(self, words: Sequence[str]) -> str:
         """Run words of the command line: play the game here, or return the report."""
         if self._cli_interpreter is None:
-            raise BadParameter(f"{words[0]}: only the command line knows it")
+            raise BadParameter(f"{words[0]}: not available here; run it from the command line")
         interpreter = self._cli_interpreter
-        result = run_cancellable(TaskInfo(f"working on {words[0]}"), lambda: interpreter(words))
+        result = run_cancellable(TaskInfo(f"running {words[0]}"), lambda: interpreter(words))
         if isinstance(result, str):
             return Page(result)
         self.set_game(start_game(result.interactive_request, self._known_games))

@@ -15,7 +15,7 @@ from dmplay.core.uniforms import SeededUniforms, new_seed
 from dmplay.errors import BadParameter
 from dmplay.game import saves
 from dmplay.game.action_input import Keyboard
-from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
+from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.launch_requests import (
@@ -134,7 +134,9 @@ def _check_agents_only_options(request: GameRequest) -> None:
     if request.player and "player" not in request.settings_file_options:
         raise BadParameter("--player: no person plays this game")
     if request.has_rate_option:
-        raise BadParameter("--rate: real time is for people; agents alone play at --speed")
+        raise BadParameter(
+            "--rate: real time needs a human player; if only agents play, use --speed"
+        )
     is_recorded = bool(request.record_path) or request.keep_save
     if request.record_frames and not is_recorded and "frames" not in request.settings_file_options:
         raise BadParameter("--frames: no transcript is written; add -o FILE")
@@ -178,7 +180,7 @@ def assign_players(request: GameRequest, loaded_problem: problems.LoadedProblem)
     """
     problem = loaded_problem.problem
     if request.other_agent and len(problem.agents) == 1:
-        raise BadParameter(f"--vs: {loaded_problem.name} has one seat only; use --agent")
+        raise BadParameter(f"--vs: {loaded_problem.name} has only one seat; use --agent")
     other_seats = range(1, len(problem.agents))
     players = [request.agent]
     players += [
@@ -210,7 +212,7 @@ def _check_people_can_play(problem: Problem, player_names: Sequence[str], *, can
     ]
     if human_agents and not can_ask:
         names = " and ".join(human_agents)
-        raise BadParameter(f"--no-input: {names} would be asked; let agents play every seat")
+        raise BadParameter(f"--no-input: a person plays {names}; give an agent to every seat")
 
 
 def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = ()) -> Game:
@@ -221,20 +223,22 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
     """
     path, transcript = request.path, load_transcript(request.path, read_incomplete_transcript)
     if path.is_file() and is_game_running(path):  # Its file must not be changed here.
-        raise BadParameter(f"{path}: somebody plays this game now")
+        raise BadParameter(f"{path}: this game is running, here or in another dmplay process")
     loaded_problem = load_transcript_problem(transcript, trusted=request.trusted)
     resolve_key_maps(loaded_problem.problem, request.key_preferences)
     check_seats(transcript, loaded_problem.problem)
     for player in transcript.header.seats.values():
         kind = UNRESUMABLE_PLAYERS.get(player.partition(":")[0])
         if kind:
-            raise BadParameter(f"{path}: a seat was played by {kind}, which the file does not hold")
+            raise BadParameter(
+                f"{path}: a seat was played by {kind}, which the file does not contain"
+            )
     players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
     _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
     if request.turn_limit is not None and HUMAN in players:
         raise BadParameter(
-            f"--turns: got {request.turn_limit}, but a person plays this game, which keeps its "
-            "turn limit; leave it out"
+            f"--turns: got {request.turn_limit}, but a person plays this game and its turn "
+            "limit cannot change; leave --turns out"
         )
     check_unattended_turns(transcript, players, request.turn_limit)
     session = replay(transcript, loaded_problem.problem, policies)
@@ -262,7 +266,9 @@ def resume_game(request: ResumeRequest, disclosed_games: Collection[GameKey] = (
     game = _make_continued_game(loaded_problem, transcript.header, players, request, recorder)
     game.warning = describe_problem_change(transcript, loaded_problem)
     game.is_resumed = True
-    game.repeats_uniforms = REPEATED_UNIFORMS_NOTE in transcript.notes
+    game.repeats_uniforms = any(
+        note.startswith(REPEATED_UNIFORMS_PREFIX) for note in transcript.notes
+    )
     if ghost and ghost.name != recorded_ghost:
         recorder.write_note(ghost.transcript_note)
     game.set_ghost(ghost)

@@ -99,7 +99,9 @@ def _apply_overrides(
     key that leaves another action without one, or of a key that begins a combination.
     """
     if overrides and not labels:
-        raise BadParameter(f"{source}: a number is typed here")
+        raise BadParameter(
+            f"{source}: actions are typed as numbers in this problem, so no key can be set"
+        )
     for key, label in overrides.items():
         _reject_reserved_key(key, source)
         if label not in labels:
@@ -107,13 +109,16 @@ def _apply_overrides(
         previous_label = keys.get(key, label)
         if previous_label != label and previous_label not in overrides.values():
             raise BadParameter(
-                f"{source}: {key} plays {previous_label} already; give {previous_label} a key too"
+                f"{source}: {key} already plays {previous_label}; "
+                f"set another key for {previous_label}"
             )
     merged = {**overrides, **{key: label for key, label in keys.items() if key not in overrides}}
     for pair in merged:
         first_key = pair.partition(" ")[0]
         if first_key != pair and first_key in merged:
-            raise BadParameter(f"{source}: {first_key} begins {pair!r}; give another key")
+            raise BadParameter(
+                f"{source}: {first_key} is the first key of {pair!r}; set another key"
+            )
     return merged
 
 
@@ -123,7 +128,9 @@ def _reject_reserved_key(key: str, source: str) -> None:
     if letter or key in (*NAVIGATION_KEYS, *ARROW_PAIRS, "space"):
         return
     if len(key) == 1 or key in ("tab", "enter", "escape", "backspace"):
-        raise BadParameter(f"{source}: {key!r} is the shell's or a number; take a small letter")
+        raise BadParameter(
+            f"{source}: {key!r} is reserved for commands or numbers; use a lower-case letter"
+        )
     raise UnknownName(
         "key", key, ["a letter", "space", *NAVIGATION_KEYS, *ARROW_PAIRS], error_prefix=source
     )

@@ -54,12 +54,16 @@ class ManualGame(NotebookDisplay):
         return encode_observation(self.session.problem, seat, observation)
 
     def act(self, *actions: str | float) -> JsonObject:
-        """Play a turn with one action for each manual seat; return what the first of them
-        observes.
+        """Play a turn with one action for each manual seat; return the information that
+        the first of them gets.
         """
         if len(actions) != len(self._manual_seats):
             names = ", ".join(self.session.problem.agents[seat] for seat in self._manual_seats)
-            expected = f"expected one for each of {names}" if names else "agents play every seat"
+            expected = (
+                f"expected one for each of {names}"
+                if names
+                else "expected none: agents play every seat"
+            )
             raise BadPolicy(f"got {format_count(len(actions), 'action')}, {expected}")
         joint_action: list[float | None] = [None] * len(self.session.seated_policies)
         for seat, action in zip(self._manual_seats, actions, strict=True):
@@ -75,7 +79,7 @@ class ManualGame(NotebookDisplay):
         """
         seat = self._seat_index(agent)
         if not self.session.turns:
-            raise IllegalAction("no turn was played that could teach anything")
+            raise IllegalAction("no turn has been played yet")
         percept = self.session.build_percept(seat, len(self.session.turns))
         return encode_percept(self.session.problem, seat, percept, 0)
 

@@ -45,7 +45,7 @@ class Narrator:
 
     def describe_turn(self, snapshot: SeatSnapshot) -> str:
         """Return the last turn in one line: number, events, and reward and score if visible."""
-        reroll_text = ", under other dice" if snapshot.turn in self.session.reroll_counts else ""
+        reroll_text = ", rerolled" if snapshot.turn in self.session.reroll_counts else ""
         parts = [
             f"turn {snapshot.turn}{reroll_text}.",
             self.view_module.describe_turn(snapshot.view),
@@ -73,7 +73,7 @@ class Narrator:
         """Return the current situation in sentences, with the hidden state if it is revealed."""
         words = self.view_module.describe_situation(snapshot.view)
         if self.reveal and self.session.problem.partially_observable:
-            words += f" truly {self.session.problem.format_state(self.session.state)}."
+            words += f" hidden state: {self.session.problem.format_state(self.session.state)}."
         return words
 
     def visible_turn_facts(self, snapshot: SeatSnapshot) -> dict[str, object]:

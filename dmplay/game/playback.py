@@ -118,7 +118,7 @@ class Playback(NotebookDisplay, Game):
 
     def redo(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""
-        raise BadParameter("a recording is only looked at; branch plays on")
+        raise BadParameter("this is a replay; branch starts a game from this turn")
 
     def reroll(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""
@@ -131,8 +131,8 @@ class Playback(NotebookDisplay, Game):
         """
         steps_back = self._count_steps(self._next_index)
         if steps_back < turns:
-            message = f"undo {turns}: the beginning is {format_count(steps_back, 'step')} back"
-            raise BadParameter(message if steps_back else "this is the beginning")
+            message = f"undo {turns}: the start is only {format_count(steps_back, 'step')} back"
+            raise BadParameter(message if steps_back else "this is the start of the replay")
         for _ in range(turns):
             self._next_index -= 1
             if self._blocks[self._next_index].kind == "turn":

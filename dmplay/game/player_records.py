@@ -2,8 +2,8 @@
 
 They are saved in a file of the state folder when a game ends. The last game is any that reached its
 natural end. The best is the one with the highest return among games that one person played against
-the default partners: with no hints, ghost, undo or peeking, not on the same uniforms as just
-before, from the first turn on, and accepted by `dmplay verify`.
+the default partners: with no hints, ghost, undo or peeking, not on the uniforms of an
+earlier game, from the first turn on, and accepted by `dmplay verify`.
 """
 
 import contextlib
@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 from dmplay.core import safe_files
 from dmplay.core.problem import Problem
 from dmplay.errors import DmplayError, clip_message
-from dmplay.game.game import REPEATED_UNIFORMS_NOTE, Game
+from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
 from dmplay.game.saves import saves_folder
 from dmplay.registry import agents, problems
@@ -113,7 +113,7 @@ def load_records() -> list[ProblemRecord]:
     except (OSError, ValueError, TypeError, KeyError, AttributeError, RecursionError):
         records = None
     if records is None:
-        _warn_once(f"{path} holds no records; they begin anew")
+        _warn_once(f"{path} is not a file of records; dmplay starts a new one")
     return sorted(records or [], key=lambda entry: entry.key)
 
 
@@ -199,8 +199,7 @@ def _record_from_transcript(transcript: Transcript, problem: Problem) -> Problem
     is_eligible = header.branched is None and not (header.peeked or header.reveal)
     is_eligible &= not any(block.kind in EVENT_KEYS for block in transcript.blocks)
     is_eligible &= not any(
-        note == REPEATED_UNIFORMS_NOTE or note.startswith(GHOST_NOTE_PREFIX)
-        for note in transcript.notes
+        note.startswith((REPEATED_UNIFORMS_PREFIX, GHOST_NOTE_PREFIX)) for note in transcript.notes
     )
     best = result if is_eligible else None
     return ProblemRecord(header.problem, header.parameters, header.turns, seat, result, best=best)
@@ -243,7 +242,7 @@ def _save_record(record: ProblemRecord) -> None:
             }
             safe_files.write_file(path, json.dumps(data, indent=1) + "\n", force=True, private=True)
     except (DmplayError, OSError) as error:
-        _warn_once(f"records are not kept: {error}")
+        _warn_once(f"records are not saved: {error}")
 
 
 def _parse_record(data: Any) -> ProblemRecord:

@@ -34,7 +34,8 @@ KEPT_SHARE = 0.9  # share of the maximum size that is left after saves were dele
 PROTECTED_SECONDS = 24 * 60 * 60  # age in seconds up to which a save is never deleted
 NUMBER_PATTERN = re.compile(r"(?!\d{8}-\d{6}-)(\d+)-")  # older versions wrote date and time
 PROTECTION_RULE = (
-    "a game of the last 24 hours, a running game and the newest game stay, and so do all newer ones"
+    "dmplay never deletes a game of the last 24 hours, a running game, the newest game or any game "
+    "newer than one of these"
 )
 STDIN_PATH, STDOUT_PATH = Path("/dev/stdin"), Path("/dev/stdout")
 
@@ -54,8 +55,10 @@ class SaveRemoval(NamedTuple):
 
     def __str__(self) -> str:
         """Return the removal in one line; '' if nothing was deleted and the saves fit."""
-        removed = f"removed: {format_count(self.removed_count, 'older game')}"
-        parts = [f"{removed}, to make room; --keep MB keeps more"] if self.removed_count else []
+        deleted = f"deleted {format_count(self.removed_count, 'older saved game')}"
+        parts = (
+            [f"{deleted} to make room; --keep MB raises the limit"] if self.removed_count else []
+        )
         if self.exceeded_megabytes:
             size = f"more than {self.exceeded_megabytes:g} MB"
             parts.append(f"saved games take {size}, because {PROTECTION_RULE}")
@@ -203,7 +206,7 @@ def prepare_folder(games_folder: Path) -> bool:
             raise PermissionError(errno.EACCES, os.strerror(errno.EACCES))
     except OSError as error:
         has_no_home = games_folder.is_relative_to(os.devnull)
-        reason = "no home; set HOME" if has_no_home else f"{games_folder}: {error.strerror}"
+        reason = "no home folder; set HOME" if has_no_home else f"{games_folder}: {error.strerror}"
         _warn_not_saved(reason)
         return False
     return True
@@ -211,7 +214,7 @@ def prepare_folder(games_folder: Path) -> bool:
 
 def _warn_not_saved(reason: str) -> None:
     """Print a warning that the game is not saved."""
-    print(clip_message(f"warning: this game is not kept: {reason}"), file=sys.stderr)
+    print(clip_message(f"warning: this game is not saved: {reason}"), file=sys.stderr)
 
 
 def shell_history_path() -> Path | None:

@@ -73,9 +73,7 @@ def _parse_script(problem: Problem, seat: int, script: str) -> tuple[float, ...]
         except OSError as error:
             raise BadParameter(f"{script}: {error.strerror}") from None
         except UnicodeDecodeError:
-            raise BadParameter(
-                f"{script}: got what is no UTF-8, expected lines of actions"
-            ) from None
+            raise BadParameter(f"{script}: not UTF-8, expected lines of actions") from None
         words = [
             (f"{script}:{number}", word)
             for number, row in enumerate(rows, 1)
@@ -141,7 +139,9 @@ def load_resumed_players(
     for name in names:
         base = name.partition(":")[0]
         if name != HUMAN and base not in agents.load_roster(problem).agents and not trusted:
-            raise BadParameter(f"seats: {name!r} is not built in; if it is yours, add --trust")
+            raise BadParameter(
+                f"seats: {name!r} is not built in; if you trust its code, add --trust"
+            )
     turns = header.turns
     return names, [make_seat_policy(problem, seat, name, turns) for seat, name in enumerate(names)]
 

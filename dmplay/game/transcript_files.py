@@ -28,8 +28,8 @@ from dmplay.transcript.verification_report import (
 from dmplay.transcript.verify import verify_transcript
 
 TRANSCRIPT_SUFFIX = ".dmt"
-TRUST_HINT = "; if it is yours, add --trust (in pytest, dmplay_trust = true)"
-NOT_ASSIGNED_REASON = "is not of the assignment, so it is not imported"
+TRUST_HINT = "; if you trust its code, add --trust (in pytest, dmplay_trust = true)"
+NOT_ASSIGNED_REASON = "is not part of the assignment, so its code is not imported"
 
 
 def iter_transcript_files(paths: Sequence[Path]) -> Iterator[Path]:
@@ -104,8 +104,8 @@ def describe_problem_change(transcript: Transcript, loaded_problem: problems.Loa
         ""
         if recorded_origin == current_origin
         else (
-            f"{loaded_problem.name} is {current_origin or 'another'}, "
-            f"was {recorded_origin or 'another'}"
+            f"{loaded_problem.name} has changed: now {current_origin or 'no version'}, "
+            f"recorded {recorded_origin or 'no version'}"
         )
     )
 
@@ -196,7 +196,7 @@ def rewrite_files(paths: Sequence[Path], *, trusted: bool) -> tuple[list[str], l
     """
     for path in paths:
         if path == STDIN_PATH or path.parent == OPEN_FILES_FOLDER:
-            source = "the standard input" if path == STDIN_PATH else path
+            source = "standard input" if path == STDIN_PATH else path
             raise BadParameter(f"--update: {source} cannot be rewritten")
     diffs, failures = [], []
     for path in paths:

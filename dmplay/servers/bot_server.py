@@ -48,7 +48,7 @@ class BotServer:
         try:
             return self._answer_message(decode_message(text))
         except (KeyError, TypeError) as error:
-            reason = f"no {error}" if isinstance(error, KeyError) else str(error)
+            reason = f"field {error} is missing" if isinstance(error, KeyError) else str(error)
         except (ValueError, LookupError) as error:
             reason = str(error)
         quoted = repr(text.rstrip()[:MAX_QUOTED_CHARACTERS])
@@ -62,7 +62,7 @@ class BotServer:
         if kind == "quit":
             self.over = True
         elif self._seat is None:
-            raise BadParameter(f"expected hello before {kind}")
+            raise BadParameter(f"got {kind}, expected hello first")
         elif kind == "turn":
             self._update_memory(message, *self._seat)
         elif kind == "act":
@@ -72,7 +72,9 @@ class BotServer:
     def _answer_hello(self, message: JsonObject) -> str:
         """Choose problem, seat and policy by a `hello` message, and return the answer."""
         if message.get("protocol") != PROTOCOL_VERSION:
-            raise BadParameter(f"protocol {message.get('protocol')!r}, expected {PROTOCOL_VERSION}")
+            raise BadParameter(
+                f"protocol: got {message.get('protocol')!r}, expected {PROTOCOL_VERSION}"
+            )
         _check_hello(message)
         self._seat = self._make_seat(message)
         policy = self._seat[2]
@@ -105,7 +107,7 @@ class BotServer:
     def _memory_of(self, game: int) -> Memory:
         """Return the memory of a game; raise BadParameter before its turn 0."""
         if game not in self._memories:
-            raise BadParameter(f"game {game}, expected its turn 0 first")
+            raise BadParameter(f"game {game} has no turn 0; send its turn 0 first")
         return self._memories[game]
 
     def _answer_act(self, message: JsonObject, problem: Problem, seat: int, policy: Policy) -> str:
@@ -144,7 +146,7 @@ def _decode_legal_mask(problem: Problem, seat: int, value: object) -> Bools | No
     if value == describe_choices(problem, seat) or not labels:
         return None
     if not isinstance(value, list) or not value or any(name not in labels for name in value):
-        raise unexpected_value("legal", value, f"a list of some of {', '.join(labels)}")
+        raise unexpected_value("legal", value, f"a list of one or more of {', '.join(labels)}")
     return np.array([[name in value for name in labels]])
 
 

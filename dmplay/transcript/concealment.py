@@ -16,8 +16,8 @@ from dmplay.transcript.replay import replay
 GameKey = tuple[str, object]
 RESUMABLE_END_REASONS = ("", "interrupted")  # end reasons after which nothing hidden was shown
 FINISH_MESSAGE, PEEK_ADVICE = (
-    "this game can still be played on: finish it",
-    ", or say --peek, which marks it",
+    "this game can still be continued: finish it first",
+    ", or add --peek, which marks it as peeked",
 )
 
 
@@ -68,7 +68,9 @@ def mark_peeked(transcript: Transcript) -> Transcript:
     if transcript.header.peeked:
         return transcript
     if path in safe_files.INPUT_DEVICES:
-        raise BadParameter("--peek: name the file, so that it can be marked")
+        raise BadParameter(
+            "--peek: got standard input, expected a file that can be marked as peeked"
+        )
     rows = transcript.content.split("\n")
     earlier_keys = HEADER_KEYS[: HEADER_KEYS.index("peeked")]  # The order of keys is fixed.
     entries = transcript.header_block.entries
@@ -91,6 +93,6 @@ def mark_header_peeked(header: Header, problem: Problem, error_prefix: str = "")
     if not has_hidden_information(problem, header.seats.values(), reveal=header.reveal):
         return header
     if header.strict:
-        reason = "this game is strict: once what is hidden is shown, nobody plays on"
+        reason = "this game is strict: it cannot continue after hidden information was shown"
         raise BadParameter(f"{error_prefix}: {reason}" if error_prefix else reason)
     return replace(header, peeked=True)

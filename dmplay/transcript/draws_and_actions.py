@@ -17,10 +17,10 @@ def read_uniforms(transcript: Transcript, block: Block, count: int) -> Reals:
         type(u) in (int, float) and 0.0 <= u < 1.0 for u in values
     ):
         line = block.line_of_key("draws")
-        raise transcript.error_at(line, "draws: expected numbers from 0 to below 1")
+        raise transcript.error_at(line, "draws: expected numbers from 0 (included) to 1 (excluded)")
     if len(values) != count:
         line = block.line_of_key("draws")
-        raise transcript.error_at(line, f"draws: got {len(values)}, expected {count}")
+        raise transcript.error_at(line, f"draws: got {len(values)} numbers, expected {count}")
     return np.array(values, float)
 
 
@@ -33,7 +33,8 @@ def read_actions(transcript: Transcript, block: Block, problem: Problem) -> list
     actions = []
     for seat, (agent, value) in enumerate(values_by_agent.items()):
         if type(value) not in problem.actions[seat].json_types:
-            explanation = f"actions: {agent}: got {json.dumps(value)}"
+            expected = "a text" if str in problem.actions[seat].json_types else "a number"
+            explanation = f"actions: {agent}: got {json.dumps(value)}, expected {expected}"
             raise transcript.error_at(block.line_of_key("actions"), explanation)
         try:
             actions.append(problem.parse_action(seat, str(value)))
@@ -54,9 +55,10 @@ def read_hint_counts(transcript: Transcript, block: Block, problem: Problem) -> 
         or not hint_counts
         or not {*hint_counts} <= {*problem.agents}
     ):
-        raise transcript.error_at(block.line, f"help: expected some of {', '.join(problem.agents)}")
+        names = ", ".join(problem.agents)
+        raise transcript.error_at(block.line, f"help: expected counts for one or more of {names}")
     if not all(type(count) is int and count > 0 for count in hint_counts.values()):
-        raise transcript.error_at(block.line, "help: expected whole numbers, as 1")
+        raise transcript.error_at(block.line, "help: expected whole numbers of 1 or more")
     return hint_counts
 
 
@@ -67,5 +69,5 @@ def read_count(transcript: Transcript, block: Block, key: str) -> int:
     """
     value = block[key]
     if type(value) is not int or value < 1:
-        raise transcript.error_at(block.line, f"{key}: expected a whole number, as 1")
+        raise transcript.error_at(block.line, f"{key}: expected a whole number of 1 or more")
     return value

@@ -14,7 +14,7 @@
     draws: [0.897213801]
     state: "(8,1)"
     rewards: {"agent": 0}
-    | a frame, if wanted                            and the contents of the screen
+    | a frame, if frames are recorded               and the contents of the screen
 
     end: {"reason": "quit", "turns": 1, "return": {"agent": 0}, "total": {"agent": 0}, ...}
 

@@ -39,12 +39,12 @@ VERSION_TYPE = ValueType(
 )
 NAME_TYPE = ValueType('a name, such as "hexworld"', lambda value: isinstance(value, str))
 NAME_MAP_TYPE = ValueType('names, such as {"agent": "human"}', _is_name_map)
-ORIGIN_TYPE = ValueType("what its problem came from", lambda value: isinstance(value, str))
+ORIGIN_TYPE = ValueType("the origin of the problem as text", lambda value: isinstance(value, str))
 VALUE_MAP_TYPE = ValueType('values, such as {"slip": 0.2}', lambda value: isinstance(value, dict))
 WHOLE_NUMBER_TYPE = ValueType(
     "a whole number, such as 7", lambda value: type(value) is int and value >= 0
 )
-PLAYER_NAME_TYPE = ValueType('who plays, such as "Ada"', lambda value: isinstance(value, str))
+PLAYER_NAME_TYPE = ValueType('a name, such as "Ada"', lambda value: isinstance(value, str))
 FLAG_TYPE = ValueType("true or false", lambda value: type(value) is bool)
 STRICT_TYPE = ValueType(
     'true or false, or "hints"', lambda value: value == "hints" or FLAG_TYPE.accepts(value)

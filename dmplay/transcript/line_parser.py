@@ -20,11 +20,11 @@ def parse_line(row: str, path: str, line: int) -> tuple[str, object]:
     """Return the key and value of a line; raise BadTranscript if it is malformed."""
     match = KEY_PATTERN.match(row)
     if not match:
-        expected = "expected 'key: value', '| frame', '# note' or nothing"
+        expected = "expected 'key: value', '| frame', '# note' or an empty line"
         raise BadTranscript(path, line, 1, expected)
     value_start = match.end()
     if "\\" in row and SURROGATE_PATTERN.search(row):
-        raise BadTranscript(path, line, None, "half a character")
+        raise BadTranscript(path, line, None, "half of a surrogate pair, expected whole characters")
     try:
         value = _decode_value(row, value_start)
         if len(row) > MAX_NESTING and row.count("[") + row.count("{") > MAX_NESTING:
@@ -86,7 +86,7 @@ def _build_unique_dict(pairs: list[tuple[str, object]]) -> dict[str, object]:
     result = dict(pairs)
     if len(result) < len(pairs):
         name = Counter(name for name, _ in pairs).most_common(1)[0][0]
-        raise ValueError(f"{name!r} stands twice")
+        raise ValueError(f"the key {name!r} occurs twice")
     return result
 
 

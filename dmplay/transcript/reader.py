@@ -23,6 +23,7 @@ from dmplay.transcript.header import FORMAT_VERSION, HEADER_LINES, VERSION_TYPE,
 from dmplay.transcript.line_parser import parse_line
 
 MAX_LINE_CHARS = 1_000_000
+NOT_A_TRANSCRIPT = "not a transcript, or cut off before its first turn"
 
 HEADER_KEYS = ("dmplay", *(line.key for line in HEADER_LINES))
 BLOCK_KEYS = {
@@ -143,7 +144,9 @@ def read_transcript(path: str | Path) -> Transcript:
     transcript = read_incomplete_transcript(path)
     if not transcript.blocks:
         line = transcript.content.count("\n") + 1
-        raise transcript.error_at(line, "torn before its first turn; dmplay resume begins it")
+        raise transcript.error_at(
+            line, "cut off before its first turn; dmplay resume starts the game"
+        )
     return transcript
 
 
@@ -179,7 +182,7 @@ def read_outline(path: Path) -> TranscriptOutline:
     content, last, _ = _split_sections(text, name)
     header_block = next(_parse_blocks(content, name, 1), None)
     if header_block is None:
-        raise BadTranscript(name, 1, None, "not a transcript, or torn before its first turn")
+        raise BadTranscript(name, 1, None, NOT_A_TRANSCRIPT)
     end_block = next(_parse_blocks(last, name, content.count("\n") + 1), None) if last else None
     end_facts = end_block["end"] if end_block else None
     hint_counts = Counter[str]()
@@ -212,16 +215,16 @@ def parse_transcript(raw: bytes, path: str = "transcript") -> Transcript:
     end = next(iter(_parse_blocks(last, path, content.count("\n") + 1)), None) if last else None
     if not blocks:
         if torn:
-            raise BadTranscript(path, 1, None, "not a transcript, or torn before its first turn")
+            raise BadTranscript(path, 1, None, NOT_A_TRANSCRIPT)
         raise BadTranscript(path, 1, None, f"empty, expected 'dmplay: {FORMAT_VERSION}'")
     header_block, *game_blocks = blocks
     for index, block in enumerate(game_blocks):
         is_start = block.kind == "turn" and block["turn"] == 0
         if block.kind in ("dmplay", "end") or is_start != (index == 0):
             if block.kind == "end":
-                explanation = "got lines after an empty one below the end, expected only notes"
+                explanation = "got lines after the end of the game, expected only notes"
                 raise BadTranscript(path, block.line, None, explanation)
-            expected = "a turn, an undo or a reroll" if index else "the opening, 'turn: 0'"
+            expected = "a turn, an undo or a reroll" if index else "the start, 'turn: 0'"
             raise BadTranscript(path, block.line, None, f"got {block.kind}, expected {expected}")
     header = parse_header(header_block, path)
     forbidden_kinds = (
@@ -271,7 +274,7 @@ def _split_sections(content: str, path: str) -> tuple[str, str, str]:
     """Return the complete blocks, the end block or '', and the incomplete tail or ''."""
     if "\r" in content:
         line = content[: content.index("\r")].count("\n") + 1
-        explanation = "a carriage return; lines end with a newline alone"
+        explanation = "carriage return inside the file; lines must end with a newline only"
         raise BadTranscript(path, line, None, explanation)
     tail_start = content.rfind("\n\n") + 2 if "\n\n" in content else 0
     tail = content[tail_start:]
@@ -304,9 +307,11 @@ def _parse_blocks(content: str, path: str, first: int) -> Iterator[Block]:
         if parsed_line:
             key, value = parsed_line
             if key in entries:
-                raise BadTranscript(path, line, 1, f"{key} stands twice in this block")
+                raise BadTranscript(path, line, 1, f"{key} occurs twice in this block")
             if frame:
-                raise BadTranscript(path, line, 1, f"{key} after the frame")
+                raise BadTranscript(
+                    path, line, 1, f"got {key} after the frame, expected it before the frame"
+                )
             first_line = first_line if entries else line
             entries[key] = value
         elif not row and frame and not entries:
@@ -340,7 +345,7 @@ def _collect_frame_or_note(  # noqa: PLR0913, PLR0917 - a line, and where it goe
     Raises BadTranscript if the line is too long.
     """
     if len(row) > MAX_LINE_CHARS:
-        explanation = "a line of over a million characters"
+        explanation = f"line longer than {MAX_LINE_CHARS:,} characters"
         raise BadTranscript(path, line, MAX_LINE_CHARS + 1, explanation)
     if row[0] not in "#|":
         return False
@@ -383,7 +388,7 @@ def _read_header_value(
     """Return the value of a header line or its default; raise BadTranscript if it is malformed."""
     entry = block.entries.get(key)
     if entry is None and default is MISSING:
-        explanation = f"the header has no {key}: {value_type.expected}"
+        explanation = f"the header has no {key}, expected {value_type.expected}"
         raise BadTranscript(path, block.line, None, explanation)
     if entry is None:
         return default

@@ -22,7 +22,7 @@ from dmplay.transcript.format import (
 )
 from dmplay.transcript.header import Header, collect_header_facts
 
-RESERVED_SHARE = 64  # one part in so many of the largest file is not used for turns
+RESERVED_SHARE = 64  # 1/64 of the maximum file size is not used for turns
 
 
 class Recorder:
@@ -75,7 +75,7 @@ class Recorder:
             if not is_device:
                 os.ftruncate(recorder._file, 0)
         except FileExistsError:
-            raise BadParameter(f"{path} exists; give another name, or --force") from None
+            raise BadParameter(f"{path} exists; give another name or use --force") from None
         except OSError as error:
             raise BadParameter(f"cannot write {path}: {error.strerror}") from None
         recorder.write_turn(join_block(format_lines(collect_header_facts(header))))
@@ -112,7 +112,9 @@ class Recorder:
             self._file
         ):
             self.close()
-            raise BadParameter(f"{self.path}: somebody plays this game now")
+            raise BadParameter(
+                f"{self.path}: this game is running, here or in another dmplay process"
+            )
 
     def _set_file_mode(self, mode: int) -> None:
         """Set the permissions of the file, if its problem has hidden states."""
@@ -180,7 +182,7 @@ class Recorder:
         was_restored, self._was_restored = self._was_restored, False
         if was_restored and not is_failing and not self._is_error_reported:
             return (
-                f"{self.path} was removed or emptied; it is written again, and nothing is missing"
+                f"{self.path} was removed or emptied; dmplay wrote it again, and nothing is missing"
             )
         if is_failing is self._is_error_reported:
             return ""
@@ -188,7 +190,7 @@ class Recorder:
         return (
             f"{self.describe_write_error()}; the game continues, and dmplay tries again each turn"
             if is_failing
-            else f"{self.path} is written again, and nothing is missing"
+            else f"{self.path} can be written again, and nothing is missing"
         )
 
     def describe_write_error(self) -> str:
@@ -248,11 +250,11 @@ class Recorder:
             old_file = self._file
             self._open_new_file(os.O_EXCL)
             os.close(old_file)
-            safe_files.is_locked_elsewhere(self._file)  # locks it: nobody else has a new file
+            safe_files.is_locked_elsewhere(self._file)  # locks the new file
             self._restart_file()
             return
         if not is_same_file:
-            raise OSError(errno.EEXIST, "another file or folder took its place")
+            raise OSError(errno.EEXIST, "another file or folder has this path now")
         if status.st_size not in (0, len(self._written)):
             raise OSError(errno.EBUSY, "another program changed it")
         if not status.st_size and self._written:

@@ -66,7 +66,7 @@ def check_unattended_turns(
     ):
         return
     line = transcript.header_block.entries["turns"].line
-    explanation = f"turns: got {turns}, expected at most {DEFAULT_TURN_LIMIT} where no person plays"
+    explanation = f"turns: got {turns}, expected at most {DEFAULT_TURN_LIMIT} if only agents play"
     raise transcript.error_at(
-        line, f"{explanation}; if you want them: dmplay resume FILE --turns {turns}"
+        line, f"{explanation}; to play them all: dmplay resume FILE --turns {turns}"
     )

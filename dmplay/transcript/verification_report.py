@@ -9,15 +9,18 @@ from typing import NamedTuple
 from dmplay.core.text import escape_newlines, format_count
 from dmplay.errors import BadTranscript
 
-SEED_MISMATCH_MESSAGE = "the rules hold, but the inputs are not those of the seed and the agents"
+SEED_MISMATCH_MESSAGE = (
+    "the results follow from the recorded draws and actions, but these do not all follow from the "
+    "seed and the agents"
+)
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
-CHANGED_LINE_ENDS_REMARK = "line ends changed, as by mail or an editor"
+CHANGED_LINE_ENDS_REMARK = "line ends changed, for example by mail or an editor"
 MAX_PRINTED_FINDINGS = 5
 # the acting player's information set, which files of `.efg` games once recorded for every player
 WAITING_OBSERVATION_PATTERN = re.compile(r"-?\d+-\d+-\d+-.*")
 WAITING_OBSERVATION_MESSAGE = (
-    "observations: of an older dmplay, which revealed the acting player's information set; "
-    "a waiting player observes nothing: --update rewrites the file"
+    "observations: an older dmplay recorded the acting player's information set here, but a "
+    "waiting player observes nothing; --update rewrites the file"
 )
 
 
@@ -77,7 +80,7 @@ def merge_waiting_observations(findings: Sequence[Finding]) -> list[Finding]:
 def describe_peeks_and_hints(hint_counts: Mapping[str, int], *, peeked: bool) -> list[str]:
     """Return notes for a game that was peeked at, and on hint counts; [] if there are none."""
     counts_text = ", ".join(f"{name} {count}" for name, count in hint_counts.items())
-    return [*(["peeked"] * peeked), *([f"help: {counts_text}"] if counts_text else [])]
+    return [*(["peeked"] * peeked), *([f"hints: {counts_text}"] if counts_text else [])]
 
 
 def _format_value(value: object) -> str:
@@ -105,7 +108,9 @@ class VerificationReport:
         """A summary of the checks that were made and those that were not."""
         parts = [format_count(self.turns, "turn") + ", unfinished" * self.is_unfinished]
         parts += (
-            [f"not re-asked: {', '.join(self.unchecked_players)}"] if self.unchecked_players else []
+            [f"not recomputed: {', '.join(self.unchecked_players)}"]
+            if self.unchecked_players
+            else []
         )
         parts += describe_peeks_and_hints(self.hint_counts, peeked=self.peeked)
         parts += [CHANGED_LINE_ENDS_REMARK] * self.has_changed_line_ends

@@ -306,7 +306,12 @@ class _Verifier:
         findings[:] = [finding for finding in findings if finding.level != "inputs"]
         entry = self.transcript.header_block.entries["seed"]
         self._add_finding(
-            "inputs", entry.line, "every turn", "seed", "the seed of these draws", entry.value
+            "inputs",
+            entry.line,
+            "every turn",
+            "seed",
+            "the seed that produces these draws",
+            entry.value,
         )
 
     def _compare_end(self, session: Session) -> None:
@@ -314,7 +319,7 @@ class _Verifier:
         transcript = self.transcript
         end = transcript.end_block
         if end is None:
-            explanation = "a torn last turn" if transcript.torn_tail else "no end line"
+            explanation = "the last turn is incomplete" if transcript.torn_tail else "no end line"
             line = transcript.content.count("\n") + 1
             location = f"turn {len(session.turns)}"
             self._add_finding("unfinished", line, location, f"unfinished: {explanation}")
@@ -327,10 +332,17 @@ class _Verifier:
             if not _is_close(recorded.get(key), got):
                 self._add_finding("facts", entry.line, "end", key, recorded.get(key), got)
             elif got is None:  # neither the file nor the replay has an end reason
-                self._add_finding("facts", entry.line, "end", f"no {key}")
+                self._add_finding(
+                    "facts", entry.line, "end", f"no {key}, because the game is not over"
+                )
         if recorded.keys() - collect_end_facts(session).keys() != {"sha256"}:
             self._add_finding(
-                "facts", entry.line, "end", "keys", sorted(recorded), "... and sha256"
+                "facts",
+                entry.line,
+                "end",
+                "keys",
+                sorted(recorded),
+                sorted([*collect_end_facts(session), "sha256"]),
             )
         if self.report.is_ok:
             self._compare_checksum(end, session)

@@ -66,7 +66,7 @@ class Ghost:
         none.
         """
         turn_limit = self.session.turn_limit or DEFAULT_TURN_LIMIT
-        Budget("the same dice", "a shorter game").spend_work(1.0, turn / turn_limit)
+        Budget("the game of the ghost", "play a shorter game").spend_work(1.0, turn / turn_limit)
         player_turns = self.player_session.turns[turn - 1 : turn]
         self.session.advance((), player_turns[0].uniforms if player_turns else None)
 
@@ -88,7 +88,7 @@ class Ghost:
     def describe_comparison(self) -> str:
         """Return a sentence that compares the returns of ghost and player."""
         player_return = float(self.player_session.returns()[self.seat])
-        return f"{self.name} on the same dice: {self.score:.6g}; you {player_return:.6g}"
+        return f"same random numbers: {self.name} {self.score:.6g}, you {player_return:.6g}"
 
 
 def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Ghost:
@@ -98,9 +98,11 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
     unknown.
     """
     if not human_seats:
-        raise BadParameter("--ghost: it plays beside a person, and here agents play alone")
+        raise BadParameter("--ghost: needs a human player; only agents play this game")
     if not _have_common_reward(session.problem, human_seats):
-        raise BadParameter("--ghost: it plays beside one person, and here several play")
+        raise BadParameter(
+            "--ghost: needs one human player; several with different rewards play this game"
+        )
     agent_names = agents.load_roster(session.problem).agents
     if name.partition(":")[0] not in agent_names and not agents.names_user_code(
         session.problem, 0, name
@@ -181,7 +183,7 @@ def describe_ghost_result(
         opponent = ghost or create_best_ghost(session, human_seats, player_names)
         if opponent is None:
             return ""
-        run_cancellable(TaskInfo(f"{opponent.name} plays the same dice"), opponent.play_to_end)
+        run_cancellable(TaskInfo(f"{opponent.name} is playing the same game"), opponent.play_to_end)
     except DmplayError:
         return ""
     return opponent.describe_comparison()

@@ -76,7 +76,7 @@ class Hint:
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
     scope: str = ""  # the game that the values are about, '' if it is this one
-    has_regrets: bool = True  # False if its values guess what the others play
+    has_regrets: bool = True  # False if its values assume actions of others
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -116,7 +116,7 @@ class Hint:
     def regrets(self) -> Reals | None:
         """The best value minus the value of each action `[A]`; nan for illegal actions.
 
-        None if the agent has no values, or if they guess what the others play.
+        None if the agent has no values, or if they assume how the other agents play.
         """
         return self._value_gaps if self.has_regrets else None
 
@@ -210,7 +210,11 @@ class HintProvider:
         """Return the reason why no hints are available; '' if they are."""
         if self.session.over:
             return "the game is over"
-        return "" if self._follower else "no agent here knows values; dmplay info lists the agents"
+        return (
+            ""
+            if self._follower
+            else "no agent can give hints in this game; dmplay info lists the agents"
+        )
 
     def _query_agent(self, query: Callable[[SeatedPolicy], T]) -> T:
         """Return the result of a query to the hint agent.
@@ -339,7 +343,7 @@ class HintProvider:
         labels = self.session.action_labels(self.seat)
         scope = self.scope
         text = Hint("", labels, self._legal_values()).values_text
-        return text and text.replace("values:", f"values {scope}:" if scope else "values:", 1)
+        return text and text.replace("values:", f"values ({scope}):" if scope else "values:", 1)
 
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""

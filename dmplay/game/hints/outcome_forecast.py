@@ -71,7 +71,7 @@ def enumerate_joint_actions(session: Session, seat: int, action: float) -> Array
             zip(session.problem.actions, legal_masks, strict=True)
         )
     ]
-    budget = Budget("what an action may bring", "play it")
+    budget = Budget("the forecast of an action", "play the action instead")
     budget.check_memory(
         8.0
         * len(options_by_seat)
@@ -125,8 +125,8 @@ def _forecast_from_belief(view: View[Problem], action: float) -> Forecast:
     """
     problem, seat = view.problem, view.seat
     if view.beliefs is None:
-        raise BadParameter("whatif: too many states to foresee what may be seen")
-    budget = Budget("what an action may bring", "play it")
+        raise BadParameter("whatif: too many states to compute the possible observations")
+    budget = Budget("the forecast of an action", "play the action instead")
     unknown: list[int | None] = [None] * len(problem.agents)
     actions, rows = unknown.copy(), []
     actions[seat] = int(action)
@@ -155,7 +155,7 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
     other_count = len(
         list_active_seats(session, [other for other in range(len(problem.agents)) if other != seat])
     )
-    others = f", the other{'s' * (other_count > 1)} at random" if other_count else ""
+    others = f", the other agent{'s' * (other_count > 1)} at random" if other_count else ""
     sample_note = f" ({len(forecast.probabilities)} samples)" if forecast.is_sampled else ""
     if problem.state_count == 1 and not forecast.is_sampled:
         return f"if {name}{others}: {_format_payoffs(session, seat, forecast.action)}"
@@ -172,7 +172,7 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
     ]
     more = len(forecast.probabilities) - len(outcomes)
     if more:
-        outcomes.append(f"{omitted_probability:.{decimals}f} {more} more")
+        outcomes.append(f"{omitted_probability:.{decimals}f} for {more} more")
     return f"if {name}{others}: {', '.join(outcomes)}"
 
 
@@ -204,7 +204,7 @@ def _format_state(problem: Problem, state: Array) -> str:
 
 
 def _format_payoffs(session: Session, seat: int, action: float) -> str:
-    """Return the expected reward of an action for each reply of the others, and the average.
+    """Return the expected reward of an action for each reply of the other agents, and the mean.
 
     If there are more than four replies, only the smallest and the largest reward are given.
     """
@@ -214,12 +214,12 @@ def _format_payoffs(session: Session, seat: int, action: float) -> str:
     payoffs = np.bincount(row, p * outcome.rewards[:, seat], len(joint))
     mean = f"{payoffs.mean():.4g} on average"
     if len(joint) > MAX_LISTED_OUTCOMES:
-        return f"pays {payoffs.min():g} to {payoffs.max():g}, {mean}"
+        return f"reward {payoffs.min():g} to {payoffs.max():g}, {mean}"
     parts = [
-        f"{' and '.join(_other_action_names(problem, seat, reply))} pays {payoff:g}"
+        f"{payoff:g} if {' and '.join(_other_action_names(problem, seat, reply))}"
         for reply, payoff in zip(joint, payoffs, strict=True)
     ]
-    return f"{', '.join(parts)}; {mean}"
+    return f"reward {', '.join(parts)}; {mean}"
 
 
 def _other_action_names(problem: Problem, seat: int, joint: Array) -> list[str]:

@@ -17,13 +17,13 @@ from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
-REVIEW_TASK = TaskInfo("looking back at your moves")
+REVIEW_TASK = TaskInfo("reviewing your actions")
 
 
 class ReviewedAction(NamedTuple):
     """One choice of a person, with the action values and its regret.
 
-    The regret is None if the values guess what the others play.
+    The regret is None if the values assume how the other agents play.
     """
 
     turn: int
@@ -41,18 +41,18 @@ class ReviewedAction(NamedTuple):
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
-        best = append_scope("best", self.scope)
+        best = append_scope("best action", self.scope)
         if self.chosen in self.best:
             return f"{beginning}, the {best}. values: {value_list}"
         regret = (
             "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
         )
-        return f"{beginning}, {best} {' or '.join(self.best)}{regret}. values: {value_list}"
+        return f"{beginning}, {best}: {' or '.join(self.best)}{regret}. values: {value_list}"
 
 
 def append_scope(text: str, scope: str) -> str:
-    """Return a text followed by the game that it is about, if that is not this one."""
-    return f"{text} {scope}".strip()
+    """Return a text followed by the game that it is about in brackets, if that is not this one."""
+    return f"{text} ({scope})" if scope else text
 
 
 def review_actions(
@@ -70,7 +70,7 @@ def review_actions(
         hint_agent = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
         if hint_agent and problem.actions[seat].labels:
             hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
-    budget = Budget("the review", "a shorter game")
+    budget = Budget("the review", "review a shorter game")
     for number, turn in enumerate(session.turns, 1):
         budget.spend_work(1.0, (number - 1) / len(session.turns))
         for seat, (hint_agent, hint_policy) in hint_agents.items():
@@ -106,18 +106,18 @@ def _review_action(
 def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     """Return one line: the number of best choices, the total regret and the worst turn."""
     if not reviewed_actions:
-        return "review: no agent here knows the values of these moves"
+        return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
-    best = append_scope("the best", reviewed_actions[0].scope)
-    text = f"review: {best_count} of {format_count(len(reviewed_actions), 'move')} {best}"
+    best = append_scope("best action", reviewed_actions[0].scope)
+    text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
-        return f"{text}; no regret, as the other's play is a guess"
+        return f"{text}; no regret, because the values assume how the other agent plays"
     total_regret = sum(regrets)
     worst = max(reviewed_actions, key=_regret_or_zero)
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = f"{text}, regret {regret_text} in all"
-    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
+    text = f"{text}, total regret {regret_text}"
+    return text if best_count == len(reviewed_actions) else f"{text} (largest in turn {worst.turn})"
 
 
 def _regret_or_zero(move: ReviewedAction) -> float:
@@ -145,7 +145,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     best_heading = append_scope("best", reviewed_actions[0].scope if reviewed_actions else "")
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
     rows = [
-        ["turn", *["seat"] * has_several_seats, "yours", best_heading, *["regret"] * bool(regrets)]
+        ["turn", *["seat"] * has_several_seats, "chosen", best_heading, *["regret"] * bool(regrets)]
     ]
     for move in sorted(reviewed_actions, key=lambda move: -_regret_or_zero(move)):
         bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""

@@ -62,8 +62,8 @@ class ModelGames:
             problems.resolve_problem(name, {})  # raises UnknownName before a client connects
             if self._problem_names.setdefault(_problem_id(name), name) != name:
                 raise BadParameter(
-                    f"{name}: {_problem_id(name)} is "
-                    f"{self._problem_names[_problem_id(name)]} already"
+                    f"{name}: the id {_problem_id(name)} already belongs to "
+                    f"{self._problem_names[_problem_id(name)]}"
                 )
         if config.transcript_folder:
             _make_folder(config.transcript_folder)
@@ -217,7 +217,7 @@ class ModelGames:
             return
         finished = [name for name, seat in self._seats.items() if seat.game.session.over]
         if not finished:
-            raise BadParameter(f"new: {MAX_GAMES} games are played; end one of them by over")
+            raise BadParameter(f"new: {MAX_GAMES} games are running; end one of them with over")
         del self._seats[finished[0]]
 
     def _report_status(self, game_id: str) -> GameStatus:
@@ -291,7 +291,7 @@ def _assign_players(problem: Problem, model_seat: int, other_agent: str) -> list
     Raises UnknownName if a seat has no agent named `others`.
     """
     if other_agent and len(problem.agents) == 1:
-        raise BadParameter(f"others: got {other_agent!r}, expected none: there is one seat only")
+        raise BadParameter(f"others: got {other_agent!r}, expected none: there is only one seat")
     players = []
     for seat in range(len(problem.agents)):
         seat_roster = agents.load_roster(problem, seat)

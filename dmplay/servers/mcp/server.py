@@ -21,11 +21,11 @@ from dmplay.terminal.signals import exit_on_signals
 from dmplay.ui.game_launcher import report_removed_saves, report_write_errors
 
 INSTRUCTIONS = """\
-Play decision problems. list names them, info tells the rules of one, new begins a game and gives
-its id; look tells where it stands, act plays a turn, over ends it. Act on what you are told: what
-is hidden comes out at the end."""
+Play decision problems. list returns the problems, and info the rules of one. new starts a game and
+returns its id. look returns the status of the game, act plays a turn, and over ends the game. Base
+your actions on the status. Only over returns hidden information."""
 MAX_ERROR_CHARACTERS = 1000
-TERMINAL_NOTICE = "dmplay mcp: a client speaks here, not a person; dmplay guide mcp tells how"
+TERMINAL_NOTICE = "dmplay mcp: waiting for an MCP client on standard input; see dmplay guide mcp"
 
 
 class McpServer(MCPServer[None]):
@@ -78,7 +78,7 @@ def _format_error(error: BaseException) -> str:
         f"error: {escape_unprintable(describe_error_location(error) or repr(error))}",
         file=sys.stderr,
     )
-    return f"unexpected {type(error).__name__}; whoever runs dmplay can read where"
+    return f"unexpected {type(error).__name__}; dmplay mcp printed its location to stderr"
 
 
 def make_server(games: ModelGames) -> MCPServer[None]:
@@ -133,7 +133,7 @@ def _make_tools(games: ModelGames) -> Sequence[Callable[..., object]]:
         return games.undo_turns(game, turns)
 
     async def over(game: str) -> JsonObject:
-        """End a game. Return its result, its rewards and, turn by turn, what was hidden."""
+        """End a game. Return its result, its rewards and the hidden information of every turn."""
         return games.end_game(game)
 
     return list_, info, new, look, act, hint, undo, over

@@ -34,7 +34,7 @@ class StdioStreams:
             if _is_message(line):
                 return line
             message = (
-                f"got {line.rstrip()[:MAX_QUOTED_CHARACTERS]!r}, expected a message of JSON-RPC 2.0"
+                f"got {line.rstrip()[:MAX_QUOTED_CHARACTERS]!r}, expected a JSON-RPC 2.0 message"
             )
             error = {"code": INVALID_REQUEST_CODE, "message": message}
             await self.write(json.dumps({"jsonrpc": "2.0", "id": None, "error": error}) + "\n")
