@@ -23,9 +23,9 @@ def report_violations(name: str, parameters: Mapping[str, object], *, json: bool
         data = {"problem": loaded.name, "faults": [violation._asdict() for violation in violations]}
         return Printout(format_json_report(data), exit_code=exit_code)
     if not violations:
-        return Printout(f"ok {loaded.name}: every law is kept")
+        return Printout(f"ok {loaded.name}: all invariants hold")
     lines = [
         *(violation.format_with_name(name) for violation in violations),
-        f"{loaded.name}: {format_count(len(violations), 'fault')}",
+        f"{loaded.name}: {format_count(len(violations), 'violation')}",
     ]
     return Printout("\n".join(lines), exit_code=exit_code)

@@ -145,7 +145,9 @@ def _format_run(
     parts = [headline, "\n".join([format_table(rows), *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
-    parts += [format_table(transcript_rows)] if transcript_rows else []
+    parts += (
+        [format_table([*map(_transcript_table_row, transcript_rows)])] if transcript_rows else []
+    )
     text = "\n\n".join(parts)
     return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
 
@@ -190,19 +192,24 @@ def _iter_table_rows(result: SettingResult) -> Iterator[Row]:
             "95 % interval": f"{returns.low:.5g} to {returns.high:.5g}"
             if has_error
             else MISSING_CELL,
-            "least, quartiles, most": "  ".join(f"{value:.4g}" for value in earned.quantiles),
+            "min, quartiles, max": "  ".join(f"{value:.4g}" for value in earned.quantiles),
             "total": format_mean(totals.mean, totals.standard_error),
         }
+
+
+def _transcript_table_row(row: Row) -> Row:
+    """Return the table row of a recorded game, from its row of data."""
+    return {"transcript": row["kept"], "reason": row["why"], "return": row["return"]}
 
 
 def _run_headline(request: EvaluationRequest, result: RunResult) -> str:
     """Return the headline of a run: problem, games, seed, mean turns, ended games and speed."""
     speed = result.episodes / max(result.seconds, 1e-9)
     return (
-        f"{request.title}: {format_count(result.episodes, 'game', ',')} of seed {request.seed}, "
-        f"{append_noun(format_score(result.mean_turns), 'turn')} "
-        f"each, {100 * result.terminated_share:.3g} % of them to an "
-        f"end; {format_count(speed, 'game', ',.0f')} a second"
+        f"{request.title}: {format_count(result.episodes, 'game', ',')} with seed {request.seed}, "
+        f"{append_noun(format_score(result.mean_turns), 'turn')} on average, "
+        f"{100 * result.terminated_share:.3g} % ended before the turn limit; "
+        f"{format_count(speed, 'game', ',.0f')} per second"
     )
 
 
@@ -210,7 +217,7 @@ def _sweep_headline(request: EvaluationRequest, results: Sequence[SettingResult]
     """Return the headline of several runs: problem, number of settings, games and seed."""
     game_count = sum(result.run.episodes for result in results)
     games = format_count(game_count, "game", ",")
-    return f"{request.problem}: {len(results)} settings, {games} of seed {request.seed}"
+    return f"{request.problem}: {len(results)} settings, {games} with seed {request.seed}"
 
 
 def _plot_sweep(results: Sequence[SettingResult]) -> str:
@@ -261,11 +268,13 @@ def report_comparison(
     """
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
-        raise BadParameter(f"got {got}, expected two or more to compare")
+        raise BadParameter(f"got {got}, expected at least 2")
     problem = request.load_problem().problem
     for name in parse_settings(request.seats, "--seat"):
         if not find_seat(problem, name):
-            raise BadParameter(f"--seat: {name} is the seat of those who are compared")
+            raise BadParameter(
+                f"--seat: {name} is the seat of the compared agents; set another seat"
+            )
     lineups = [make_lineup(request._replace(agent=name)) for name in entrants]
     start_time = time.monotonic()
     task = f"comparing {' and '.join(entrants)}"
@@ -319,7 +328,8 @@ def _format_comparison(
         return format_csv(rows)
     game_count = format_count(len(result.returns), "game", ",")
     headline = (
-        f"{request.title}: {game_count} of seed {request.seed}, on the same dice; {seconds:.3g} s"
+        f"{request.title}: {game_count} with seed {request.seed}, on the same random numbers; "
+        f"{seconds:.3g} s"
     )
     tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
     return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decide)])
@@ -349,18 +359,18 @@ def _pair_table_row(row: Row) -> Row:
     games_saved = row["games saved"]
     is_same_play = row["difference"] == row["standard error"] == 0.0
     independent_games = (
-        "the same play" if is_same_play else f"{games_saved:.3g} x" if games_saved else MISSING_CELL
+        "equal returns" if is_same_play else f"{games_saved:.3g} x" if games_saved else MISSING_CELL
     )
     has_error = format_cell(row["standard error"]) != MISSING_CELL
     return {
         "agent": row["agent"],
         "against": row["against"],
-        "earns more": format_mean(row["difference"], row["standard error"], "+.4g"),
-        "by luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
+        "difference": format_mean(row["difference"], row["standard error"], "+.4g"),
+        "luck": f"{row['luck']:+.2g}" if row["luck"] else MISSING_CELL,
         "interval": f"{row['low']:+.4g} to {row['high']:+.4g}" if has_error else MISSING_CELL,
         "ahead": f"{100 * float(str(row['ahead'])):.3g} %",
         "behind": f"{100 * float(str(row['behind'])):.3g} %",
-        "dice of its own would take": independent_games,
+        "games with separate seeds": independent_games,
     }
 
 

@@ -46,7 +46,7 @@ class EvaluationRequest(NamedTuple):
 
     @property
     def parameter_values(self) -> dict[str, object]:
-        """The parameters that are set, with the values that the problem has for them."""
+        """The parameters that are set, with their values in the problem."""
         all_values = problems.parameter_values(self.load_problem().problem)
         return {name: all_values[name] for name in self.parameters}
 
@@ -101,7 +101,7 @@ def make_lineup(request: EvaluationRequest) -> Lineup:
     names = assign_players(game_request, loaded)
     if HUMAN in names:
         seat_name = problem.agents[names.index(HUMAN)]
-        raise BadParameter(f"{seat_name}: a person cannot play so many games; name an agent")
+        raise BadParameter(f"{seat_name}: a person cannot play many games; name an agent")
     return Lineup(
         problem, names, [make_policy(problem, n, name, request) for n, name in enumerate(names)]
     )
@@ -111,7 +111,7 @@ def make_policy(problem: Problem, seat: int, name: str, request: EvaluationReque
     """Return the policy of an agent or program; raise BadParameter for a person."""
     agent_policy = make_seat_policy(problem, seat, name, request.turn_limit)
     if agent_policy is None:
-        raise BadParameter(f"{name}: a person cannot play so many games; name an agent")
+        raise BadParameter(f"{name}: a person cannot play many games; name an agent")
     return agent_policy
 
 
@@ -164,12 +164,12 @@ def estimate_row(estimate: Estimate) -> Row:
 
 
 def make_report(text: str, shortfall_reason: str, forfeits: Sequence[str] = ()) -> Printout:
-    """Return a report, with an exit code and lines about what is missing in it.
+    """Return a report, with an exit code and a line for each reason why games are missing.
 
-    That is what was not played after the run was cut short, and what ended in `forfeits`.
+    The reasons are the lines `forfeits`, and `shortfall_reason` if the run was interrupted.
     """
     lines = [*forfeits]
     if shortfall_reason:
-        lines.append(f"{shortfall_reason}: this is what was played by then")
+        lines.append(f"{shortfall_reason}: the report covers only the games played before")
     code = INTERRUPTED_EXIT_CODE if shortfall_reason == INTERRUPTED_REASON else 1
     return Printout(text, stderr_text="\n".join(lines), exit_code=code if lines else 0)

@@ -82,7 +82,7 @@ def format_grades(grades: GradingReport, file_count: int, output_format: str = "
     if grades.file_count < file_count:
         headline += f"; interrupted after {grades.file_count} of {format_count(file_count, 'file')}"
     missing_lines = [
-        f"{format_name(player)} has no finished game of seed {_join_words(seeds)}"
+        f"{format_name(player)} has no finished game with seed {_join_words(seeds)}"
         for player, seeds in grades.missing_seeds.items()
     ]
     game_table = format_table([_table_row(grade) for grade in grades.grades])

@@ -41,7 +41,7 @@ def mime_bundle(game: Session | Playback) -> dict[str, str]:
     seat = _visible_seat(session, secret=is_private)
     title = f"dmplay {_problem_name(session.problem)}"
     if seat is None:
-        message = f"turn {len(session.turns)}. each seat sees something else: view(seat) has it."
+        message = f"turn {len(session.turns)}. each seat has its own view: call view(seat)."
         return {
             "text/plain": f"{title}  {message}",
             "text/html": _render_html(title, [message], Text("")),

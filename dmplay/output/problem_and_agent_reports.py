@@ -25,8 +25,8 @@ PIPE_COLUMNS = 100  # columns of a table written to a pipe
 COLUMN_GAP = 1  # columns between two columns of a table
 MAX_LISTED_NAMES = 12  # maximum names in a line
 SCRIPTED_AGENTS = {
-    "script:a,b,c": "Written actions, or script:FILE.",
-    "replay:FILE": "The seat's actions from a transcript.",
+    "script:a,b,c": "Plays the listed actions; script:FILE reads them from a file.",
+    "replay:FILE": "Plays the seat's actions from a transcript.",
 }
 SpaceDescription = str | list[str] | dict[str, float]  # words, names, or the bounds of an interval
 
@@ -126,7 +126,7 @@ class ProblemInfo(NamedTuple):
             f"states        {self.states}",
             f"actions       {_format_space(self.actions)}",
             f"observations  {_format_space(self.observations)}",
-            f"turns         {self.turns or 'until it ends'}",
+            f"turn limit    {self.turns or 'none'}",
             f"variants      {', '.join(self.variants)}",
             "",
             "parameters (--set NAME=VALUE)",
@@ -136,7 +136,7 @@ class ProblemInfo(NamedTuple):
             default = str(parameter["default"])
             default = default if len(default) <= 24 else f"{default[:21]}..."
             rows.append(f"  {name:<{widest}} {default:<24} {parameter['meaning']}")
-        players = {"human": "You.", **self.players, **SCRIPTED_AGENTS}
+        players = {"human": "A person at the keyboard.", **self.players, **SCRIPTED_AGENTS}
         rows += ["", "agents (--agent, --vs, --seat NAME=AGENT)"]
         rows += [f"  {name:<22} {description}" for name, description in players.items()]
         keys: dict[str, list[str]] = {}
@@ -222,7 +222,7 @@ class AgentInfo(NamedTuple):
     def __str__(self) -> str:
         """Return the agent as text."""
         pairs = ",".join(f"{key}={value}" for key, value in self.parameters.items())
-        marks = [word for word in ("advises", "partner") if getattr(self, word)]
+        marks = ["gives hints"] * self.advises + ["partner"] * self.partner
         note = f" ({', '.join(marks)})" if marks else ""
         rows = [f"{self.agent}{pairs and ':'}{pairs}{note}", f"    {self.does}"]
         rows += [f"    {key}: {meaning}." for key, meaning in self.meanings.items() if meaning]
@@ -269,7 +269,7 @@ def report_problem_table(kind: str, terminal_options: TerminalOptions) -> Text |
     table_text = _render_table(rows, headings, width)
     omitted = [*rows[0]][len(headings) :]
     if omitted:
-        note = f"no room for {', '.join(omitted)}; --width or --json has all"
+        note = f"columns left out: {', '.join(omitted)}; --width N or --json shows them"
         table_text.append(f"\n{fill(note, width)}")
     return table_text
 

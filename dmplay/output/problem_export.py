@@ -17,7 +17,9 @@ def convert_problem(name: str, parameters: Mapping[str, object], path: Path, *, 
     """
     suffix = path.suffix.lower()
     if suffix not in FILE_SUFFIXES:
-        raise BadParameter(f"-o: got {path}, expected a name in {', '.join(FILE_SUFFIXES)}")
+        raise BadParameter(
+            f"-o: got {path}, expected a name that ends in {', '.join(FILE_SUFFIXES)}"
+        )
     loaded = problems.resolve_problem(name, parameters)
     try:
         lines = [

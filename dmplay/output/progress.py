@@ -33,7 +33,7 @@ class ProgressBar(ExitStack):
         """Erase the bar, and print a message if the work was interrupted."""
         super().__exit__(*fault)
         if isinstance(fault[1], KeyboardInterrupt):
-            print(f"interrupted: {self.task}; nothing was found by then", file=sys.stderr)
+            print(f"interrupted: {self.task}; there is no result", file=sys.stderr)
 
     def __call__(self, share: float) -> None:
         """Report that a share of the work, from 0 to 1, is done."""

@@ -5,7 +5,7 @@ from json import dumps
 from dmplay.core.text import align_columns, format_json_report
 from dmplay.game.player_records import ProblemRecord, load_records
 
-HEADINGS = ("problem", "seat", "best", "turns", "seed", "day", "last")
+HEADINGS = ("problem", "seat", "record", "turns", "seed", "day", "last")
 
 
 def report_records(*, json: bool) -> str:
@@ -14,12 +14,12 @@ def report_records(*, json: bool) -> str:
     if json:
         return format_json_report({"records": [record.to_json() for record in records]})
     if not records:
-        return "no game was played to its end"
+        return "no finished games"
     return "\n".join(align_columns([HEADINGS, *map(_record_row, records)]))
 
 
 def _record_row(record: ProblemRecord) -> tuple[str, ...]:
-    """Return the table row of a record, with dashes if it has no best game."""
+    """Return the table row of a record, with dashes if no game counts for it."""
     best = record.best
     best_cells = (f"{best.discounted_return:.6g}", *map(str, best[1:])) if best else ("-",) * 4
     return (

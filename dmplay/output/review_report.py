@@ -19,7 +19,7 @@ def report_review(recording: ReplayRequest, *, write: bool = False, json: bool =
     game = Playback(path, trusted=recording.trusted, peek=recording.peek)
     reviewed_actions = game.review_choices()
     if write and game.transcript.end_block is None:
-        raise BadParameter(f"{path}: the game is unfinished; a review is kept after its end")
+        raise BadParameter(f"{path}: the game is unfinished; a review is saved only after the end")
     if write:
         rows = path.read_text(encoding="utf-8").splitlines(keepends=True)
         other_rows = [row for row in rows if not row.startswith(REVIEW_NOTE_PREFIX)]

@@ -58,7 +58,7 @@ def report_saved_games(*, all_games: bool, json: bool) -> str:
         return format_json_report(
             {"games": [game._asdict() for game in games], "older": older_count}
         )
-    rows = [*map(str, games)] or ["no game is kept"]
+    rows = [*map(str, games)] or ["no saved games"]
     if older_count:
         rows.append(f"{format_count(older_count, 'older game')}: dmplay list games --all")
     return "\n".join(rows)

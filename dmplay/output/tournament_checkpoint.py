@@ -15,15 +15,15 @@ from dmplay.errors import BadParameter
 from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.transcript.line_parser import JSON_DECODER
 
-MAX_RETURN = 1e100  # beyond any real one, and its square is finite
+MAX_RETURN = 1e100  # larger than any return of a game, and its square is finite
 ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
 
 
 def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[float, float]:
     """Return the smallest and the largest return that a game of a problem can have.
 
-    These are at most MAX_RETURN in absolute value; wider than necessary if a game may end early,
-    and by rounding errors.
+    They are at most MAX_RETURN in absolute value. They are wider than necessary if a game may end
+    early, and to allow for rounding errors.
     """
     bounds = problem.reward_bounds
     if isinstance(problem, MatrixGame):
@@ -55,7 +55,7 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         episodes: int,
         return_bounds: tuple[float, float] = (-MAX_RETURN, MAX_RETURN),
     ) -> None:
-        """Read those of the seatings that a file holds of the tournament with this description.
+        """Read the seatings of the tournament with this description that the file contains.
 
         Each has the returns `[E, n]` of E `episodes` and n seats, within `return_bounds`.
         The file is created with the first new seating. Raise BadParameter if the file is not of
@@ -67,13 +67,13 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         self._header = f"{json.dumps(description)}\n"
         for number, row in enumerate(self._iter_rows(), 1):
             if number == 1 and row != self._header:
-                advice = "of another tournament; name another file, or remove it"
+                advice = "got a file of another tournament; name another file, or remove it"
                 raise BadParameter(f"{path}: {advice}")
             if number > 1:
                 self._read_row(number, row)
             self._byte_count += len(row.encode())
         if not self._byte_count and path.exists() and path.stat().st_size:
-            raise BadParameter(f"{path}: of no tournament; name another file, or remove it")
+            raise BadParameter(f"{path}: not a tournament file; name another file, or remove it")
 
     def _iter_rows(self) -> Iterator[str]:
         """Yield the complete lines of the file, if it exists; raise BadParameter on failure."""
@@ -93,12 +93,12 @@ class TournamentCheckpoint(dict[tuple[int, ...], Reals]):
         except (ValueError, TypeError, KeyError, OverflowError, RecursionError):
             raise self._row_error(number, "not a seating") from None
         if seating not in self._seatings:
-            raise self._row_error(number, f"no seating {[*seating]} in this tournament")
+            raise self._row_error(number, f"the seating {[*seating]} is not in this tournament")
         if seating in self:
-            raise self._row_error(number, f"the seating {[*seating]} stands twice")
+            raise self._row_error(number, f"the seating {[*seating]} occurs twice")
         if returns.shape != (self._episodes, len(seating)):
             expected = f"expected {self._episodes} games of {len(seating)} seats"
-            raise self._row_error(number, f"returns of the shape {[*returns.shape]}, {expected}")
+            raise self._row_error(number, f"got returns of shape {[*returns.shape]}, {expected}")
         if not {*map(type, chain.from_iterable(data["returns"]))} <= {int, float}:
             values = [value for game in data["returns"] for value in game]
             invalid = next(value for value in values if type(value) not in (int, float))

@@ -48,7 +48,9 @@ def report_tournament(
     BadParameter if an entrant is named twice.
     """
     if len({*entrants}) < len(entrants):
-        raise BadParameter("tournament: an entrant is named twice; each plays itself anyhow")
+        raise BadParameter(
+            "tournament: an entrant is named twice; name it once, and it plays itself too"
+        )
     problem = request.load_problem().problem
     seat_count = len(problem.agents)
     policies = {name: _entrant_policies(problem, name, request) for name in entrants}
@@ -71,7 +73,7 @@ def report_tournament(
     )
     with (
         ProgressBar(
-            f"a tournament of {len(entrants)}",
+            f"tournament of {len(entrants)} entrants",
             quiet=bool(request.output_format),
             motion=request.motion,
         ) as bar,
@@ -96,7 +98,7 @@ def report_tournament(
         facts |= {"entrants": [*result.entrants], "withdrawals": [*result.withdrawals]}
     seating_count = len(list_seatings(len(result.entrants), seat_count, orders))
     game_count = format_count(episodes, "game", ",")
-    headline = f"{request.title}: {seating_count} seatings of {game_count} of seed {request.seed}"
+    headline = f"{request.title}: {seating_count} seatings of {game_count} with seed {request.seed}"
     return make_report(
         _format_tournament(result, request.output_format, headline, facts, exact_agent),
         result.shortfall_reason,
@@ -134,7 +136,7 @@ def _format_tournament(
             else "anything"
         )
         parts.append(
-            f"equilibrium: of this table; by another entrant no seat gains {gain_text} in it"
+            f"equilibrium: of this table; no seat gains {gain_text} by changing its entrant"
         )
     if tournament.exact_regrets:
         parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")

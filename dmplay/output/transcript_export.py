@@ -102,7 +102,7 @@ def _screen_with_hint(game: Playback, viewport: Viewport, log: list[str]) -> Tex
     Raise BadParameter if the game is over.
     """
     if game.session.over:
-        raise BadParameter("--hint: nobody chooses after the end; --at shows an earlier turn")
+        raise BadParameter("--hint: the game is over; choose an earlier turn with --at")
     keyboard = Keyboard(
         game.problem, list_human_seats(game.player_names) or [0], DEFAULT_KEY_PREFERENCES
     )
@@ -251,12 +251,13 @@ def export_transcript(
             for name, export_format in EXPORT_FORMATS.items()
             if export_format.shows_one_turn
         )
-        raise BadParameter(f"--at: a turn of {stills}, not of --{format_name}")
+        raise BadParameter(f"--at: only with {stills}, not with --{format_name}")
     if options.hint and format_name != "svg":
-        raise BadParameter(f"--hint: on a picture, --svg, not on --{format_name}")
+        raise BadParameter(f"--hint: only with --svg, not with --{format_name}")
     if options.typed_options and not EXPORT_FORMATS[format_name].screen_rows:
         raise BadParameter(
-            f"--{options.typed_options[0]}: of a screen, which --{format_name} does not have"
+            f"--{options.typed_options[0]}: "
+            f"only with formats that show the screen, not with --{format_name}"
         )
     check_extension_fits_format(output, format_name)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)

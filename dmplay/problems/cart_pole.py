@@ -1,9 +1,10 @@
-"""Push a cart left or right so that the pole on it stays up and the cart on its track.
+"""Push a cart left or right to balance the pole on top of it and to stay on the track.
 
-Source: appendix F.3; CartPole.jl. Decisions: the equations are the text's, in which the centrifugal
-term of F.2 lacks the mass of the pole (`pole_mass_in_tau` puts it in); the limits are those of the
-OpenAI Gym, 2.4 m and 12 degrees, and being at a limit is not past it; the length is the whole
-pole's; the step that fails still pays. `gym` is Gymnasium's CartPole-v1, step for step.
+Source: appendix F.3; CartPole.jl. Decisions: The equations are those of the book's text. Their F.2
+has no mass of the pole in the centrifugal term (`--set pole_mass_in_tau=true` adds it). The limits
+are those of OpenAI Gym, 2.4 m and 12 degrees; the game ends past a limit, not at it. The length is
+that of the whole pole. The turn that ends the game also pays 1. The variant `gym` computes the same
+steps as Gymnasium's CartPole-v1.
 """
 
 import math
@@ -31,10 +32,10 @@ class CartPole(RealStateProblem):
     mass_pole: float = parameter(0.1, "mass of the pole, kg", 0.0)
     length: float = parameter(1.0, "length of the whole pole, m", 0.0, exclusive_low=True)
     force: float = parameter(10.0, "force of a push, N")
-    dt: float = parameter(0.02, "time of one turn, s", 0.0, exclusive_low=True)
-    x_limit: float = parameter(2.4, "the cart may be this far from the middle, m", 0.0)
-    theta_limit: float = parameter(12.0, "the pole may lean this far, degrees", 0.0)
-    pole_mass_in_tau: bool = parameter(False, "whether F.2 has the mass of the pole, as in Gym")
+    dt: float = parameter(0.02, "duration of one turn, s", 0.0, exclusive_low=True)
+    x_limit: float = parameter(2.4, "maximum distance of the cart from the middle, m", 0.0)
+    theta_limit: float = parameter(12.0, "maximum angle of the pole, degrees", 0.0)
+    pole_mass_in_tau: bool = parameter(False, "F.2 includes the mass of the pole, as in Gym")
 
     actions = (Labels(("left", "right")),)
     state_count = ContinuousStates(4)

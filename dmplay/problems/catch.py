@@ -1,8 +1,9 @@
-"""Choose how far to throw a ball that may be dropped; longer throws pay more when caught.
+"""Choose how far to throw a ball to a catcher of unknown skill; longer throws pay more if caught.
 
-Source: appendix F.9; Catch.jl. Decisions: a throw pays its distance exactly when it is caught, and
-the observation is that same event, so the reward adds no information; the proficiency never changes
-and is uniform at the start; a game is ten throws, as the text says only that they are few.
+Source: appendix F.9; Catch.jl. Decisions: A throw pays its distance if it is caught, else nothing.
+The observation is whether it is caught, so the reward adds no information. The proficiency of the
+catcher never changes; at the start each is equally likely. A game has ten throws; the book says
+only that there are few.
 """
 
 from dataclasses import dataclass

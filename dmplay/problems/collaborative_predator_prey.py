@@ -1,11 +1,11 @@
-"""Hunt a prey as a team of predators that sense it only from a neighbouring hex.
+"""Hunt a prey as a team; each predator senses it only on its own hex or a neighbouring one.
 
-Source: appendix F.15; CollaborativePredatorPreyHexWorld.jl. Decisions: a free prey moves to one of
-the hexes around it that had no predator, and stays only if there is none (the package lets it stay
-anyway); captures and these hexes are judged on the state acted in, observations on the next; a
-predator senses a prey on its own hex too, without noise; the team gets one reward, 10 for a capture
-by any predator, else -1; a predator that captures stays; the start is uniform over the hexes, and a
-predator does not see its own hex, but in `sighted` (dmplay's own variant) it does.
+Source: appendix F.15; CollaborativePredatorPreyHexWorld.jl. Decisions: A free prey moves to a
+neighbouring hex without a predator; it stays only if there is none (in the package it may always
+stay). These hexes and the captures are those before the move; the observations are those after it,
+without noise. The team gets one reward: 10 if any predator captures the prey, else -1. A predator
+that captures the prey stays. All start on uniformly random hexes. A predator does not see its own
+hex, except in the variant `sighted`, which is dmplay's own.
 """
 
 from collections.abc import Sequence
@@ -41,8 +41,8 @@ STAY_DIRECTION = 6  # index of the prey's own hex, used if no direction is open
 class CollaborativePredatorPrey(HexHunt):
     """A hunt with one shared reward; chance moves the prey, the last of the walkers."""
 
-    predators: int = parameter(2, "how many predators", 1, 26)
-    sighted: bool = parameter(False, "whether a predator sees its own hex")
+    predators: int = parameter(2, "number of predators", 1, 26)
+    sighted: bool = parameter(False, "each predator sees its own hex")
 
     shared_reward = True
 
@@ -199,7 +199,7 @@ class CollaborativePredatorPrey(HexHunt):
     def prey_move_probabilities(self) -> Reals:
         """The probability `[S, H]` of each next hex of the prey in every state."""
         hex_count = len(self.hexes)
-        Budget("where the prey goes", "try a smaller map").check_memory(
+        Budget("a table of the prey's moves", "try a smaller map").check_memory(
             16.0 * self.state_count * hex_count
         )
         s = self.enumerate_states()

@@ -1,9 +1,10 @@
-"""Tell an aircraft to climb or to descend, as seldom as you can, before an intruder passes.
+"""Tell an aircraft when to climb or descend to miss another one; each change of advice costs.
 
-Source: appendix F.6; CollisionAvoidance.jl. Decisions: the middle branch of F.9 is taken as it is
-printed, a / dt (`repaired` reads it as (a - rate) / dt, which would level off at the advised rate);
-within 50 m is strict; the last action is taken at time 0 and there is none after; the game starts
-40 s before with no advisory, h uniform within 200 m and the rate within 10 m/s.
+Source: appendix F.6; CollisionAvoidance.jl. Decisions: The middle branch of F.9 is used as printed:
+a / dt. (`--set repaired=true` uses (a - rate) / dt, which levels off at the advised rate.) A
+collision is a distance of less than 50 m; 50 m exactly is none. The last action is taken at time 0.
+The game starts 40 s before time 0, without an advisory; the height h is uniform from -200 to 200 m,
+and its rate from -10 to 10 m/s.
 """
 
 from dataclasses import dataclass
@@ -30,7 +31,7 @@ START_HEIGHT_BOUND, START_RATE_BOUND, START_TIME = 200.0, 10.0, 40.0
 class CollisionAvoidance(RealStateProblem):
     """Two aircraft head on; a state is h (m), its rate (m/s), the last advisory and the time."""
 
-    repaired: bool = parameter(False, "whether a rate close to the advised one becomes that one")
+    repaired: bool = parameter(False, "level off at the advised rate, unlike F.9 as printed")
 
     actions = (Labels(("descend", "no-advisory", "climb")),)
     action_aliases = {  # noqa: RUF012 - never written

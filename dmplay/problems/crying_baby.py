@@ -1,7 +1,8 @@
-"""Feed, sing to or ignore a baby whose hunger shows only in its crying.
+"""Feed, sing to or ignore a baby; its crying is your only clue to whether it is hungry.
 
-Source: appendix F.7; CryingBaby.jl. Decisions: the reward is that of the state acted in, the
-observation that of the state after; the start is uniform over both states, as none is given.
+Source: appendix F.7; CryingBaby.jl. Decisions: The reward depends on the state before the action,
+the observation on the state after it. The baby is hungry at the start with probability 0.5, because
+the book gives no start.
 """
 
 from dataclasses import dataclass
@@ -14,13 +15,13 @@ from dmplay.problems.shared.baby_care import ACTIONS, SOUNDS, BabyCare
 class CryingBaby(BabyCare):
     """A baby, hungry or sated, that cries or is quiet, and one caregiver."""
 
-    feed_reward: float = parameter(-5.0, "reward of the effort of feeding")
-    sing_reward: float = parameter(-0.5, "reward of the effort of singing")
+    feed_reward: float = parameter(-5.0, "reward of feeding; negative: a cost")
+    sing_reward: float = parameter(-0.5, "reward of singing; negative: a cost")
 
     actions = (ACTIONS,)
     observations = (SOUNDS,)
 
     @property
     def action_rewards(self) -> tuple[tuple[float, ...], ...]:
-        """The reward of each action's effort."""
+        """The reward of each action."""
         return ((self.feed_reward, self.sing_reward, 0.0),)

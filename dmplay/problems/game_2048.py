@@ -1,9 +1,9 @@
-"""Slide a 4x4 board so that equal tiles merge; after every slide a new 2 or 4 appears.
+"""Slide the tiles of a 4x4 board and merge equal ones; each slide adds a new 2 or 4.
 
-Source: appendix F.2; 2048.jl. Decisions: a new tile is a 2 with probability 0.8, as in the package
-(0.9 in the original game: `--set p_two=0.9`); a merge pays the merged tile's value and nothing else
-pays; a slide that moves nothing is not a legal action: it adds no tile and pays nothing; two 32768
-make 65536; play continues after 2048.
+Source: appendix F.2; 2048.jl. Decisions: A new tile is a 2 with probability 0.8, as in the package
+(0.9 in the original game: `--set p_two=0.9`). A merge pays the value of the merged tile; nothing
+else pays. A slide that moves no tile is not a legal action: it adds no tile and pays nothing. Two
+tiles of 32768 merge to 65536. The game continues after 2048.
 """
 
 import math
@@ -35,7 +35,7 @@ def slide_and_score(board: Cells, a: Ints) -> tuple[Cells, Reals]:
 class Game2048(Problem):
     """Merging tiles on a 4x4 board, as long as a slide moves anything."""
 
-    p_two: float = parameter(0.8, "probability that a new tile is a 2, not a 4", 0.0, 1.0)
+    p_two: float = parameter(0.8, "probability that a new tile is a 2, else a 4", 0.0, 1.0)
 
     can_run_forever = False  # tiles only grow and the board is small, so every game ends
     actions = (Labels(("left", "down", "right", "up")),)

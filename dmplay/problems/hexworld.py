@@ -1,8 +1,9 @@
-"""Cross a map of hexes to its best exit; steps may slip, and bumping into the border costs.
+"""Walk over a slippery map of hexes to an exit that pays; each bump into the border has a cost.
 
-Source: appendix F.1; HexWorld.jl. Decisions: a hole in the map counts as its border; entering a
-special hex pays nothing, acting in it pays its reward and ends the game; the start is uniform over
-all hexes; `straight-line` is the seven hexes of the figure, not the package's slip.
+Source: appendix F.1; HexWorld.jl. Decisions: A hole in the map counts as border. Entering an exit
+pays nothing; the next action pays the reward of the exit and ends the game. The start is uniform
+over all hexes. The variant `straight-line` has the seven hexes of the book's figure, but not the
+slip of the package's variant.
 """
 
 from collections.abc import Sequence
@@ -43,11 +44,11 @@ class HexWorld(Problem):
     """A walk over a hex map with slippery steps and exits that pay."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
-    slip: float = parameter(0.3, "probability to slip, half to either side", 0.0, 1.0)
-    bump_cost: float = parameter(1.0, "what a bump into the border costs")
-    hexes: tuple[Hex, ...] = parameter(DEFAULT_HEXES, "the map, as [[q, r], ...]")
+    slip: float = parameter(0.3, "probability of a slip, half of it to each side", 0.0, 1.0)
+    bump_cost: float = parameter(1.0, "cost of a bump into the border")
+    hexes: tuple[Hex, ...] = parameter(DEFAULT_HEXES, "hexes of the map: [[q, r], ...]")
     rewards: tuple[tuple[Hex, float], ...] = parameter(
-        DEFAULT_EXITS, "the exits, as [[[q, r], pay], ...]"
+        DEFAULT_EXITS, "exits and their rewards: [[[q, r], reward], ...]"
     )
 
     actions = (DIRECTIONS,)
@@ -134,7 +135,7 @@ def _parse_exits(value: object, hexes: tuple[Hex, ...]) -> tuple[tuple[Hex, floa
     exit_hexes = validate_hexes([item[0] for item in value], "rewards") if value else ()
     for hex_ in exit_hexes:
         if hex_ not in hexes:
-            raise ValueError(f"rewards: {format_hex(hex_)} is not a hex of the map")
+            raise ValueError(f"rewards: got {format_hex(hex_)}, expected a hex of the map")
     return tuple((hex_, float(item[1])) for hex_, item in zip(exit_hexes, value, strict=True))
 
 

@@ -1,8 +1,9 @@
-"""Keep a machine of two components producing; only its products show its condition.
+"""Examine, repair or replace a machine of two components, whose failures are hidden.
 
-Source: appendix F.8, table F.2; MachineReplacement.jl. Decisions: the reward is table F.2's
-R(s, a), expected over the product; only `examine` can observe a defective product, as the text
-says; the machine starts with no failed component, as no start is given; nothing is salvaged.
+Source: appendix F.8, table F.2; MachineReplacement.jl. Decisions: The reward is R(s, a) of table
+F.2, which is an expectation over the product. Only `examine` can observe a defective product, as
+the book's text says. The machine starts with no failed component, because the book gives no start.
+A replaced component has no salvage value.
 """
 
 from dataclasses import dataclass

@@ -1,9 +1,10 @@
-"""Rock a car that is too weak for its hill back and forth until it reaches the top.
+"""Rock a car back and forth to climb out of a valley; its engine is too weak to do it directly.
 
-Source: appendix F.4; MountainCar.jl. Decisions: the position changes by the speed before it is
-clamped; the left wall leaves the speed as it is; the goal counts as reached at 0.6, as x is clamped
-there; the start is uniform over the whole box. `gym` is Gymnasium's MountainCar-v0: the speed is
-clamped first, the wall stops the car, the goal is 0.5 and a game starts near the valley floor.
+Source: appendix F.4; MountainCar.jl. Decisions: The position changes by the new speed before that
+speed is limited to its range. The left wall does not change the speed. The goal is reached at 0.6
+exactly, because the position cannot be larger. The start is uniform over all positions and speeds.
+The variant `gym` is Gymnasium's MountainCar-v0: the speed is limited first, the wall stops the car,
+the goal is 0.5, and a game starts near the valley floor.
 """
 
 from dataclasses import dataclass
@@ -26,16 +27,16 @@ THRUST, GRAVITY = 0.001, 0.0025
 class MountainCar(RealStateProblem):
     """An underpowered car in a valley; a state is the position x and the speed v."""
 
-    goal: float = parameter(0.6, "the place to reach", LEFT_WALL, RIGHT_WALL)
-    goal_speed: float = parameter(
-        -TOP_SPEED, "least speed that counts as having reached it", -TOP_SPEED, TOP_SPEED
+    goal: float = parameter(0.6, "position of the goal", LEFT_WALL, RIGHT_WALL)
+    goal_speed: float = parameter(-TOP_SPEED, "minimum speed at the goal", -TOP_SPEED, TOP_SPEED)
+    speed_first: bool = parameter(False, "the speed is limited before it moves the car")
+    wall_stops: bool = parameter(False, "the left wall stops the car")
+    start_low: float = parameter(LEFT_WALL, "smallest start position", LEFT_WALL, RIGHT_WALL)
+    start_high: float = parameter(RIGHT_WALL, "largest start position", LEFT_WALL, RIGHT_WALL)
+    start_speed: float = parameter(
+        TOP_SPEED, "largest start speed, in either direction", 0.0, TOP_SPEED
     )
-    speed_first: bool = parameter(False, "whether the speed is clamped before it moves the car")
-    wall_stops: bool = parameter(False, "whether the left wall takes the car's speed")
-    start_low: float = parameter(LEFT_WALL, "leftmost start", LEFT_WALL, RIGHT_WALL)
-    start_high: float = parameter(RIGHT_WALL, "rightmost start", LEFT_WALL, RIGHT_WALL)
-    start_speed: float = parameter(TOP_SPEED, "greatest speed at the start", 0.0, TOP_SPEED)
-    time: int = parameter(0, "default number of turns, 0 for no end", 0, 1e4)
+    time: int = parameter(0, "default turn limit; 0: none", 0, 1e4)
 
     actions = (Labels(("left", "coast", "right")),)
     action_aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written

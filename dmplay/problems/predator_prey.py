@@ -1,10 +1,11 @@
-"""Predators chase prey over a slippery hex map; a devoured prey is born again somewhere.
+"""Predators hunt prey on a slippery map of hexes; a caught prey reappears on a random hex.
 
-Source: appendix F.13; PredatorPreyHexWorld.jl. Decisions: captures are judged on the state acted
-in, hex by hex; a predator that feeds stays and gets m/n (the package pays 10), any other pays 1,
-also when it bumps; a prey moves for free; a devoured prey pays 100 and is born on any hex, occupied
-or not. One predator and one prey on the standard map start as in figure F.16, any others on uniform
-hexes. `circle` is the ring of six hexes, `triangle` that of three.
+Source: appendix F.13; PredatorPreyHexWorld.jl. Decisions: A capture depends on the hexes before the
+move. If n predators and m prey are on the same hex, each of these predators stays there and gets
+m/n (10 in the package). Every other predator pays 1, also if it bumps. A prey moves at no cost. A
+caught prey pays 100 and reappears on any hex, occupied or not. One predator and one prey on the
+standard map start as in figure F.16; all others start on uniformly random hexes. The variant
+`circle` is the ring of six hexes, `triangle` the ring of three.
 """
 
 from collections.abc import Sequence
@@ -35,8 +36,8 @@ DEVOURED_REWARD, MOVE_REWARD = -100.0, -1.0
 class PredatorPrey(HexHunt):
     """A hunt in which every agent sees all hexes."""
 
-    predators: int = parameter(1, "how many predators", 1, 26)
-    prey: int = parameter(1, "how many prey", 1, 26)
+    predators: int = parameter(1, "number of predators", 1, 26)
+    prey: int = parameter(1, "number of prey", 1, 26)
 
     @property
     def agents(self) -> tuple[str, ...]:

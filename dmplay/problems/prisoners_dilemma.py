@@ -1,7 +1,8 @@
-"""Two prisoners choose at once to stay silent or to blame the other, round after round.
+"""Two prisoners choose at the same time to stay silent or to blame the other, in each round.
 
-Source: appendix F.10; PrisonersDilemma.jl. Decision: the silent one who is blamed serves four
-years, as the text has it. `--set discount=0.9` is the book's infinite repetition.
+Source: appendix F.10; PrisonersDilemma.jl. Decision: A silent prisoner whom the other blames serves
+four years, as in the book's text. `--set discount=0.9` sets the discount of the book's infinite
+repetition.
 """
 
 from dataclasses import dataclass
@@ -16,7 +17,7 @@ PRISON_YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 
 @dataclass(frozen=True)
 class PrisonersDilemma(MatrixGame):
-    """Both silent: one year each; both blaming: three each; one blamed alone: four."""
+    """Both silent: 1 year each; both blame: 3 each; only one blames: 0, the other 4."""
 
     actions = (Labels(("cooperate", "defect")),) * 2
     payoffs = np.stack([0.0 - PRISON_YEARS, 0.0 - PRISON_YEARS.T], axis=2)

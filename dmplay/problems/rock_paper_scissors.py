@@ -1,7 +1,7 @@
-"""Two players show rock, paper or scissors at once; each beats one other and loses to the third.
+"""Two players choose rock, paper or scissors at the same time; each beats one of the others.
 
-Source: appendix F.11; RockPaperScissors.jl. Decision: the discount is 1, as in table F.1;
-`--set discount=0.9` is the book's infinite repetition.
+Source: appendix F.11; RockPaperScissors.jl. Decision: The discount is 1, as in table F.1. `--set
+discount=0.9` sets the discount of the book's infinite repetition.
 """
 
 from dataclasses import dataclass
@@ -17,7 +17,7 @@ ROW_PAYOFFS = np.array([[0.0, -1.0, 1.0], [1.0, 0.0, -1.0], [-1.0, 1.0, 0.0]])
 
 @dataclass(frozen=True)
 class RockPaperScissors(MatrixGame):
-    """One for the winner, minus one for the loser, nothing for a draw."""
+    """A game that pays the winner 1 and the loser -1, and 0 for a draw."""
 
     actions = (Labels(("rock", "paper", "scissors")),) * 2
     payoffs = np.stack([ROW_PAYOFFS, ROW_PAYOFFS.T], axis=2)

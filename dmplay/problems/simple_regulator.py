@@ -1,8 +1,8 @@
-"""Push a drifting number back to zero; the farther away it is, the more each turn costs.
+"""Keep a number close to zero, although chance moves it; the farther away, the more a turn costs.
 
-Source: appendix F.5; LQR.jl. Decisions: the successor is a plain Gaussian, not one truncated to
-[-10, 10]; the discount is 0.9, in `undiscounted` 1; the action is a number within [-10, 10] of nine
-decimals; the game starts from N(0.3, 0.1^2).
+Source: appendix F.5; LQR.jl. Decisions: The next number has a normal distribution that is not
+truncated to [-10, 10]. The discount is 0.9, or 1 in the variant `undiscounted`. The action is a
+number from -10 to 10 with at most nine decimals. The first number is drawn from N(0.3, 0.1^2).
 """
 
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ class SimpleRegulator(RealStateProblem):
     """A linear quadratic regulator of one number."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
-    noise: float = parameter(0.1, "standard deviation of what is added each turn", 0.0)
+    noise: float = parameter(0.1, "standard deviation of the noise added each turn", 0.0)
 
     actions = (Interval(-10.0, 10.0),)
     state_count = ContinuousStates(1)

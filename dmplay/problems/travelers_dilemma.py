@@ -1,7 +1,8 @@
-"""Two travelers claim the value of a lost suitcase; the lower claim is paid, with a bonus.
+"""Two travelers claim the value of a lost suitcase; both get the lower claim, which earns a bonus.
 
-Source: appendix F.12; TravelersDilemma.jl. Decision: the higher claim is paid the lower one less 2,
-as in equation F.11 (the package: less 1). `--set discount=0.9` is an infinite repetition.
+Source: appendix F.12; TravelersDilemma.jl. Decision: The traveler with the higher claim gets the
+lower claim minus 2, as in equation F.11 (minus 1 in the package). `--set discount=0.9` sets the
+discount of the book's infinite repetition.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ ROW_PAYOFFS = LOWER_CLAIMS + BONUS_DOLLARS * np.sign(CLAIMS - CLAIMS[:, None])
 
 @dataclass(frozen=True)
 class TravelersDilemma(MatrixGame):
-    """Both are paid the lower claim, its author 2 more and the other 2 less."""
+    """Both get the lower claim: plus 2 for the lower claimant, minus 2 for the higher."""
 
     actions = (Labels(f"{claim:.0f}" for claim in CLAIMS),) * 2
     payoffs = np.stack([ROW_PAYOFFS, ROW_PAYOFFS.T], axis=2)

@@ -21,12 +21,14 @@ class BabyCare(Tabular):
     """A baby, hungry or sated, that cries or is quiet; all caregivers observe the same."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
-    becomes_hungry: float = parameter(0.1, "probability that a sated, unfed baby is hungry", 0, 1)
+    becomes_hungry: float = parameter(0.1, "probability that a sated, unfed baby gets hungry", 0, 1)
     cries_hungry: float = parameter(0.8, "probability of crying when hungry", 0, 1)
     cries_sated: float = parameter(0.1, "probability of crying when sated", 0, 1)
-    cries_hungry_sung: float = parameter(0.9, "probability of crying when hungry and sung to", 0, 1)
-    cries_sated_sung: float = parameter(0.0, "probability of crying when sated and sung to", 0, 1)
-    hungry_reward: float = parameter(-10.0, "reward of a turn that finds the baby hungry")
+    cries_hungry_sung: float = parameter(
+        0.9, "probability of crying when hungry, with singing", 0, 1
+    )
+    cries_sated_sung: float = parameter(0.0, "probability of crying when sated, with singing", 0, 1)
+    hungry_reward: float = parameter(-10.0, "reward of a turn with a hungry baby")
 
     state_count = 2  # sated, hungry
     state_names = ("sated", "hungry")
@@ -35,7 +37,7 @@ class BabyCare(Tabular):
     @property
     @abstractmethod
     def action_rewards(self) -> tuple[tuple[float, ...], ...]:
-        """The reward of each action's effort, for each caregiver."""
+        """The reward of each action, for each caregiver."""
 
     @cached_property
     def tables(self) -> Tables:

@@ -38,8 +38,8 @@ class HexHunt(Problem):
     """Walkers on a hex map; a state is the hex of each, predators first."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
-    slip: float = parameter(0.3, "probability to slip, half to either side", 0.0, 1.0)
-    hexes: tuple[Hex, ...] = parameter(STANDARD_HEXES, "the map, as [[q, r], ...]")
+    slip: float = parameter(0.3, "probability of a slip, half of it to each side", 0.0, 1.0)
+    hexes: tuple[Hex, ...] = parameter(STANDARD_HEXES, "hexes of the map: [[q, r], ...]")
 
     action_aliases = DIRECTION_ALIASES
     horizon = 50

@@ -97,5 +97,5 @@ def validate_hexes(value: object, name: str) -> tuple[Hex, ...]:
             raise ValueError(f"{name}: got {item!r}, expected numbers within {MAX_COORDINATE}")
         hexes.append((item[0], item[1]))
     if len(set(hexes)) < len(hexes):
-        raise ValueError(f"{name}: a hex is given twice")
+        raise ValueError(f"{name}: got a hex twice, expected different hexes")
     return tuple(hexes)
