@@ -25,9 +25,9 @@ from dmplay.ui.shell.shell import Shell, run_prompt_loop, run_script
 
 INVALID_LINE_EXIT_CODE = 2  # as for an invalid command line
 SHELL_BANNER = f"""\
-dmplay {__version__}: decision problems, in words
-list names them, play hexworld begins one,
-help tells the rest, Ctrl-D leaves"""
+dmplay {__version__}: play decision problems with typed commands
+list shows the problems, play hexworld starts one,
+help explains the commands, Ctrl-D quits"""
 
 
 def play_game(table: GameController, command: PlayCommand) -> int:
@@ -36,7 +36,7 @@ def play_game(table: GameController, command: PlayCommand) -> int:
     plain_reason = "--quiet" if quiet else terminal.plain_reason
     if command.has_rate_option and plain_reason:
         raise BadParameter(
-            f"--rate: real time is for the full screen; there is none (from {plain_reason})"
+            f"--rate: real time needs the full screen, which is off here ({plain_reason})"
         )
     table.set_game(start_game(command.request))
     code, has_invalid_line = 0, False
@@ -134,9 +134,9 @@ def _end_game_on_exit(table: GameController, *, quiet: bool = False) -> Iterator
 
 
 def print_epilogue(table: GameController) -> None:
-    """Print the paths of the transcripts, and commands to go on with the last game.
+    """Print the paths of the transcripts, and commands for the last game.
 
-    They replay it, resume it if it was left, and play it again.
+    They replay it, resume it if it is unfinished, and play it again.
     """
     recorders = [
         candidate
@@ -162,7 +162,7 @@ def print_epilogue(table: GameController) -> None:
 
 
 def report_removed_saves(removal: SaveRemoval) -> None:
-    """Print how many saved games were deleted, and whether those that are left still take more."""
+    """Print how many saved games were deleted, and whether the others still exceed the limit."""
     if str(removal):
         print(removal, file=sys.stderr)
 

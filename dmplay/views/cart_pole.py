@@ -34,6 +34,7 @@ from dmplay.views.toolkit.number_line import (
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
+UPRIGHT = "upright"  # outcome of a turn after which the pole is up and the cart on the track
 REGRET_STYLES = {BEST_LABEL: "bold green"}  # styles of regrets that stand out
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
@@ -135,7 +136,7 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
         _draw_track(canvas, y, scale, cart)
         if layout.has_scales:
             draw_scale_labels(
-                canvas, y + 1, scale, "place (x)" if options.allow_large else "x", "m"
+                canvas, y + 1, scale, "position (x)" if options.allow_large else "x", "m"
             )
             lean = scale._replace(low=-cart.theta_limit, high=cart.theta_limit)
             draw_gauge(
@@ -146,7 +147,7 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
                 [forecast_cart.theta for forecast_cart in forecast_carts],
             )
             draw_scale_labels(
-                canvas, y + 3, lean, "lean (theta)" if options.allow_large else "theta", "deg"
+                canvas, y + 3, lean, "angle (theta)" if options.allow_large else "theta", "deg"
             )
             y += 4
         single_row = layout.width > LAYOUTS[-1].width
@@ -172,9 +173,10 @@ def iter_boards(view: View[CartPole], options: DrawOptions) -> Iterator[Text]:
 def _format_next_state(condition: str, cart: CartState, single_row: bool) -> list[str]:
     """Format the state after an action, with the limit it passes, in one row or in two."""
     state_text = (
-        f"place {format_signed_fixed(cart.x, 3)} m, lean {format_signed_fixed(cart.theta, 2)} deg"
+        f"position {format_signed_fixed(cart.x, 3)} m, "
+        f"angle {format_signed_fixed(cart.theta, 2)} deg"
     )
-    outcome_text = "" if _describe_outcome(cart) == "stands" else f", {_describe_outcome(cart)}"
+    outcome_text = "" if _describe_outcome(cart) == UPRIGHT else f", {_describe_outcome(cart)}"
     return (
         [f"{condition}: {state_text}{outcome_text}"]
         if single_row
@@ -297,8 +299,8 @@ def _format_state_named(cart: CartState) -> list[str]:
     """Format the state in two rows, with the names of the quantities."""
     track, pole = _format_against_limits(cart)
     return [
-        f"place {track} m  speed {format_signed_fixed(cart.v, 2)} m/s",
-        f"lean {pole} deg  swings {format_signed_fixed(cart.omega, 0)} deg/s",
+        f"position {track} m  speed {format_signed_fixed(cart.v, 2)} m/s",
+        f"angle {pole} deg  swing {format_signed_fixed(cart.omega, 0)} deg/s",
     ]
 
 
@@ -326,10 +328,10 @@ def lesson(view: View[CartPole]) -> Lesson:
     problem = view.problem
     return Lesson(
         f"You are a cart with a pole on it, and push left or right by {problem.force:g} N "
-        f"every {problem.dt:g} s; you cannot do nothing",
+        f"every {problem.dt:g} s; there is no other action",
         f"You want the pole within {problem.theta_limit:g} degrees of upright and the cart within "
         f"{problem.x_limit:g} m of the middle",
-        "A push is free and every turn pays 1, up to the one that fails",
+        "A push is free, and every turn pays 1, including the turn that ends the game",
         "right",
     )
 
@@ -338,23 +340,23 @@ def panel_rows(view: View[CartPole]) -> list[tuple[str, str]]:
     """Return the side panel's rows: the state, the time played, the last push and its force."""
     cart = _read_cart_state(view, view.observation)
     return [
-        ("place", f"{format_signed_fixed(cart.x, 2)} m"),
+        ("x", f"{format_signed_fixed(cart.x, 2)} m"),
         ("speed", f"{format_signed_fixed(cart.v, 2)} m/s"),
-        ("lean", f"{format_signed_fixed(cart.theta, 1)} deg"),
-        ("swings", f"{format_signed_fixed(cart.omega, 0)} deg/s"),
-        ("stood", f"{view.turns_played * view.problem.dt:.2f} s"),
+        ("angle", f"{format_signed_fixed(cart.theta, 1)} deg"),
+        ("swing", f"{format_signed_fixed(cart.omega, 0)} deg/s"),
+        ("time", f"{view.turns_played * view.problem.dt:.2f} s"),
         ("last", view.last_action_label or "-"),
         ("force", f"{view.problem.force:g} N"),
     ]
 
 
 def _describe_outcome(cart: CartState) -> str:
-    """Describe if and how the cart has failed: 'stands', or the side it fell or left the track."""
+    """Describe whether the pole is upright, or the side on which it fell or the cart left."""
     if cart.is_off_track:
-        return f"off the track on the {'right' if cart.x > 0 else 'left'}"
+        return f"the cart left the track on the {'right' if cart.x > 0 else 'left'}"
     if cart.has_fallen:
-        return f"fell to the {'right' if cart.theta > 0 else 'left'}"
-    return "stands"
+        return f"the pole fell to the {'right' if cart.theta > 0 else 'left'}"
+    return UPRIGHT
 
 
 def describe_turn(view: View[CartPole]) -> str:
@@ -366,14 +368,14 @@ def describe_turn(view: View[CartPole]) -> str:
 def describe_situation(view: View[CartPole]) -> str:
     """Describe the situation: the outcome, the state and the limits."""
     cart = _read_cart_state(view, view.observation)
-    fails = f"fails past {cart.x_limit:g} m or {cart.theta_limit:g} deg"
+    fails = f"the game ends beyond {cart.x_limit:g} m or {cart.theta_limit:g} deg"
     return f"{_describe_outcome(cart)}. {_describe_state(cart)}. {fails}."
 
 
 def _describe_state(cart: CartState) -> str:
     """Describe the state in words and units."""
     return (
-        f"place {format_signed_fixed(cart.x, 2)} m, speed {format_signed_fixed(cart.v, 2)} m/s, "
-        f"lean {format_signed_fixed(cart.theta, 1)} deg, "
+        f"position {format_signed_fixed(cart.x, 2)} m, speed {format_signed_fixed(cart.v, 2)} m/s, "
+        f"angle {format_signed_fixed(cart.theta, 1)} deg, "
         f"swing {format_signed_fixed(cart.omega, 0)} deg/s"
     )

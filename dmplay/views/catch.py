@@ -36,7 +36,7 @@ HEAT_LABEL_COLUMNS, HEAT_CELL_COLUMNS = (
 )  # columns before the heat map, columns of a distance
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 PAYOFF_CHART_HEIGHTS = (6, 4, 2, 0)  # rows of the expected-reward chart, tried in this order
-HEAT_LEGEND = "skill: metres of which half are caught; cells: percent caught"
+HEAT_LEGEND = "skill: distance at which half are caught; cells: % caught"
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
 
@@ -71,7 +71,7 @@ def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) 
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill believed throw", "dim")
+    canvas.write_text(0, 0, "skill belief   throw", "dim")
     _draw_distance_cells(canvas, 0, [f"{distance:.0f}" for distance in DISTANCES], "dim")
     if options.suggested_action is not None:
         _draw_throw_marker(canvas, 0, int(options.suggested_action))
@@ -105,7 +105,7 @@ def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) 
         style="green",
         options=options,
     )
-    canvas.write_text(0, y, "pays on average")
+    canvas.write_text(0, y, "expected reward")
     _draw_distance_cells(
         canvas, y, [f"{expected_reward:.0f}" for expected_reward in expected_rewards], "bold"
     )
@@ -114,7 +114,7 @@ def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) 
         y = _draw_column_chart(
             canvas, y + 1, regret_fractions, chart_rows=1, style="yellow", options=options
         )
-        canvas.write_text(0, y, "loses (● is best)")
+        canvas.write_text(0, y, "regret (● best)")
         _draw_distance_cells(
             canvas, y, [_format_regret_cell(regret) for regret in options.regret], "yellow"
         )
@@ -158,7 +158,7 @@ def describe_expected_reward(view: View[Catch], throw: float) -> str:
         float(_compute_expected_rewards(view)[int(throw)]),
     )
     catch_percent = format_percent(expected_reward / distance)
-    return f"throws {distance:.0f} m: caught {catch_percent}, pays {expected_reward:.0f} on average"
+    return f"({distance:.0f} m): caught {catch_percent}, expected reward {expected_reward:.0f}"
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
@@ -221,7 +221,7 @@ def _draw_catch_plot(view: View[Catch], canvas: Canvas) -> int:
     canvas.write_text(legend_column, axis_row + 2, "expected", "dim")
     canvas.write_text(4, axis_row, "└" + "─" * (PLOT_DISTANCE_COLUMNS * len(DISTANCES) + 1), "dim")
     canvas.write_text(0, axis_row + 1, "metres", "dim")
-    canvas.write_text(0, axis_row + 2, "pays")
+    canvas.write_text(0, axis_row + 2, "reward")
     for column, (distance, expected_reward) in enumerate(
         zip(DISTANCES, _compute_expected_rewards(view), strict=True)
     ):
@@ -251,7 +251,7 @@ def _draw_belief_bars(
         view.belief,
         options._replace(width=min(options.width, 36)),
     )
-    canvas.write_text(x, y, "belief in the proficiency", "dim")
+    canvas.write_text(x, y, "belief: proficiency", "dim")
     for row, line in enumerate(bars_canvas.to_text().split("\n")):
         canvas.write_text(x, y + 1 + row, line.plain, "cyan")
     return y + 1 + len(PROFICIENCY_NAMES)
@@ -284,7 +284,7 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
     truth = (
         ""
         if options.revealed_state is None
-        else f"truly {PROFICIENCY_NAMES[int(options.revealed_state)]}  "
+        else f"true skill {PROFICIENCY_NAMES[int(options.revealed_state)]}  "
     )
     while throw_texts and len(truth) + 7 + len(" ".join(throw_texts)) > options.width:
         throw_texts = throw_texts[1:]
@@ -295,9 +295,9 @@ def _draw_past_throws(view: View[Catch], canvas: Canvas, y: int, options: DrawOp
 def goal_lines(view: View[Catch]) -> list[str]:
     """Return the goal: the reward of a catch, and the hidden proficiency."""
     return [
-        "throw far: a catch pays its metres",
-        "a drop nothing",
-        "how far the other can catch is hidden",
+        "throw far: a catch pays 1 per metre",
+        "a drop 0",
+        "the catcher's skill is hidden",
     ]
 
 
@@ -305,10 +305,10 @@ def lesson(view: View[Catch]) -> Lesson:
     """Return the lesson: the thrower and the catcher, the reward, and the cost of a throw."""
     limit = f"one of your {view.turn_limit} throws" if view.turn_limit else "a turn"
     return Lesson(
-        f"You throw a ball, {DISTANCES[0]:g} to {DISTANCES[-1]:g} m far, to somebody whose skill "
+        f"You throw a ball {DISTANCES[0]:g} to {DISTANCES[-1]:g} m far, to a catcher whose skill "
         "you do not know",
-        "You want long throws that are caught: a catch pays its metres, a drop nothing",
-        f"A throw costs nothing but {limit}; each catch and each drop tells how good the other is",
+        "You want long throws that are caught: a catch pays 1 per metre, a drop nothing",
+        f"A throw is free but uses {limit}; each catch or drop is a clue to the catcher's skill",
         "60",
     )
 
@@ -328,7 +328,7 @@ def describe_turn(view: View[Catch]) -> str:
     name, caught = _read_throw(view, view.turns_played - 1)
     likeliest = format_belief(PROFICIENCY_NAMES, view.belief).partition(",")[0]
     return (
-        f"{'caught' if caught else 'dropped'}. threw {name} m. proficiency likeliest {likeliest}."
+        f"{'caught' if caught else 'dropped'}. threw {name} m. likeliest proficiency {likeliest}."
     )
 
 
@@ -342,5 +342,5 @@ def describe_situation(view: View[Catch]) -> str:
     if view.turns_played:
         name, caught = _read_throw(view, view.turns_played - 1)
         last_throw = f"{'caught' if caught else 'dropped'} {name} m."
-    belief = f"belief in the proficiency: {format_belief(PROFICIENCY_NAMES, view.belief)}."
+    belief = f"belief about the proficiency: {format_belief(PROFICIENCY_NAMES, view.belief)}."
     return f"{last_throw} {belief} expected reward: {rewards_text}."

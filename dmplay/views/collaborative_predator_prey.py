@@ -203,7 +203,7 @@ def _format_caption(
         agent_glyphs = (
             f"{_get_agent_glyph(view, walker)} {name}" for walker, name in enumerate(names)
         )
-        return [f"truly {', '.join(agent_glyphs)}"]
+        return [f"true positions: {', '.join(agent_glyphs)}"]
     if options.forecast:
         observation_names = view.problem.observations[view.seat]
         forecast_rows = zip(
@@ -213,11 +213,12 @@ def _format_caption(
             strict=False,
         )
         observation_texts = (
-            f"{map_row} if {observation_names[int(observation)]}, {format_percent(float(p))}"
+            f"{map_row} row after {observation_names[int(observation)]} "
+            f"({format_percent(float(p))})"
             for map_row, observation, p in forecast_rows
         )
         return [
-            f"{hexgrid.format_move_condition(options.forecast)}, where the prey is",
+            f"{hexgrid.format_move_condition(options.forecast)}: belief about the prey",
             "; ".join(observation_texts),
         ]
     if options.regret is not None:
@@ -232,12 +233,12 @@ def _format_caption(
         return format_regret_rows(options._replace(width=columns), names)
     observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
-        return [f"{observation_text}. belief too large"]
+        return [f"{observation_text}. belief: too many states"]
     viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
     position_text = viewer if own_hex else f"where {viewer} may be"
     readings = (
         f"@ {position_text}, {full_glyph} where the prey may be",
-        f"@ {viewer}, {full_glyph} prey if likely",
+        f"@ {viewer}, {full_glyph} likely prey",
         observation_text,
     )
     return [
@@ -310,7 +311,7 @@ def _iter_numbered_maps(
     for drawing, legend in zip(drawings, legends, strict=True):
         caption = (
             f"sensed {format_last_observation(view)}. "
-            f"{legend if hex_beliefs else 'belief too large'}"
+            f"{legend if hex_beliefs else 'belief: too many states'}"
         )
         drawing.append(f"\n{caption[: options.width]}")
         if options.revealed_state is not None:
@@ -333,13 +334,13 @@ def _format_true_positions(view: View[CollaborativePredatorPrey], options: DrawO
     assert options.revealed_state is not None
     names = [*problem.agents, "prey"]
     positions = [format_hex(problem.hexes[int(position)]) for position in options.revealed_state]
-    full_text = "truly " + ", ".join(
+    full_text = "true positions: " + ", ".join(
         f"{name} {position}" for name, position in zip(names, positions, strict=True)
     )
     return (
         full_text
         if len(full_text) <= options.width
-        else f"truly {' '.join(positions)}"[: options.width]
+        else f"true: {' '.join(positions)}"[: options.width]
     )
 
 
@@ -360,34 +361,36 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
     if not others:
         return ""
     verb = "is" if len(others) == 1 else "are"
-    return f" {' and '.join(others)} {verb} unseen and believed to act uniformly at random."
+    return f" {' and '.join(others)} {verb} hidden; the belief assumes uniformly random actions."
 
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
     slip, is_second_person = view.problem.slip, view.player_label == "you"
     return [
-        "find the unseen prey",
-        f"a catch by anyone pays all {CAPTURE_REWARD:g}",
-        f"else a turn costs {-MOVE_REWARD:g}",
-        f"{view.player_label} {'sense' if is_second_person else 'senses'} it from the next hex",
-        *([f"{format_percent(slip)} of steps slip aside"] if slip else []),
+        "find the hidden prey",
+        f"a catch pays each predator {CAPTURE_REWARD:g}",
+        f"other turns cost {-MOVE_REWARD:g}",
+        f"{view.player_label} {'sense' if is_second_person else 'senses'} it at most one hex away",
+        *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
     ]
 
 
 def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     """Return the lesson: the hunters, the hidden facts, and the cost of a turn."""
     problem, others = view.problem, len(view.problem.agents) - 1
-    team = f", one of {others + 1} who cannot talk" if others else ""
-    blind = "you see your own hex" if problem.sighted else "you see nothing, not even where you are"
+    team = f", one of {others + 1} predators that cannot talk" if others else ""
+    blind = "you see your own hex" if problem.sighted else "you see nothing, not even your own hex"
     slips = (
-        f"{format_percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
     )
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
-        "the next",
-        f"You want to be where the prey is: a turn begun there pays {'all ' * (others > 0)}"
-        f"{CAPTURE_REWARD:g}",
+        "a neighbouring one",
+        "You want to reach the prey: a turn begun on its hex pays "
+        f"{'each predator ' * (others > 0)}{CAPTURE_REWARD:g}",
         f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
     )
 
@@ -405,7 +408,7 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
         ("reward", reward),
     ]
     if len(view.problem.agents) > 1:
-        rows.append(("partner", "unseen"))
+        rows.append(("partner", "hidden"))
     return [*rows, ("discount", f"{view.problem.discount:.2f} (gamma)")]
 
 
@@ -453,5 +456,5 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
             *hexgrid.describe_neighbours(problem.hexes, own_hex, describe_hex),
         ]
     if hex_beliefs is None:
-        return f"{sentences[0]} the belief is over too many states to be told."
+        return f"{sentences[0]} the belief is not computed; there are too many states."
     return " ".join(sentences) + _describe_partners(view)

@@ -347,19 +347,15 @@ def _is_collision(view: View[CollisionAvoidance]) -> bool:
 
 def _describe_outcome(view: View[CollisionAvoidance]) -> str:
     """Describe the outcome of the pass, or the predicted one, in words."""
-    suffix = "" if has_passed_intruder(view) else " ahead"
-    return (
-        f"{'collision' if _is_collision(view) else 'clear'}{suffix}: "
-        ""
-        ""
-        f"{_format_miss_distance(view)} the intruder"
-    )
+    outcome = "collision" if _is_collision(view) else "clear"
+    suffix = "" if has_passed_intruder(view) else " course"
+    return f"{outcome}{suffix}: {_format_miss_distance(view)} the intruder"
 
 
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
     """Return the goal: the distance to keep from the intruder, and the costs."""
     return [
-        f"be {COLLISION_DISTANCE:g} m clear of the intruder at 0 s",
+        f"be {COLLISION_DISTANCE:g} m above or below the intruder at 0 s",
         f"a collision costs {COLLISION_COST:g}",
         f"each change of advice costs {ADVISORY_CHANGE_COST:g}",
     ]
@@ -368,19 +364,12 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
     """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
-        "You advise the aircraft ◆ to climb, to descend or neither; another, A, comes head on at "
-        "height 0",
-        "You want to be "
-        f"{COLLISION_DISTANCE:g} m above or "
-        "below it when they pass, "
-        f"{START_TIME:g} s after the "
-        "start",
-        "A collision costs "
-        f"{COLLISION_COST:g}, each change "
-        f"of advice {ADVISORY_CHANGE_COST:g}, "
-        "to keep to one "
-        "nothing; gusts push "
-        "the aircraft up and down",
+        "You advise the aircraft ◆ to climb, to descend or neither; another aircraft, A, comes "
+        "towards it at height 0",
+        f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
+        f"{START_TIME:g} s after the start",
+        f"A collision costs {COLLISION_COST:g}, each change of advice {ADVISORY_CHANGE_COST:g}, "
+        "unchanged advice nothing; gusts push the aircraft up and down",
         "climb",
     )
 
@@ -391,7 +380,7 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     return [
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("left", f"{seconds_left:g} s"),
+        ("pass in", f"{seconds_left:g} s"),
         ("advice", _get_current_advisory(view)),
     ]
 
@@ -399,17 +388,14 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
 def describe_turn(view: View[CollisionAvoidance]) -> str:
     """Describe the outcome, the last advisory and the state."""
     has_changed = view.observation[2] != view.observations[-2][2]
-    verb = "changed to" if has_changed else "kept"
+    verb = "changed advice to" if has_changed else "kept advice"
     return f"{_describe_outcome(view)}. {verb} {view.last_action_label}. {_describe_state(view)}."
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
     """Describe the predicted outcome, the state and the advisory in force."""
     return (
-        f"{_describe_outcome(view)}. "
-        f"{_describe_state(view)}. "
-        "advisory "
-        f"{_get_current_advisory(view)}."
+        f"{_describe_outcome(view)}. {_describe_state(view)}. advice {_get_current_advisory(view)}."
     )
 
 

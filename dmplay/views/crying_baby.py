@@ -88,7 +88,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = f"history of {view.problem.state_names[-1]} "
+    title = f"P({view.problem.state_names[-1]}) by turn "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     canvas.write_text(0, y, title, "dim")
     probabilities = [float(b[-1]) for b in (view.beliefs or ())[-columns:]]
@@ -131,13 +131,11 @@ def _draw_expected_rewards(
     """Draw a table of the expected immediate reward of each action.
 
     The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
-    With hints, a bar shows the regret ("in the end") and the best action comes first.
+    With hints, a bar shows the regret and the best action comes first.
     """
     heading = "expected reward  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
-    canvas.write_text(
-        len(heading) + 2, y, "in the end" if options.regret is not None else "", "dim"
-    )
+    canvas.write_text(len(heading) + 2, y, "regret" if options.regret is not None else "", "dim")
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):
@@ -163,32 +161,30 @@ def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions)
     )
     return "  ".join(
         [
-            "pays",
+            "expected",
             *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
         ]
     )
 
 
 def _describe_cry_probabilities(view: View[CaregiverProblem]) -> list[str]:
-    """Return two rows with the probabilities that a hungry and a sated baby cry.
-
-    The second row also has the probability that an unfed baby becomes hungry.
-    """
+    """Return the probabilities that a baby cries, hungry or sated, and that it becomes hungry."""
     problem = view.problem
     hungry = _format_cry_probability(problem.cries_hungry, problem.cries_hungry_sung)
     sated = _format_cry_probability(problem.cries_sated, problem.cries_sated_sung)
     return [
-        f"a hungry baby cries {hungry}",
-        f"a sated one {sated}; unfed, {problem.becomes_hungry:.0%} get hungry",
+        f"a hungry baby cries: {hungry}",
+        f"a sated baby cries: {sated}",
+        f"an unfed sated baby gets hungry: {problem.becomes_hungry:.0%}",
     ]
 
 
 def _format_cry_probability(without_song: float, with_song: float) -> str:
     """Return the probabilities of crying without and with a song as text, once if equal."""
     return (
-        f"{without_song:.0%}, sung to {with_song:.0%}"
+        f"{without_song:.0%}, with a song {with_song:.0%}"
         if without_song != with_song
-        else f"{without_song:.0%}, sung to or not"
+        else f"{without_song:.0%}, with or without a song"
     )
 
 
@@ -201,7 +197,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
         f"hunger costs {-problem.hungry_reward:g}",
         f"feeding {-feeding:g}",
         f"singing {-singing:g}",
-        "only its crying tells",
+        "its crying is the only clue",
     ]
 
 
@@ -213,18 +209,20 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
     )
     is_single_agent = len(problem.agents) == 1
     role = (
-        "" if is_single_agent else f"{problem.agents[view.seat]}, one of two who cannot talk; you "
+        ""
+        if is_single_agent
+        else f"{problem.agents[view.seat]}, one of two caregivers who cannot talk; you "
     )
-    song = ", a song makes its crying tell you more" if _is_song_informative(problem) else ""
+    song = ", and singing makes its crying a better clue" if _is_song_informative(problem) else ""
     return Lesson(
         "You "
         f"{'are ' * (not is_single_agent)}{role}care "
         "for a baby that is hungry "
         "or sated; you only hear "
         "whether it cries",
-        f"You want it sated: feeding sates it for sure{song}",
-        f"A turn that finds it hungry costs {-problem.hungry_reward:g}, feeding {feeding}, "
-        f"singing {singing}, ignoring {ignoring}",
+        f"You want it sated: feeding always sates it{song}",
+        f"A turn that starts with a hungry baby costs {-problem.hungry_reward:g}; feeding costs "
+        f"{feeding}, singing {singing}, ignoring {ignoring}",
         "feed",
     )
 

@@ -280,21 +280,21 @@ def _draw_tile(canvas: Canvas, position: tuple[int, int], text: str, tile: Drawn
 def goal_lines(view: View[Game2048]) -> list[str]:
     """Return the scoring rule, the end of the game and the probability of a new 2, as clauses."""
     return [
-        "merge equal tiles: each new one pays its number",
-        "it ends when nothing slides",
-        f"{format_percent(view.problem.p_two)} of the tiles that come are 2, the others 4",
+        "merge equal tiles: a merge pays the new value",
+        "no slide possible: game over",
+        f"{format_percent(view.problem.p_two)} of new tiles are 2, the others 4",
     ]
 
 
 def lesson(view: View[Game2048]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     return Lesson(
-        "You slide all tiles of a board of four by four at once, to one of its four sides",
-        "You want merges: two equal tiles that meet become one, which pays its number",
+        "You slide all tiles of a 4x4 board at the same time, to one of its four sides",
+        "You want merges: two equal tiles that meet become one tile, which pays its value",
         (
-            "A slide is free, but then a tile comes, "
-            f"{format_percent(view.problem.p_two) or '0%'} of them 2 "
-            "and the others 4, and when nothing slides any more it is over"
+            "A slide is free and adds a tile; "
+            f"{format_percent(view.problem.p_two) or '0%'} of new tiles are 2, "
+            "the others 4; the game ends when no slide is possible"
         ),
         "left",
     )
@@ -324,4 +324,4 @@ def describe_situation(view: View[Game2048]) -> str:
         for number, row in enumerate(view.observation, 1)
     ]
     legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
-    return " ".join([*rows, f"open: {legal_actions or 'nothing, the game is over'}."])
+    return " ".join([*rows, f"legal: {legal_actions or 'none, the game is over'}."])

@@ -172,7 +172,7 @@ def draw_picture(view: View[Problem], state: Array | None) -> Text | None:
 def _draw_observation(view: View[Problem], options: DrawOptions) -> Canvas:
     """Return a canvas with the last observation, or the state if it is not hidden, in one row."""
     canvas = Canvas()
-    heading = "seen" if view.problem.partially_observable else "state"
+    heading = "observed" if view.problem.partially_observable else "state"
     canvas.write_text(
         0, 0, f"{heading}  {format_last_observation(view)}"[: max(options.width, 1)], "bold"
     )
@@ -227,13 +227,13 @@ def goal_lines(view: View[Problem]) -> list[str]:
         return [summary]
     discount = view.problem.discount
     return [
-        "gather the largest sum of rewards",
+        "get the largest sum of rewards",
         *(
             [f"in {format_count(view.turn_limit, 'turn')}"]
             if view.turn_limit not in {None, DEFAULT_TURN_LIMIT}
             else []
         ),
-        *([f"what comes a turn later counts {discount:g} as much"] if discount < 1 else []),
+        *([f"a reward one turn later counts {discount:g} times as much"] if discount < 1 else []),
     ]
 
 
@@ -250,16 +250,14 @@ def lesson(view: View[Problem]) -> Lesson:
         _summarize_description(view) or "You want the largest sum of rewards",
     )
     other_count = len(problem.agents) - 1
-    role = (
-        f"You are {problem.agents[view.seat]}{f', one of {other_count + 1}' if other_count else ''}"
-    )
+    others = f", one of {other_count + 1} agents" if other_count else ""
     visibility = "the state is hidden" if problem.partially_observable else "you see the state"
     reward_time = "after every turn" if problem.rewards_observable else "at the end"
     actions = problem.actions[view.seat].describe_actions()
     return Lesson(
-        f"{role}, and {visibility}",
+        f"You are {problem.agents[view.seat]}{others}, and {visibility}",
         objective,
-        f"You can do {actions}; the reward is told {reward_time}",
+        f"Your actions are {actions}; you see the reward {reward_time}",
     )
 
 

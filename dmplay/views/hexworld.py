@@ -115,16 +115,16 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
         return _describe_last_move(view)[1] if view.actions else "over"
     if position in exits and not view.end_reason:
         return (
-            f"any key {'collects' if exits[position] > 0 else 'takes'} "
+            f"any action {'collects' if exits[position] > 0 else 'takes'} "
             f"{format_signed(exits[position])}"
         )
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}, how likely each hex is"
+        return f"{hexgrid.format_move_condition(options.forecast)}: probability of each hex"
     if options.regret is not None:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
     return (
-        f"@ {view.player_label}{ghost}, ◆ pays, ✗ costs{', letters are keys' * options.show_keys}"
+        f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{', letters are keys' * options.show_keys}"
     )
 
 
@@ -134,9 +134,9 @@ def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
     assert before
     if after is None:
         exit_text = f"exit {format_signed(dict(view.problem.rewards)[before])}"
-        return exit_text, f"left by the {exit_text}"
-    result = hexgrid.classify_move(before, after, int(view.actions[-1]))
-    return f"{result.direction}{' slip' * result.has_slipped}" or "bumped", result.description
+        return exit_text, f"took {exit_text}"
+    result = hexgrid.classify_move(view.problem.hexes, before, after, int(view.actions[-1]))
+    return result.short_text, result.description
 
 
 def goal_lines(view: View[HexWorld]) -> list[str]:
@@ -145,7 +145,7 @@ def goal_lines(view: View[HexWorld]) -> list[str]:
     return [
         *_format_exit_goals(view),
         *([f"a bump costs {problem.bump_cost:g}"] if problem.bump_cost else []),
-        *([f"{format_percent(problem.slip)} of steps slip aside"] if problem.slip else []),
+        *([f"{format_percent(problem.slip)} of steps slip sideways"] if problem.slip else []),
     ]
 
 
@@ -155,23 +155,25 @@ def _format_exit_goals(view: View[HexWorld]) -> list[str]:
     positive = " or ".join(format_signed(pay) for pay in rewards if pay > 0)
     negative = " and ".join(format_signed(pay) for pay in rewards if pay < 0)
     return [
-        *([f"reach {positive}"] if positive else []),
-        *([f"keep off {negative}"] if negative else []),
+        *([f"reach exit {positive}"] if positive else []),
+        *([f"avoid {negative}"] if negative else []),
     ]
 
 
 def lesson(view: View[HexWorld]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
-    bump = f"a bump costs {problem.bump_cost:g}" if problem.bump_cost else "so is a bump"
+    cost = f"costs {problem.bump_cost:g}" if problem.bump_cost else "is free too"
     slips = (
-        f"{format_percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
     )
     return Lesson(
         "You are @ and walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(view))}: "
-        "on an exit any key collects what it says and ends the game",
-        f"A step is free, {bump}, and {slips}",
+        "on an exit, any action collects its reward and ends the game",
+        f"A step is free, a bump into the border {cost}, and {slips}",
     )
 
 
@@ -184,8 +186,8 @@ def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
         ("last", view.last_action_label.upper() or "-"),
         ("moved", move_text),
         ("reward", reward),
-        ("goes on", f"{1 - problem.slip:.2f}"),
-        ("slips aside", f"{problem.slip / 2:.2f} each"),
+        ("forward", f"{1 - problem.slip:.2f}"),
+        ("slip", f"{problem.slip / 2:.2f} each side"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
 

@@ -44,15 +44,16 @@ TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
     11,
     8,
 )  # rows of the tall triangle; columns of a regret bar
+REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
-    "● the belief, · before: the nearer a",
-    "corner, the likelier that many failed;",
-    "Tab writes what is best where",
+    "● belief now, · earlier beliefs",
+    "near a corner, its state is likely",
+    "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
-    "● the belief; letters: the best key",
-    "at a belief that is where they stand,",
-    "with the turns that are left",
+    "● belief now; a letter is the key",
+    "of the best action at that belief",
+    "for the remaining turns (up to 40)",
 )
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -90,7 +91,7 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
         if with_triangle:
             _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
         _draw_belief_history(view, canvas, y, options)
-        canvas.write_text(0, y + 2, "reward expected at once", "dim")
+        canvas.write_text(0, y + 2, "expected reward now", "dim")
         for number, (key, name, reward) in enumerate(_compute_expected_rewards(view, options)):
             canvas.write_text(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
         draw_true_state(canvas, y + 8, STATE_NAMES, options)
@@ -112,7 +113,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "history of a failure "
+    title = "P(failure) by turn "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
@@ -129,14 +130,17 @@ def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> T
     _draw_belief_history(
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
-    heading_suffix = "; in the end" if options.regret is not None else ""
-    canvas.write_text(0, y + 2, f"expected at once{heading_suffix}", "dim")
+    canvas.write_text(0, y + 2, "expected reward now", "dim")
+    canvas.write_text(REGRET_COLUMN, y + 2, "regret" if options.regret is not None else "", "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
         key, name, reward = rewards_by_action[action]
         canvas.write_text(0, row, f"{key} {name:<11} {reward:+.3f}")
         canvas.write_text(
-            21, row, format_regret_with_bar(options, action, REGRET_BAR_COLUMNS), "yellow"
+            REGRET_COLUMN,
+            row,
+            format_regret_with_bar(options, action, REGRET_BAR_COLUMNS),
+            "yellow",
         )
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
     default_legend = (
@@ -255,9 +259,9 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
         f"{label} pays {pay:.3g}" for label, pay in zip(labels, intact_rewards, strict=True)
     ]
     return [
-        f"keep the machine producing: {intact_rewards[0]:.3g} a turn",
-        f"with failed parts {failed_text}",
-        "parts fail unseen",
+        f"keep producing: {intact_rewards[0]:.3g} a turn",
+        f"{failed_text} with 1 or 2 failed parts",
+        "failures are hidden",
         *other_clauses[:0:-1],
     ]
 
@@ -268,13 +272,13 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
     production, *other_actions = zip(view.problem.actions[0].labels, rewards.T, strict=True)
     clauses = [f"{name} {_format_rewards_by_failures(pays)}" for name, pays in other_actions]
     return Lesson(
-        "You run a machine of two parts; they fail unseen, and only to examine a product tells",
+        "You run a machine of two parts; failures are hidden, and examining is the only clue",
         (
             "You want it to produce as much as it can: "
             f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
-            "with none, one or two failed"
+            "with 0, 1 or 2 failed parts"
         ),
-        f"With as many failed, the others pay: {'; '.join(clauses)}",
+        f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
         "examine",
     )
 
@@ -307,7 +311,7 @@ def describe_situation(view: View[MachineReplacement]) -> str:
     )
     return (
         f"saw {format_last_observation(view)}. "
-        f"{_describe_belief(view)} expected reward at once: {expected}."
+        f"{_describe_belief(view)} expected reward now: {expected}."
     )
 
 

@@ -116,7 +116,8 @@ def iter_boards(view: View[MountainCar], options: DrawOptions) -> Iterator[Text]
                 else action_phrase
             )
             text = (
-                f"{condition}: place {format_signed_fixed(x, 3)} speed {format_signed_fixed(v, 4)}"
+                f"{condition}: position {format_signed_fixed(x, 3)} "
+                f"speed {format_signed_fixed(v, 4)}"
             )
             canvas.write_text(0, y, text, "bold cyan")
         # otherwise the side panel shows the numbers
@@ -147,7 +148,7 @@ def _draw_state_numbers(
 ) -> None:
     """Draw position and speed, with their full names on a large screen."""
     x, v = map(float, view.observation)
-    named_numbers = f"place {format_signed_fixed(x, 3)}  speed {format_signed_fixed(v, 4)}"
+    named_numbers = f"position {format_signed_fixed(x, 3)}  speed {format_signed_fixed(v, 4)}"
     short_numbers = _format_state(view, layout.width > LAYOUTS[-1].width)
     canvas.write_text(0, y, named_numbers if options.allow_large else short_numbers, "bold")
 
@@ -215,7 +216,7 @@ def _format_goal_conditions(view: View[MountainCar]) -> list[str]:
 
 
 def _format_state(view: View[MountainCar], with_last_action: bool) -> str:
-    """Return position, speed and goal in one line, and the last action if it is asked for."""
+    """Return position, speed and goal in one line, and the last action if requested."""
     x, v = map(float, view.observation)
     state = f"x {format_signed_fixed(x, 3)}  v {format_signed_fixed(v, 4)}"
     if with_last_action:
@@ -231,7 +232,7 @@ def goal_lines(view: View[MountainCar]) -> list[str]:
     return [
         f"reach the flag at {_describe_flag(view)}",
         "each turn costs 1",
-        "the engine is too weak to climb: rock",
+        "weak engine: rock back and forth",
     ]
 
 
@@ -239,9 +240,9 @@ def lesson(view: View[MountainCar]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     return Lesson(
         "You are a car in a valley; its engine pulls left or right, or coasts, and is too weak to "
-        "climb out at once",
-        f"You want to reach the flag at {_describe_flag(view)}: rock to and fro to gain speed",
-        "Every turn costs 1 until you are there, whatever the engine does",
+        "climb out directly",
+        f"You want to reach the flag at {_describe_flag(view)}: rock back and forth to gain speed",
+        "Every turn costs 1 until you reach it, whatever the engine does",
         "right",
     )
 
@@ -262,7 +263,7 @@ def panel_rows(view: View[MountainCar]) -> list[tuple[str, str]]:
     """
     x, v = map(float, view.observation)
     return [
-        ("place", format_signed_fixed(x, 3)),
+        ("position", format_signed_fixed(x, 3)),
         ("speed", format_signed_fixed(v, 4)),
         ("height", format_signed_fixed(compute_hill_height(x), 2)),
         ("last", view.last_action_label or "-"),
@@ -273,7 +274,7 @@ def _describe_state(view: View[MountainCar]) -> str:
     """Return the car's position and its direction and speed, in words."""
     x, v = map(float, view.observation)
     if view.problem.terminal(view.observation[None])[0]:
-        return f"at the goal, place {format_signed_fixed(x, 3)}"
+        return f"at the goal, position {format_signed_fixed(x, 3)}"
     motion = (
         f"rolls {'right' if v > 0 else 'left'} at {format_signed_fixed(v, 4)}"
         if v
@@ -281,7 +282,7 @@ def _describe_state(view: View[MountainCar]) -> str:
     )
     if x == LEFT_WALL:
         return f"at the left wall, {'stopped' if not v else motion}"
-    return f"{motion}, place {format_signed_fixed(x, 3)}"
+    return f"{motion}, position {format_signed_fixed(x, 3)}"
 
 
 def describe_turn(view: View[MountainCar]) -> str:

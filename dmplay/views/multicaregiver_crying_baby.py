@@ -21,9 +21,9 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
 
     The note says that the belief assumes a random policy of the other caregiver.
     """
-    note = f"{get_partner_name(view)} is unseen: believed to act at random"
+    note = f"the belief assumes that {get_partner_name(view)} acts at random"
     if len(note) > options.width:
-        note = f"{get_partner_name(view)}: believed to act at random"
+        note = f"belief assumes a random {get_partner_name(view)}"
     for board in crying_baby.iter_boards(view, options):
         yield board.copy().append(f"\n{note}", "dim")
         yield board
@@ -32,7 +32,8 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
 def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
     """Return a description of the last observation, the belief and its assumption."""
     text = crying_baby.describe_situation(view)
-    return f"{text} {get_partner_name(view)} is unseen and believed to act uniformly at random."
+    name = get_partner_name(view)
+    return f"{text} {name} is hidden; the belief assumes uniformly random actions."
 
 
 KEY_FAMILY = "crying-baby"

@@ -169,13 +169,14 @@ def _make_arrival_cell(
 def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}, how likely"
+        return f"{hexgrid.format_move_condition(options.forecast)}: probabilities"
     if (
         _flag_feeding_agents(view)[view.seat]
         and not view.end_reason
         and (options.allow_large or options.regret is not None)
     ):
-        return "any key feeds" if view.seat in view.problem.predator_seats else "caught: any key"
+        is_predator = view.seat in view.problem.predator_seats
+        return "any action eats the prey" if is_predator else "caught: any action"
     if options.regret is not None:
         return hexgrid.format_wall_regrets(
             view.problem.hexes, _list_positions(view)[view.seat], options
@@ -205,11 +206,18 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
     """Return the result of an agent's last move, in short for the panel and as a clause."""
     if _flag_feeding_agents(view, -2)[seat]:
         is_predator = seat in view.problem.predator_seats
-        return ("fed", "fed, stayed") if is_predator else ("devoured", "was devoured, born again")
+        return (
+            ("ate prey", "ate the prey, stayed")
+            if is_predator
+            else ("caught", "was caught, reappeared")
+        )
     result = hexgrid.classify_move(
-        _list_positions(view, -2)[seat], _list_positions(view)[seat], _get_last_action(view, seat)
+        view.problem.hexes,
+        _list_positions(view, -2)[seat],
+        _list_positions(view)[seat],
+        _get_last_action(view, seat),
     )
-    return f"{'slip ' * result.has_slipped}{result.direction}" or "bumped", result.description
+    return result.short_text, result.description
 
 
 def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
@@ -223,33 +231,35 @@ def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
     """Return the goal and the rewards of a predator or a prey, as clauses."""
     problem = view.problem
-    slips = [f"{format_percent(problem.slip)} of steps slip aside"] if problem.slip else []
+    slips = [f"{format_percent(problem.slip)} of steps slip sideways"] if problem.slip else []
     if view.seat in problem.predator_seats:
-        meal = "a meal" if problem.prey == 1 else "a meal for each prey"
-        sharing_clause = ", shared by those on its hex" if problem.predators > 1 else ""
+        unit = "" if problem.prey == 1 else " per prey"
+        sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
-            f"catch the prey: its hex is {meal}, +1{sharing_clause}",
+            f"catch the prey: a turn begun on its hex pays 1{unit}{sharing_clause}",
             "any other turn costs 1",
             *slips,
         ]
-    return [f"keep away: to be caught costs {-DEVOURED_REWARD:g}", "moving is free", *slips]
+    return [f"avoid predators: being caught costs {-DEVOURED_REWARD:g}", "moving is free", *slips]
 
 
 def lesson(view: View[PredatorPrey]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem = view.problem
     slips = (
-        f"{format_percent(problem.slip)} of steps slip aside" if problem.slip else "no step slips"
+        f"{format_percent(problem.slip)} of steps slip sideways"
+        if problem.slip
+        else "no step slips"
     )
     name = f"{get_agent_glyph(problem, view.seat)}, {problem.agents[view.seat]}"
-    role = f"You are {name}; all see all and move at once, one hex a turn"
+    role = f"You are {name}; all agents see each other and move one hex at the same time"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
-        objective = f"You want to share a hex with prey: a turn begun there pays 1{sharing_clause}"
+        objective = f"You want to reach a prey: a turn begun on its hex pays 1{sharing_clause}"
         return Lesson(role, objective, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
-    objective = "You want never to share a hex with a predator"
+    objective = "You want to avoid the hexes of predators"
     costs = (
-        f"To be caught costs {-DEVOURED_REWARD:g} and you are born again on any hex; a step is free"
+        f"Being caught costs {-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
     )
     return Lesson(role, objective, f"{costs}, and {slips}")
 
@@ -269,7 +279,7 @@ def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:
         rows.append((f"{get_agent_glyph(problem, seat)} {name}", format_hex(positions[seat])))
     rows += [
         *_list_discounted_scores(view),
-        ("slips aside", f"{problem.slip / 2:.2f} each"),
+        ("slip", f"{problem.slip / 2:.2f} each side"),
         ("discount", f"{problem.discount:.2f} (gamma)"),
     ]
     for hex_ in dict.fromkeys(positions):  # last, because these rows come and go
@@ -334,9 +344,9 @@ def describe_situation(view: View[PredatorPrey]) -> str:
     if _flag_feeding_agents(view)[view.seat] and not is_watched:
         is_predator = view.seat in problem.predator_seats
         sentences.append(
-            "you feed: any action stays here."
+            "the prey is here: any action eats it and stays."
             if is_predator
-            else "you are caught: any action, then you are born on any hex."
+            else "you are caught: after any action you reappear on a random hex."
         )
 
     def describe_hex(hex_: Hex) -> str:

@@ -17,9 +17,9 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     """Return the reward of each action against each action of the other agent, as clauses."""
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
-        f"cooperate pays {cc:g} or {cd:g}, defect pays {dc:g} or {dd:g}",
-        "as the other cooperates or defects",
-        "both choose at once",
+        f"if the other cooperates: cooperate {cc:g}, defect {dc:g}",
+        f"if it defects: {cd:g} or {dd:g}",
+        "both choose at the same time",
     ]
 
 
@@ -28,9 +28,9 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return Lesson(
-        f"You are {you} and choose at the same time as {other}, again and again",
-        "You want your own sum high, whatever the other gets",
-        f"To cooperate pays {cc:g} if {other} does too, else {cd:g}; to defect pays {dc:g} if "
+        f"You are {you} and choose at the same time as {other}, in every round",
+        f"You want a high score of your own, whatever {other} gets",
+        f"Cooperating pays {cc:g} if {other} does it too, else {cd:g}; defecting pays {dc:g} if "
         f"{other} cooperates, else {dd:g}",
         "cooperate",
     )

@@ -18,7 +18,7 @@ MIN_PANEL_COLUMNS = 17  # minimum columns of the side panel
 REGRET_TOLERANCE = 1e-9  # regrets up to this size count as zero
 BEST_LABEL, EQUALLY_GOOD_LABEL = (
     "best",
-    "as good",
+    "equal",
 )  # labels of the suggested action, and of others without regret
 
 
@@ -170,7 +170,7 @@ def fit_board(view_module: ViewModule, view: View[Problem], options: DrawOptions
         smallest = measure_text(board)
         if smallest[0] <= options.width and smallest[1] <= options.height:
             return to_ascii(board) if options.ascii else board
-    needed_text = f"need {smallest[0]}x{smallest[1] + options.reserved_rows}"
+    needed_text = f"board needs {smallest[0]}x{smallest[1] + options.reserved_rows}"
     message = f"{needed_text}; playing in text"
     return TooSmallNotice(
         message if len(message) <= options.width else needed_text[: options.width], no_wrap=True

@@ -20,7 +20,7 @@ def goal_lines(view: View[RockPaperScissors]) -> list[str]:
     return [
         beats,
         f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
-        "both choose at once",
+        "both choose at the same time",
     ]
 
 
@@ -29,9 +29,9 @@ def lesson(view: View[RockPaperScissors]) -> Lesson:
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     win_reward = view.problem.payoffs.max()
     return Lesson(
-        f"You are {you} and choose at the same time as {other}, again and again",
-        "You want to beat the other: rock beats scissors, scissors paper, and paper rock",
-        f"A win pays {win_reward:g}, a loss costs {win_reward:g}, and two of a kind pay nothing",
+        f"You are {you} and choose at the same time as {other}, in every round",
+        f"You want to beat {other}: rock beats scissors, scissors beat paper, paper beats rock",
+        f"A win pays {win_reward:g}, a loss costs {win_reward:g}, and a draw pays nothing",
         "scissors",
     )
 

@@ -26,7 +26,7 @@ NUMBER_LINE_LIMITS = (
     2.0,
     5.0,
 )  # limits of the number line, and these times 10, 100, ...
-LEGEND = "● the number, ∘→ a push and its aim, ▄█▄ where chance took it"
+LEGEND = "● number, ∘→ push and aim, ▄█▄ distribution around the aim"
 BLOCKS = " ▁▂▃▄▅▆▇█"
 
 
@@ -267,7 +267,7 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
     number_name, push_name = ("number", "push") if options.allow_large else ("s", "a")
     number_text = f"{number_name} {format_signed_fixed(numbers[-1], 3)}"
     if not view.turns_played:
-        mean_text = f"{mean:g}" if is_brief else f"{mean:g}, give or take {deviation:g}"
+        mean_text = f"{mean:g}" if is_brief else f"{mean:g}, standard deviation {deviation:g}"
         return f"{number_text}   drawn around {mean_text}"
     push, aim = format_signed_fixed(view.actions[-1], 3), format_signed_fixed(mean, 3)
     if is_brief:
@@ -281,18 +281,20 @@ def goal_lines(view: View[SimpleRegulator]) -> list[str]:
         "keep the number near 0",
         "each turn costs its square",
         f"{'your' if view.player_label == 'you' else 'the'} push is added to it",
-        *([f"nature adds {view.problem.noise:g} or so"] if view.problem.noise else []),
+        *([f"chance moves it by about {view.problem.noise:g}"] if view.problem.noise else []),
     ]
 
 
 def lesson(view: View[SimpleRegulator]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and costs."""
     problem, bounds = view.problem, view.problem.actions[0]
-    noise = f", and nature adds {problem.noise:g} or so, up or down" if problem.noise else ""
+    noise = (
+        f"; chance moves the number by about {problem.noise:g}, up or down" if problem.noise else ""
+    )
     return Lesson(
-        f"You add a push to a number each turn, anything from {bounds.low:g} to {bounds.high:g}",
-        "You want the number as near to 0 as you can keep it",
-        f"A turn costs the square of the number before it, a push nothing{noise}",
+        f"You add a push from {bounds.low:g} to {bounds.high:g} to a number in each turn",
+        "You want to keep the number as close to 0 as possible",
+        f"A turn costs the square of the number at its start; a push is free{noise}",
         "-0.2",
     )
 
@@ -332,5 +334,5 @@ def describe_situation(view: View[SimpleRegulator]) -> str:
     return (
         f"number {format_signed_fixed(number, 3)}. a turn here costs {number * number:.3f}. "
         f"push by {problem.actions[0].describe_actions()}; "
-        f"noise of {problem.noise:g} comes on top."
+        f"noise of about {problem.noise:g} is added."
     )

@@ -50,8 +50,8 @@ CLAIM_LINE = NumberLine(MIN_CLAIM, MAX_CLAIM, 2, 55)  # number line of all claim
 def goal_lines(view: View[TravelersDilemma]) -> list[str]:
     """Return the payment rule and the range of claims, as clauses."""
     return [
-        "both are paid the lower claim",
-        f"its author {BONUS_DOLLARS:g} more, the other {BONUS_DOLLARS:g} less",
+        "both get the lower claim",
+        f"the lower claimant gets {BONUS_DOLLARS:g} more, the higher {BONUS_DOLLARS:g} less",
         f"claim {MIN_CLAIM} to {MAX_CLAIM}",
     ]
 
@@ -61,13 +61,9 @@ def lesson(view: View[TravelersDilemma]) -> Lesson:
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     return Lesson(
         f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} dollars at the same time as {other}",
-        "You want to be paid much: a high claim, but one below the other's",
-        "Both are paid the lower "
-        "claim; who made it "
-        f"{BONUS_DOLLARS:g} more, the "
-        f"other {BONUS_DOLLARS:g} less; "
-        "equal claims are "
-        "paid as they are",
+        f"You want a high claim, but one below the claim of {other}",
+        f"Both get the lower claim; the lower claimant gets {BONUS_DOLLARS:g} more and the higher "
+        f"{BONUS_DOLLARS:g} less; equal claims are paid as they are",
         "50",
     )
 
@@ -115,10 +111,8 @@ def _iter_small_boards(view: View[TravelersDilemma], options: DrawOptions) -> It
         yield canvas.to_text()
     canvas = Canvas()
     draw_rounds(view, canvas, 0, options.width, round_columns=CLAIM_COLUMNS, empty_text="-")
-    canvas.write_text(0, 2, "both are paid the lower claim,", "dim")
-    canvas.write_text(
-        0, 3, f"its author {BONUS_DOLLARS} more, the other {BONUS_DOLLARS} less", "dim"
-    )
+    canvas.write_text(0, 2, "both get the lower claim,", "dim")
+    canvas.write_text(0, 3, f"lower claim +{BONUS_DOLLARS}, higher claim -{BONUS_DOLLARS}", "dim")
     yield canvas.to_text()
 
 
@@ -211,7 +205,7 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions) -> int:
     canvas.write_text(
         0,
         y + 1,
-        f"● best {MIN_CLAIM + best}; the worst {format_significant(-largest, MAX_NUMBER_COLUMNS)}",
+        f"● best {MIN_CLAIM + best}; worst {format_significant(-largest, MAX_NUMBER_COLUMNS)}",
         "yellow",
     )
     return y + 2
@@ -227,7 +221,8 @@ def _format_reply_payoffs(view: View[TravelersDilemma], options: DrawOptions) ->
     claim = MIN_CLAIM + int(options.forecast.action)
     return [
         f"{format_action_condition(view, options.forecast, 'claim {}')}: "
-        f"if equal {claim}, lower {claim + BONUS_DOLLARS}, higher theirs less {BONUS_DOLLARS}"
+        f"{claim} if equal, {claim + BONUS_DOLLARS} if lower, "
+        f"else the other claim - {BONUS_DOLLARS}"
     ]
 
 
@@ -334,12 +329,8 @@ def describe_situation(view: View[TravelersDilemma]) -> str:
         *last_round,
         f"claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars.",
         "equal claims are paid as they are.",
-        (
-            "else both are paid the "
-            "lower claim, its author "
-            f"{BONUS_DOLLARS} more and the "
-            f"other {BONUS_DOLLARS} less."
-        ),
+        f"else both get the lower claim, the lower claimant {BONUS_DOLLARS} more and the higher "
+        f"{BONUS_DOLLARS} less.",
     ]
     return " ".join(sentences)
 

@@ -105,7 +105,7 @@ class Gallery:
         if len(title.plain) + len(status) > viewport.width:
             status = (
                 f"{format_count(len(self.visible_entries), 'problem')} "
-                f"  today's seed {self.daily_seed}"
+                f"  daily seed {self.daily_seed}"
             )
         return title.append(status, style="not bold")
 
@@ -141,7 +141,7 @@ class Gallery:
                 )
             )
         if not rows:
-            rows.append(Text(" nothing of this name or kind"))
+            rows.append(Text(" no problem matches"))
         first_row = min(max(cursor_index - body_height // 2, 0), max(len(rows) - body_height, 0))
         return rows[first_row : first_row + body_height]
 
@@ -164,7 +164,7 @@ class Gallery:
 
     @property
     def _your_game_rows(self) -> list[Text]:
-        """The rows about the player's best, last and unfinished games of the selected problem."""
+        """The rows about the player's record, last result and unfinished game of the problem."""
         name, problem_preview = self.selected_problem, self._previews.get(self.selected_problem)
         if not isinstance(problem_preview, ProblemPreview):
             return []
@@ -177,11 +177,11 @@ class Gallery:
     def _message_row(self, viewport: Viewport) -> Text:
         """Return the message row: the typed filter, a message, the active filter, or the goal."""
         if self._is_filtering:
-            return Text(f" /{self._filter_text}_  Enter keeps the filter, Esc drops it")
+            return Text(f" /{self._filter_text}_  Enter keeps the filter, Esc clears it")
         if self.progress_message or self.message:
             return Text(f" {escape_unprintable(self.progress_message or self.message)}")
         if self._filter_text:
-            return Text(f" only {self._filter_text!r}; Esc shows all")
+            return Text(f" filter {self._filter_text!r}; Esc shows all problems")
         problem_preview = self._previews.get(self.selected_problem)
         if (
             isinstance(problem_preview, ProblemPreview)
@@ -253,11 +253,11 @@ class Gallery:
         try:
             if not self._games_loaded:
                 self._records, self._unfinished_games = run_cancellable(
-                    TaskInfo("reading your games"), _load_your_games
+                    TaskInfo("loading your games"), _load_your_games
                 )
                 self._games_loaded = True
             if name and name not in self._previews:
-                task_info = TaskInfo(f"opening {name}")
+                task_info = TaskInfo(f"loading {name}")
                 self._previews[name] = run_cancellable(
                     task_info, lambda: make_preview(name, self.daily_seed)
                 )
@@ -299,7 +299,7 @@ class Gallery:
         )
         if unfinished_game:
             self.quit_with_command("resume", unfinished_game.path)
-        self.message = "no game is unfinished"
+        self.message = "there is no unfinished game"
 
     def start_filter(self) -> None:
         """Start typing a new filter."""
@@ -364,9 +364,9 @@ def _help_pages(viewport: Viewport) -> list[list[Text]]:
     from dmplay.ui.screen.frame import split_pages
 
     introduction = (
-        "Every problem that can be played, by kind: whether you play alone, and whether you see "
-        "all there is. Beside it stand its first frame, its goal, who else can play it, and how "
-        "you did. Enter plays; when you leave the game you are here again."
+        "The list shows every problem under its kind. Beside it you see the first screen of the "
+        "selected problem, its goal, its agents and your results. Enter plays the problem. When "
+        "you quit the game, you are here again."
     )
     lines = [introduction, "", *(f"  {key.label:<9} {key.help}" for key in GALLERY_KEYS)]
     parts = split_pages(viewport, FrameState(page_rows=lines))
@@ -389,23 +389,25 @@ GALLERY_KEYS = (
         ("enter",),
         "Enter",
         "play",
-        "play the chosen problem",
+        "play the selected problem",
         lambda g: g.quit_with_command("play", g.selected_problem),
         4,
     ),
-    GalleryKey(("c",), "c", "go on", "go on with the game that you left", Gallery.resume_game),
+    GalleryKey(
+        ("c",), "c", "resume", "resume the unfinished game, or the latest one", Gallery.resume_game
+    ),
     GalleryKey(
         ("a",),
         "a",
         "watch",
-        "watch its best agent play; Space steps, P plays",
+        "watch the best agent; Space plays a turn, P plays all",
         Gallery.watch_best_agent,
     ),
     GalleryKey(
         ("d",),
         "d",
-        "today's",
-        "the game of the day: its seed is the date in UTC, the same for all",
+        "daily",
+        "play the game of the day; its seed is the date in UTC",
         lambda g: g.quit_with_command("play", g.selected_problem, "--seed", str(g.daily_seed)),
         1,
     ),
@@ -413,7 +415,7 @@ GALLERY_KEYS = (
         ("/",),
         "/",
         "filter",
-        "show only some, by name or kind; Esc shows all",
+        "filter the list by name or kind; Esc shows all",
         Gallery.start_filter,
         1,
     ),
@@ -421,21 +423,41 @@ GALLERY_KEYS = (
         (":",),
         ":",
         "shell",
-        "type commands; quit comes back",
+        "open the shell; quit returns here",
         lambda g: g.quit_with_command(*SHELL_COMMAND),
         1,
     ),
-    GalleryKey(("?",), "?", "help", "these keys; any key goes back", Gallery.open_help, 3),
-    GalleryKey(("q",), "q", "quit", "leave", Gallery.quit_gallery, 4),
-    GalleryKey(("up", "k", "wheel up"), "up, k", "", "the one above", lambda g: g.move_cursor(-1)),
+    GalleryKey(("?",), "?", "help", "show these keys; any key closes them", Gallery.open_help, 3),
+    GalleryKey(("q",), "q", "quit", "quit dmplay", Gallery.quit_gallery, 4),
     GalleryKey(
-        ("down", "j", "wheel down"), "down, j", "", "the one below", lambda g: g.move_cursor(1)
+        ("up", "k", "wheel up"),
+        "up, k",
+        "",
+        "select the problem above",
+        lambda g: g.move_cursor(-1),
     ),
-    GalleryKey(("pageup",), "PgUp", "", "a screen up", lambda g: g.move_page(-1)),
-    GalleryKey(("pagedown",), "PgDn", "", "a screen down", lambda g: g.move_page(1)),
     GalleryKey(
-        ("home",), "Home", "", "the first", lambda g: g.move_cursor(-len(g.visible_entries))
+        ("down", "j", "wheel down"),
+        "down, j",
+        "",
+        "select the problem below",
+        lambda g: g.move_cursor(1),
     ),
-    GalleryKey(("end",), "End", "", "the last", lambda g: g.move_cursor(len(g.visible_entries))),
-    GalleryKey(("escape",), "Esc", "", "show all again", Gallery.clear_filter),
+    GalleryKey(("pageup",), "PgUp", "", "move a page up", lambda g: g.move_page(-1)),
+    GalleryKey(("pagedown",), "PgDn", "", "move a page down", lambda g: g.move_page(1)),
+    GalleryKey(
+        ("home",),
+        "Home",
+        "",
+        "select the first problem",
+        lambda g: g.move_cursor(-len(g.visible_entries)),
+    ),
+    GalleryKey(
+        ("end",),
+        "End",
+        "",
+        "select the last problem",
+        lambda g: g.move_cursor(len(g.visible_entries)),
+    ),
+    GalleryKey(("escape",), "Esc", "", "show all problems", Gallery.clear_filter),
 )

@@ -102,15 +102,15 @@ def make_preview(problem_name: str, seed: int) -> ProblemPreview:
 def your_game_rows(
     record: ProblemRecord | None, unfinished_game: TranscriptOutline | None
 ) -> list[Text]:
-    """Return the rows about the player's best, last and unfinished game."""
+    """Return the rows about the player's record, last result and unfinished game."""
     rows = []
     if record and record.best:
-        rows.append(_label_row("best", _format_result(record.best)))
+        rows.append(_label_row("record", _format_result(record.best)))
     if record and record.last != record.best:
         rows.append(_label_row("last", _format_result(record.last)))
     if unfinished_game:
         turns_text = format_count(unfinished_game.turns, "turn")
-        rows.append(_label_row("left", f"after {turns_text}; c goes on"))
+        rows.append(_label_row("unfinished", f"after {turns_text}; c resumes it"))
     return rows
 
 

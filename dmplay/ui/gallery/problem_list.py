@@ -7,12 +7,12 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.entry_points import entry_point_targets
 
 KIND_HEADINGS = {  # in the order of the list
-    "MDP": "alone, all seen (MDP)",
-    "POMDP": "alone, part hidden (POMDP)",
-    "simple game": "both at once (simple game)",
-    "Markov game": "several, all seen (Markov)",
-    "POMG": "several, part hidden (POMG)",
-    "Dec-POMDP": "a team, hidden (Dec-POMDP)",
+    "MDP": "MDP: 1 agent, visible state",
+    "POMDP": "POMDP: 1 agent, hidden state",
+    "simple game": "simple game: payoff table",
+    "Markov game": "Markov game: visible state",
+    "POMG": "POMG: game, hidden state",
+    "Dec-POMDP": "Dec-POMDP: team, hidden state",
 }
 INSTALLED_HEADING = "installed"
 

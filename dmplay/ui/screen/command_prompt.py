@@ -39,7 +39,7 @@ from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.completer import CommandCompleter
 
 MAX_COMPLETION_ROWS = 8  # rows
-HIDDEN_INPUT_PROMPT = " :(what is typed is not shown) "
+HIDDEN_INPUT_PROMPT = " :(your typing is hidden) "
 PROMPT_STYLE = Style.from_dict(
     {"completion-menu": "reverse", "completion-menu.completion.current": "noreverse bold"}
 )

@@ -113,7 +113,7 @@ def _iter_key_rows(game: Game, hint: Hint | None) -> Iterator[Text]:
     if game.keyboard.is_number_entry(game.viewing_seat):
         nudges = " ".join(KEY_SYMBOLS.get(key, key) for key in game.keyboard.number_steps)
         recommendation = f" {hint.recommended_action} {BEST_LABEL} " if hint else ""
-        yield Text(f"{recommendation} type a number, Enter plays it  {nudges} nudge it ")
+        yield Text(f"{recommendation} type a number, Enter plays it  {nudges} change it ")
         yield Text(f"{recommendation} a number, Enter ")
     else:
         legal = [
@@ -191,9 +191,9 @@ def _format_command_tails(
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:
     """Return the keys that step through a replay, a finished game, or a game of agents alone."""
     if frame_state.is_lookback:
-        return ("← → turns", *["Enter plays on"] * (not game.strict))
+        return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.human_seats:
-        return ("Enter looks back",) * bool(game.session.over and game.session.turns)
+        return ("Enter review",) * bool(game.session.over and game.session.turns)
     return () if is_game_over else ("Space step", "P play")
 
 

@@ -136,8 +136,8 @@ class Frame:
         if self._state.page_rows:
             part_count = len(split_pages(self._viewport, self._state))
             return (
-                f"part {min(self._state.page_index, part_count - 1) + 1} "
-                f"of {part_count}. Space goes on"
+                f"page {min(self._state.page_index, part_count - 1) + 1} "
+                f"of {part_count}; Space shows the next page"
             )
         return (
             self._log[-1] if self._log else self._game.narrator.describe_situation(self._snapshot)
@@ -273,11 +273,11 @@ class Frame:
         return game.draw_board(options, snapshot)
 
     def _panel_facts(self, snapshot: SeatSnapshot) -> PanelFacts:
-        """Return the side panel's facts: of the view, the best return, the ghost and the hint."""
+        """Return the side panel's facts: of the view, the record, the ghost and the hint."""
         game, state = self._game, self._state
         shows_hint = not game.session.over and game.human_seats and not game.hints_forbidden
-        best = [("best", state.best_return)] if state.best_return else []
-        facts = [*game.view_module.panel_rows(snapshot.view), *best, *_ghost_facts(game)]
+        record = [("record", state.best_return)] if state.best_return else []
+        facts = [*game.view_module.panel_rows(snapshot.view), *record, *_ghost_facts(game)]
         return (*facts, *(_hint_facts(state.hint) if shows_hint else []))
 
 
@@ -305,17 +305,16 @@ def split_pages(viewport: Viewport, frame_state: FrameState) -> list[ScreenRows]
     parts: list[ScreenRows] = []
     for page_number in range(1, page_count + 1):
         part = rows[(page_number - 1) * page_height : page_number * page_height]
-        key_help = "Space goes on" if page_number < page_count else "any key goes back"
-        page_label = (f" part {page_number} of {page_count}. {key_help}", "dim")
+        is_last = page_number == page_count
+        key_help = "any key closes this page" if is_last else "Space shows the next page"
+        page_label = (f" page {page_number} of {page_count}; {key_help}", "dim")
         parts.append([*part, *[""] * (page_height - len(part)), (page_label,)])
     return parts
 
 
 def _handover_rows(agent: str, viewport: Viewport) -> ScreenRows:
     """Return the notice that hides a player's board until the keyboard is passed to `agent`."""
-    notice = (
-        f"{escape_unprintable(agent)} is next: nobody else should look now. Enter shows the board."
-    )
+    notice = f"pass the keyboard to {escape_unprintable(agent)}; Enter shows the board."
     rows = wrap_lines([notice], viewport)
     return ["", *rows] if len(rows) < viewport.height - 3 else rows
 
@@ -411,5 +410,5 @@ def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
     """Return the panel facts of the hint: action values, best first, or else the hint key."""
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
-    heading = [("worth", ""), *([(hint.scope, "")] if hint.scope else [])]
+    heading = [("values", ""), *([(hint.scope, "")] if hint.scope else [])]
     return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]

@@ -38,7 +38,7 @@ class FrameState(NamedTuple):
     forecast: Forecast | None = None  # outcomes of the previewed action
     is_lookback: bool = False  # an earlier turn of a finished game is shown
     motion_progress: float = 1.0  # completed share of the last turn's animation
-    best_return: str = ""  # the player's best earlier return in this game
+    best_return: str = ""  # the player's record in this game, from earlier games
 
 
 EMPTY_FRAME_STATE = FrameState()

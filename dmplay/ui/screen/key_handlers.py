@@ -24,7 +24,7 @@ SPEED_FACTOR = 1.5  # speed factor of one key press
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
     "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
-SCROLL_HELP = ("PgUp", "scroll", "the log back; PgDn Home End; Shift where they play")
+SCROLL_HELP = ("PgUp", "scroll", "scroll the log; PgDn Home End too (hex maps: Shift)")
 
 
 def handle_key(screen: PlayScreen, key: str) -> None:
@@ -99,7 +99,7 @@ def _handle_action_key(screen: PlayScreen, key: str) -> bool:
         " " in action_key for action_key in keyboard.key_maps.first_player_keys
     ):
         screen.key_prefix = key
-        screen.message = f"{key}, then left or right: a diagonal"
+        screen.message = f"{key}: now press left or right for a diagonal step"
     else:
         return False
     return True
@@ -161,7 +161,7 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     elif key.isprintable():
         is_late_action = game.session.over and game.is_action_key(key)
         screen.message = (
-            f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? shows them'}"
+            f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? lists the keys'}"
         )
 
 
@@ -200,30 +200,31 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "values, policy or states on the board, where it has them",
+        "show values, policy or states on the board",
         PlayScreen.show_next_overlay,
     ),
+    ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
+    ScreenKey(("P", "p", "A"), "P", "pause", "start or stop the agents or the clock", toggle_pause),
     ScreenKey(
-        ("W",), "W", "what if", "what an action may bring, before you play it", start_lookahead
-    ),
-    ScreenKey(
-        ("P", "p", "A"), "P", "pause", "let agents or the clock play, or stop them", toggle_pause
-    ),
-    ScreenKey(
-        ("space", "right"), "Space", "step", "one turn of agents", step_agents, is_agents_only=True
+        ("space", "right"),
+        "Space",
+        "step",
+        "let the agents play one turn",
+        step_agents,
+        is_agents_only=True,
     ),
     ScreenKey(
         ("+",),
         "+",
         "faster",
-        "agents play faster",
+        "let the agents play faster",
         lambda screen: change_speed(screen, SPEED_FACTOR),
     ),
     ScreenKey(
         ("-",),
         "-",
         "slower",
-        "agents play slower",
+        "let the agents play slower",
         lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),

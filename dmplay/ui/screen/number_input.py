@@ -7,7 +7,7 @@ from dmplay.errors import DmplayError
 from dmplay.game.game import Game
 
 NUMBER_KEYS = frozenset("0123456789.-")
-NO_NUMBER_MESSAGE = "no number is written yet"
+NO_NUMBER_MESSAGE = "type a number first"
 
 
 class NumberInput:
@@ -36,7 +36,7 @@ class NumberInput:
     def describe_input(self, game: Game) -> str:
         """Describe the number, or the error in it; only its presence if several people play."""
         if len(game.human_seats) > 1:
-            return "a hidden number   Enter plays it"
+            return "the number is hidden   Enter plays it"
         try:
             return (
                 f"{self.text}{self._describe_action(game)}   Enter plays it"
@@ -57,7 +57,7 @@ class NumberInput:
         """Describe the action by its expected reward, or by its name if written otherwise."""
         action = game.keyboard.parse_action(game.view(), self.text)
         name = game.session.format_action(game.viewing_seat, action)
-        name_note = f", that is {name}" if float(self.text) != float(name) else ""
+        name_note = f" = {name}" if float(self.text) != float(name) else ""
         return game.describe_expected_reward(action) or name_note
 
     def take_text(self) -> str:

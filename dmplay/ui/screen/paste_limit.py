@@ -47,7 +47,7 @@ class LimitedPasteParser(Vt100Parser):
             self._dropped_chars = 0
             if char_count > MAX_PASTE_CHARS:
                 comment = (
-                    f"# dropped a paste of {char_count} characters, "
+                    f"# ignored a paste of {char_count} characters, "
                     f"expected at most {MAX_PASTE_CHARS}"
                 )
                 key_press = KeyPress(Keys.BracketedPaste, comment)

@@ -22,7 +22,11 @@ def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> N
     game = screen.game
     if screen.modes.display_mode is Mode.LOOKAHEAD:
         is_own_key = seat in (None, game.viewing_seat)
-        screen.message = preview_action(game, action) if is_own_key else "another's key"
+        screen.message = (
+            preview_action(game, action)
+            if is_own_key
+            else "what if: that key belongs to another player"
+        )
         screen.lookahead_message = screen.message if is_own_key else ""
         return
     if screen.realtime_rate:
@@ -37,7 +41,7 @@ def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> N
         turn_played or game.has_private_views or game.choosing_seat is None
     ):  # With private views the handover screen announces the next player.
         name = game.problem.agents[game.choosing_seat]
-        screen.message = f"{name} chooses; the other choice stays hidden until both are in"
+        screen.message = f"{name} chooses now; choices stay hidden until all have chosen"
 
 
 def start_lookahead(screen: PlayScreen) -> None:
@@ -49,13 +53,13 @@ def start_lookahead(screen: PlayScreen) -> None:
     game.check_hints_allowed("whatif")
     if game.choosing_seat is None:
         screen.message = (
-            f"what if: {GAME_OVER_MESSAGE if game.session.over else 'nobody chooses here'}"
+            f"what if: {GAME_OVER_MESSAGE if game.session.over else 'no person plays here'}"
         )
     elif screen.realtime_rate:
-        screen.message = "what if: the clock runs"
+        screen.message = "what if: not available in real time"
     else:
         screen.modes.handle_event(ModeEvent.LOOKAHEAD_STARTED)
-        screen.message = "what if: press an action, Enter then plays it, Esc leaves"
+        screen.message = "what if: press an action key; then Enter plays it, Esc cancels"
 
 
 def start_clock(screen: PlayScreen) -> None:
@@ -84,19 +88,19 @@ def tick_clock(screen: PlayScreen) -> None:
 def toggle_pause(screen: PlayScreen) -> None:
     """Toggle between play and pause: of agents that play alone, or of the real-time clock.
 
-    Show a message if the game is over or nothing runs by itself.
+    Show a message if the game is over or there is nothing to start or pause.
     """
     game = screen.game
     if game.session.over:
         screen.message = GAME_OVER_MESSAGE
     elif not game.human_seats and not screen.terminal.motion:
-        screen.message = "nothing moves by itself; Space steps on, :auto plays to the end"
+        screen.message = "motion is off (--no-motion); Space plays a turn, :auto plays to the end"
     elif game.human_seats and not screen.realtime_rate:
-        screen.message = "the game waits for you; there is nothing to pause"
+        screen.message = "the game waits for your action; there is nothing to pause"
     else:
         was_running = screen.modes.play_mode in (Mode.AUTOPLAY, Mode.REALTIME)
         screen.modes.handle_event(ModeEvent.STOPPED if was_running else ModeEvent.STARTED)
-        screen.message = "paused; P goes on" if was_running else ""
+        screen.message = "paused; P continues" if was_running else ""
 
 
 def step_agents(screen: PlayScreen) -> None:
@@ -145,7 +149,7 @@ def autoplay_rate(screen: PlayScreen) -> float:
 def change_speed(screen: PlayScreen, factor: float) -> None:
     """Multiply the autoplay speed by `factor`, within MIN_SPEED and MAX_SPEED."""
     screen.speed = min(max(screen.speed * factor, MIN_SPEED), MAX_SPEED)
-    screen.message = f"{format_count(screen.speed, 'turn', '.3g')} a second"
+    screen.message = f"{format_count(screen.speed, 'turn', '.3g')} per second"
 
 
 def run_typed_line(screen: PlayScreen, line: str) -> None:
@@ -166,4 +170,4 @@ def quit_game(screen: PlayScreen) -> None:
     if unsaved_turns <= MAX_UNSAVED_TURNS or screen.modes.display_mode is Mode.QUIT_WARNING:
         raise PlayerQuit
     screen.modes.handle_event(ModeEvent.QUIT_WARNED)
-    screen.message = f"{unsaved_turns} turns are not kept; q once more leaves"
+    screen.message = f"{unsaved_turns} turns are not saved; press q again to quit"

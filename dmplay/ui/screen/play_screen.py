@@ -29,7 +29,7 @@ from dmplay.ui.screen.turn_animation import TurnAnimation
 
 OVERLAYS = ("", "values", "policy", "states")
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
-VALUES_TASK = TaskInfo("valuing every state")
+VALUES_TASK = TaskInfo("computing the value of every state")
 
 
 class PlayScreen:
@@ -68,7 +68,7 @@ class PlayScreen:
             and controller.game.request
             and controller.game.recorder is None
         ):
-            self.message = "this game is not kept: there is no place to write to"
+            self.message = "this game is not saved: dmplay has no folder to write to"
         self.message = controller.game.warning or self.message
 
     def _reset_for_game(self) -> None:
@@ -171,7 +171,7 @@ class PlayScreen:
             is_continuous or frame.has_goal_row(self._viewport)
         ):
             return self.message
-        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc leaves"
+        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc cancels"
 
     @property
     def timeline(self) -> GameTimeline | None:
@@ -322,4 +322,4 @@ class PlayScreen:
     def abandon_task(self) -> None:
         """Abandon a task that was cancelled but does not stop, and recreate the game's agents."""
         self.game.recreate_agents()
-        self.message = "cancelled, but it does not stop: it slows dmplay down until you leave"
+        self.message = "cancelled, but the computation still runs; it slows dmplay until you quit"

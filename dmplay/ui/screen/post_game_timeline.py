@@ -162,7 +162,7 @@ class GameTimeline(Game):
 def _describe_choice(move: ReviewedAction) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
-        return f"chose {move.chosen}, {review.append_scope('the best', move.scope)}"
+        return f"chose {move.chosen}, {review.append_scope('the best action', move.scope)}"
     gain = (
         ""
         if move.regret is None

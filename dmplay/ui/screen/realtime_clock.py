@@ -8,7 +8,7 @@ INITIAL_RATE_SHARE, RAMP_TURNS = (
     0.1,
     100,
 )  # share of the full rate at the start; turns until the full rate
-CLOCK_START_HINT = "the clock starts with a key; P stops it"
+CLOCK_START_HINT = "press an action key to start the clock; P stops it"
 
 
 class RealtimeClock:
@@ -56,4 +56,4 @@ class RealtimeClock:
         self._countdown_left -= 1
         if self._countdown_left:
             return f"{self._countdown_left} ..."
-        return "" if self.repeated_action is not None else "press what to do"
+        return "" if self.repeated_action is not None else "press an action key"

@@ -87,7 +87,7 @@ def conceal_choice_errors(controller: GameController) -> Iterator[None]:
     except (UnknownName, BadParameter, IllegalAction):
         if not controller.is_input_hidden:
             raise
-        message = "that cannot be played; help and legal tell what can be typed"
+        message = "not a legal action; type legal to list the legal actions, or help"
         raise BadParameter(message) from None
 
 
@@ -110,7 +110,7 @@ def _play_action(controller: GameController, argument: str) -> str:
         labels = game.session.action_labels(game.viewing_seat)
         word, _, remainder = argument.partition(" ")
         if not word or (remainder and word.lower() in labels):
-            message = f"act: got {argument!r}, expected one action; ';' stands between several"
+            message = f"act: got {argument!r}, expected one action; separate several with ';'"
             raise BadParameter(message if remainder else "act: expected an action") from None
         # Suggest command names only if no action has a similar name.
         similar = get_close_matches(word.lower(), labels, cutoff=0.5)
@@ -121,7 +121,7 @@ def _play_action(controller: GameController, argument: str) -> str:
     if game.session.over:
         return ""
     assert game.choosing_seat is not None
-    return f"chosen. {game.problem.agents[game.choosing_seat]} is next."
+    return f"chosen. {game.problem.agents[game.choosing_seat]} chooses next."
 
 
 def _preview_action(controller: GameController, argument: str) -> str:
@@ -149,13 +149,13 @@ def _show_help(controller: GameController, argument: str) -> str:
     if argument.lower() in COMMANDS_BY_TOPIC:
         return format_reply([*map(_format_command_help, COMMANDS_BY_TOPIC[argument.lower()])])
     if _is_action_name(controller, argument):
-        return f"{argument}: an action; its name alone plays it"
+        return f"{argument}: an action; type its name to play it"
     if argument.partition(":")[0] in problem_names():
-        return f"{argument}: a problem; play {argument} begins it, info {argument} tells of it"
+        return f"{argument}: a problem; play {argument} starts it, info {argument} describes it"
     if argument:
         return _format_command_help(find_command(argument, [*COMMANDS_BY_TOPIC]))
     rows = [*lesson_lines(controller.game), ""] if controller.has_game else []
-    rows += ["an action is played by its name. help tells more of a command, or of a topic:"]
+    rows += ["type the name of an action to play it. help NAME explains a command or a topic:"]
     rows += [
         f"{topic}: {', '.join(command.name for command in commands)}"
         for topic, commands in COMMANDS_BY_TOPIC.items()
@@ -175,7 +175,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     return [
         *lesson_lines(game),
         "",
-        f"actions: {',  '.join(actions) or 'a number, and Enter'}",
+        f"actions: {',  '.join(actions) or 'type a number, then Enter'}",
         "keys",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
@@ -192,11 +192,13 @@ def _format_command_help(command: Command) -> str:
 
 COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
     "turns": (
-        Command("act", "ACTION", "play an action; its name alone does too", _play_typed_action),
+        Command(
+            "act", "ACTION", "play an action; its name alone also plays it", _play_typed_action
+        ),
         Command(
             "hint",
             "",
-            "what a good player would do here",
+            "show the suggested action and all action values",
             _bind_to_game(of_game.show_hint),
             "tab",
             "Tab",
@@ -204,7 +206,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "undo",
             "[N]",
-            "take back the last turn, or N",
+            "undo the last turn, or N turns",
             _bind_to_game(of_game.undo_turns),
             "backspace",
             "Bksp",
@@ -212,7 +214,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "redo",
             "[N]",
-            "play again what was taken back",
+            "play an undone turn again, or N turns",
             _bind_to_game(of_game.redo_turns),
             "c-r",
             "Ctrl-R",
@@ -220,106 +222,161 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "reroll",
             "",
-            "the last turn under other dice; recorded so",
+            "play the last turn again with new random numbers (recorded)",
             _bind_to_game(of_game.reroll_turn),
         ),
         Command(
             "look",
             "",
-            "the situation in sentences",
+            "describe the situation in sentences",
             _bind_to_game(of_game.show_situation),
             "L",
             "L",
         ),
+        Command("legal", "", "list the legal actions", _bind_to_game(of_game.show_legal_actions)),
         Command(
-            "legal", "", "the actions that can be played", _bind_to_game(of_game.show_legal_actions)
+            "belief",
+            "",
+            "show the probability of each hidden state",
+            _bind_to_game(of_game.show_belief),
+        ),
+        Command("state", "", "show the state in one line", _bind_to_game(of_game.show_state)),
+        Command("values", "", "show the value of each action", _bind_to_game(of_game.show_values)),
+        Command(
+            "whatif",
+            "ACTION",
+            "show the possible outcomes of an action",
+            _preview_action,
+            key_label="W",
         ),
         Command(
-            "belief", "", "the probability of each hidden state", _bind_to_game(of_game.show_belief)
+            "policy", "", "show only the suggested action", _bind_to_game(of_game.show_best_action)
         ),
-        Command("state", "", "the state in one line", _bind_to_game(of_game.show_state)),
-        Command("values", "", "what each action is worth", _bind_to_game(of_game.show_values)),
-        Command("whatif", "ACTION", "what an action may bring", _preview_action, key_label="W"),
         Command(
-            "policy", "", "the action of a good player", _bind_to_game(of_game.show_best_action)
+            "step",
+            "[N]",
+            "let the agents play one turn, or N turns",
+            _bind_to_game(of_game.step_turns),
         ),
-        Command("step", "[N]", "a turn of agents, or N", _bind_to_game(of_game.step_turns)),
-        Command("auto", "[N]", "all turns of agents, or N", _bind_to_game(of_game.autoplay_turns)),
+        Command(
+            "auto",
+            "[N]",
+            "let the agents play to the end, or N turns",
+            _bind_to_game(of_game.autoplay_turns),
+        ),
     ),
     "games": (
         Command(
             "play",
             "PROBLEM ...",
-            "begin a game, with the options of dmplay play",
+            "start a game; takes the options of dmplay play",
             of_table.play_problem,
         ),
         Command(
             "new",
             "",
-            "again, with fresh dice",
+            "start a new game with another seed",
             lambda table, _: table.restart_with_new_seed(),
             "N",
             "N",
         ),
         Command(
-            "restart", "", "again, under the same dice", lambda table, _: table.restart(), "R", "R"
+            "restart",
+            "",
+            "start the same game again, with the same seed",
+            lambda table, _: table.restart(),
+            "R",
+            "R",
         ),
-        Command("seed", "[N]", "again, under these dice", of_table.restart_with_seed),
+        Command(
+            "seed",
+            "[N]",
+            "start the game again with seed N, or show the seed",
+            of_table.restart_with_seed,
+        ),
         Command(
             "agent",
             "[SEAT] [NAME]",
-            "again, under the same dice, with NAME in a seat",
+            "start again with player NAME in a seat, or list the players",
             of_table.seat_agent,
         ),
         Command(
             "set",
             "[NAME] [VALUE]",
-            "again, under the same dice, with another parameter",
+            "start again with another value, or list the parameters",
             of_table.set_parameter,
         ),
-        Command("screen", "", "the game on the full screen", of_table.open_screen),
+        Command("screen", "", "show the game on the full screen", of_table.open_screen),
     ),
     "files": (
-        Command("save", "[FILE]", "copy the transcript so far", of_table.save_transcript, "S", "S"),
+        Command(
+            "save",
+            "[FILE]",
+            "copy the transcript to FILE, or show its path",
+            of_table.save_transcript,
+            "S",
+            "S",
+        ),
         Command(
             "transcript",
             "",
-            "where it is, and its last turn",
+            "show the path of the transcript and its last turn",
             _bind_to_game(of_game.show_transcript),
             "T",
             "T",
         ),
-        Command("load", "[FILE]", "go on with a recorded game", of_table.resume_transcript),
-        Command("replay", "FILE", "look at a recorded game", of_table.replay_transcript),
         Command(
-            "review", "", "what each of your moves was worth", _bind_to_game(of_game.show_review)
+            "load", "[FILE]", "resume a saved game, or the latest one", of_table.resume_transcript
+        ),
+        Command("replay", "FILE", "open a recorded game as a replay", of_table.replay_transcript),
+        Command(
+            "review",
+            "",
+            "after the game, show the regret of each of your actions",
+            _bind_to_game(of_game.show_review),
         ),
         Command(
             "branch",
             "[TURN]",
-            "play on from a turn, in a file of its own",
+            "start a new game from a turn, in a new file",
             of_table.branch_from_turn,
         ),
-        Command("export", "[FILE] --svg ...", "write a game in another form", of_table.export_game),
+        Command(
+            "export",
+            "[FILE] --svg ...",
+            "export a game as a picture, a table or data",
+            of_table.export_game,
+        ),
     ),
     "book": (
-        Command("list", "[KIND]", "the problems", _bind_to_cli("list")),
-        Command("records", "", "your best games, and your last", _bind_to_cli("records")),
-        Command("info", "[PROBLEM]", "all about a problem", _bind_problem_to_cli("info")),
-        Command("agents", "[PROBLEM]", "who can play it", _bind_problem_to_cli("agents")),
+        Command("list", "[KIND]", "list the problems", _bind_to_cli("list")),
+        Command(
+            "records", "", "show your records and your latest results", _bind_to_cli("records")
+        ),
+        Command("info", "[PROBLEM]", "describe a problem", _bind_problem_to_cli("info")),
+        Command(
+            "agents", "[PROBLEM]", "list the agents of a problem", _bind_problem_to_cli("agents")
+        ),
         Command(
             "solve",
             "[PROBLEM]",
-            "its values or equilibria",
+            "compute the values or equilibria of a problem",
             _bind_problem_to_cli("solve", pass_parameters=True),
         ),
-        Command("figure", "[NAME]", "a figure of the book", _bind_to_cli("figure")),
-        Command("guide", "[TOPIC]", "how to play, and bring your own", _bind_to_cli("guide")),
+        Command("figure", "[NAME]", "draw a figure of the book", _bind_to_cli("figure")),
+        Command("guide", "[TOPIC]", "show a page of the guide", _bind_to_cli("guide")),
     ),
     "shell": (
-        Command("keys", "", "which key does what", _show_keys),
-        Command("help", "[TOPIC]", "the commands; those of a topic, or one", _show_help, "?", "?"),
-        Command("quit", "", "leave; the transcript is kept", _quit, "q", "q"),
+        Command("keys", "", "list the keys", _show_keys),
+        Command(
+            "help",
+            "[TOPIC]",
+            "list the commands, or explain a topic or a command",
+            _show_help,
+            "?",
+            "?",
+        ),
+        Command("quit", "", "quit; a recorded game stays saved", _quit, "q", "q"),
     ),
 }
 COMMANDS = tuple(command for topic in COMMANDS_BY_TOPIC.values() for command in topic)
@@ -399,7 +456,7 @@ def _run_unaliased_line(controller: GameController, line: str) -> str:
 def _run_command(command: Command, controller: GameController, argument: str) -> str:
     """Run a command; raise BadParameter for an argument that it does not take."""
     if argument and not command.argument_help:
-        raise BadParameter(f"{command.name}: got {argument!r}, expected nothing after it")
+        raise BadParameter(f"{command.name}: got {argument!r}, expected no argument")
     return command.run(controller, argument)
 
 

@@ -16,8 +16,8 @@ from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.transcript.format import format_lines
 
 MAX_BELIEF_STATES = 8  # maximum number of listed belief states
-HINT_TASK = TaskInfo("thinking of a hint")
-LOOKAHEAD_TASK = TaskInfo("looking ahead")
+HINT_TASK = TaskInfo("computing a hint")
+LOOKAHEAD_TASK = TaskInfo("computing the outcomes")
 
 
 def parse_turn_count(argument: str, command: str, default: int = 1) -> int:
@@ -29,7 +29,7 @@ def parse_turn_count(argument: str, command: str, default: int = 1) -> int:
         return default
     number = parse_whole_number(argument)
     if not number:
-        raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, as 2")
+        raise BadParameter(f"{command}: got {argument!r}, expected a number of turns, such as 2")
     return number
 
 
@@ -39,7 +39,7 @@ def undo_turns(game: Game, argument: str) -> str:
     game.undo(parse_turn_count(argument, "undo"))
     turn_count = len(game.session.turns)
     if turn_count == previous_count:
-        return "your choice is taken back."
+        return "your choice is undone."
     return game.narrator.describe_change(game.snapshot(), previous_count)
 
 
@@ -74,7 +74,9 @@ def _play_agent_turns(game: Game, command: str, turn_count: int) -> str:
     Raise BadParameter if people play.
     """
     if game.human_seats:
-        raise BadParameter(f"{command}: people play here; agent SEAT NAME seats an agent")
+        raise BadParameter(
+            f"{command}: a person plays this game; agent SEAT NAME lets an agent play"
+        )
     steps = islice(game.iter_agent_turns(), turn_count or None)
     reports = [
         game.narrator.describe_change(game.snapshot(), previous_count) for previous_count in steps
@@ -121,8 +123,8 @@ def show_belief(game: Game, argument: str) -> str:
     view = game.view()
     if view.beliefs is None:
         if game.problem.partially_observable:
-            return "belief: too many states to tell."
-        return "belief: every agent sees the state here."
+            return "belief: not computed; too many states."
+        return "belief: not needed; every agent sees the state."
     belief, states = view.beliefs[-1], game.problem.enumerate_states()
     order = np.argsort(-belief, kind="stable")[:MAX_BELIEF_STATES]
     entries = [f"{game.problem.format_state(states[i])} {belief[i]:.3f}" for i in order]
@@ -153,7 +155,7 @@ def _ask_hint_provider(game: Game, command: str, question: Callable[[HintProvide
     reply = "" if reason else run_cancellable(HINT_TASK, lambda: question(provider))
     if reply:
         game.record_hint()
-    return reply or f"no {command}: {reason or 'the adviser knows none'}"
+    return reply or f"no {command}: {reason or 'the agent that gives hints has none'}"
 
 
 def show_hint(game: Game, argument: str) -> str:
@@ -199,7 +201,7 @@ def show_review(game: Game, argument: str) -> str:
     from dmplay.game.hints import review as reviewing  # imported only if a review is requested
 
     if not game.session.over or not game.human_seats:
-        raise BadParameter("review: it values the moves of people, once the game is over")
+        raise BadParameter("review: available after the game, and only if a person played")
     reviewed_actions = reviewing.run_review(game.session, game.human_seats, game.player_names)
     game.end_notes = "".join(reviewing.format_notes(reviewed_actions))
     return format_reply(reviewing.format_table(reviewed_actions))
@@ -208,8 +210,8 @@ def show_review(game: Game, argument: str) -> str:
 def show_transcript(game: Game, argument: str) -> str:
     """Return the transcript's path and the visible facts of its last turn."""
     if game.transcript_path is None:
-        return "transcript: none is written; --record FILE writes one"
-    relation = "in" if game.recorder else "shown of"
+        return "transcript: this game is not recorded; --record FILE records it from the start"
+    relation = "in" if game.recorder else "replayed from"
     path = (
         f"transcript: {format_count(len(game.session.turns), 'turn')} "
         f"{relation} {game.transcript_path}"

@@ -20,7 +20,7 @@ def play_problem(controller: GameController, argument: str) -> str:
     """Start a new game with the options of `dmplay play`; return a description of it."""
     words = split_words(argument)
     if not words:
-        raise BadParameter("play: expected a problem, as play hexworld --seed 7")
+        raise BadParameter("play: expected a problem, such as play hexworld --seed 7")
     return controller.run_cli_words(["play", *words]) or controller.describe_new_game()
 
 
@@ -35,7 +35,8 @@ def replay_transcript(controller: GameController, argument: str) -> str:
     """Open a recorded game for replay."""
     reply = controller.run_cli_words(["replay", *split_words(argument)])
     return reply or _append_warning(
-        controller, f"replaying {controller.game.problem_name}. step, auto and undo move in it."
+        controller,
+        f"replaying {controller.game.problem_name}. step and auto go forward, undo goes back.",
     )
 
 
@@ -49,11 +50,11 @@ def restart_with_seed(controller: GameController, argument: str) -> str:
     if not argument:
         return (
             "seed: "
-            f"{controller.game.seed if controller.game.is_seed_visible else 'told after the game'}"
+            f"{controller.game.seed if controller.game.is_seed_visible else 'shown after the game'}"
         )
     number = parse_whole_number(argument)
     if number is None:
-        raise BadParameter(f"seed: got {argument!r}, expected a whole number, as 7")
+        raise BadParameter(f"seed: got {argument!r}, expected a whole number, such as 7")
     return controller.restart_with_new_seed(seed=number)
 
 
@@ -107,19 +108,23 @@ def save_transcript(controller: GameController, argument: str) -> str:
     game, recorder = controller.game, controller.game.recorder
     if recorder is None and not (argument and game.request):
         replay_message = (
-            f"a recording is only looked at; it is {game.transcript_path}"
+            f"this is a replay; its transcript is {game.transcript_path}"
             if game.transcript_path
             else ""
         )
-        missing_message = "no transcript is written; --record FILE writes one"
+        missing_message = "this game is not recorded; --record FILE records it from the start"
         raise BadParameter(f"save: {replay_message or missing_message}")
     if recorder and not argument:
-        return recorder.describe_write_error() or f"kept as you play: {recorder.path}"
+        return recorder.describe_write_error() or f"saved as you play: {recorder.path}"
     name, *extra_words = split_words(argument)
     if extra_words:
-        raise BadParameter(f"save: got {argument!r}, expected one file; quotes hold one together")
+        raise BadParameter(
+            f"save: got {argument!r}, expected one file; put a name with spaces in quotes"
+        )
     if recorder and game.strict and game.is_concealed:
-        raise BadParameter(f"save: this game is strict, and has no copies; it is {recorder.path}")
+        raise BadParameter(
+            f"save: this game is strict, so no copy is written; it is in {recorder.path}"
+        )
     if (
         recorder
         and recorder.is_saved
@@ -128,7 +133,8 @@ def save_transcript(controller: GameController, argument: str) -> str:
         copy_transcript(recorder, Path(name))
     else:
         write_game_copy(game, Path(name))
-    return f"saved {name}; dmplay resume {quote(name)} goes on"
+    command, effect = ("replay", "shows") if game.session.over else ("resume", "continues")
+    return f"saved {name}; dmplay {command} {quote(name)} {effect} the game"
 
 
 def _has_same_name_at(problem: str, *paths: Path) -> bool:
@@ -146,12 +152,14 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
     """
     game, turns = controller.game, len(controller.game.session.turns)
     if game.strict:
-        raise BadParameter("branch: this game is strict")
+        raise BadParameter("branch: this game is strict, so it has no branches")
     if argument and parse_whole_number(argument) is None:
         raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
     source = game.transcript_path
     if source is None:
-        raise BadParameter("branch: no transcript is written; --record FILE writes one")
+        raise BadParameter(
+            "branch: this game is not recorded; --record FILE records it from the start"
+        )
     turn_text = argument or str(turns)
     trust_option = (
         ["--trust"] if problems.requires_trust(game.problem_name) else []
@@ -167,7 +175,7 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
             *trust_option,
         ]
     )
-    return f"on from turn {turn_text}. {controller.describe_new_game()}"
+    return f"branched at turn {turn_text}. {controller.describe_new_game()}"
 
 
 def export_game(controller: GameController, argument: str) -> str:
@@ -179,9 +187,9 @@ def export_game(controller: GameController, argument: str) -> str:
     if not words or words[0].startswith("-"):
         recorder, is_hidden = controller.game.recorder, controller.game.problem.partially_observable
         if recorder is None:
-            raise BadParameter("export: no transcript is written; name a file")
+            raise BadParameter("export: this game is not recorded; name a file")
         if is_hidden and not (controller.game.session.over or controller.game.reveal):
-            raise BadParameter("export: it would tell what is hidden until the game is over")
+            raise BadParameter("export: the file would show hidden states; finish the game first")
         formats = [
             (name, export_format)
             for name, export_format in EXPORT_FORMATS.items()
@@ -193,11 +201,11 @@ def export_game(controller: GameController, argument: str) -> str:
                 and not export_format.is_text
                 and not {"-o", "--output"} & {*words}
             ):
-                message = f"--{name} is for a file; -o game.{export_format.extension} names it"
+                message = f"--{name} needs a file; add -o game.{export_format.extension}"
                 raise BadParameter(f"export: {message}")
         words = [str(recorder.path), *words]
     elif "--peek" in words and controller.has_game and controller.game.is_concealed:
-        raise BadParameter("export: --peek is for after this game, in which much is hidden")
+        raise BadParameter("export: --peek shows hidden states; finish this game first")
     return controller.run_cli_words(["export", *words]) or "written."
 
 
@@ -208,5 +216,5 @@ def open_screen(controller: GameController, argument: str) -> str:
     """
     game = controller.game
     if controller.open_screen is None:
-        raise BadParameter("screen: it opens from the shell, on a terminal")
-    return controller.open_screen() or f"{game.problem_name} again in words."
+        raise BadParameter("screen: only available in the shell, on a terminal")
+    return controller.open_screen() or f"{game.problem_name}: back in the shell."

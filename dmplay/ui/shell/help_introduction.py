@@ -18,7 +18,7 @@ def lesson_lines(game: Game) -> list[str]:
     """
     problem, view = game.problem, game.view()
     content = game.view_module.lesson(view)
-    discount_note = f"; what comes a turn later counts {problem.discount:g} as much (gamma)"
+    discount_note = f"; a reward one turn later counts {problem.discount:g} times as much (gamma)"
     cost = content.costs + discount_note * (problem.discount < 1.0)
     return [
         f"{content.role}.",
@@ -41,10 +41,10 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     initial_state = session.state
     reward = float(session.advance(actions).rewards[seat])
     shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
-    hidden_note = ", unseen" * problem.partially_observable
+    hidden_note = " (hidden)" * problem.partially_observable
     start = f" from {problem.format_state(initial_state)}{hidden_note}:" if shows_state else ""
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
-    return f"For example, one turn{start or ':'} {turn_text} It pays you {reward:.4g}."
+    return f"For example, one turn{start or ':'} {turn_text} Your reward is {reward:.4g}."
 
 
 def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:

@@ -62,11 +62,10 @@ def toolbar_text(shell: Shell) -> str:
             items.append(f"score {shell.game.narrator.seat_return(shell.game.snapshot()):.2f}")
         if not view.problem.partially_observable and view.problem.state_count != 1:
             state_text = view.problem.format_state(view.observation)
-            items += [f"at {state_text}"] if len(state_text) <= MAX_STATE_CHARS else []
+            items += [f"state {state_text}"] if len(state_text) <= MAX_STATE_CHARS else []
         elif view.problem.partially_observable and view.turns_played:
-            items.append(
-                f"saw {view.problem.observations[view.seat].format_observation(view.observation)}"
-            )
+            observation = view.problem.observations[view.seat].format_observation(view.observation)
+            items.append(f"observed {observation}")
     separator = " - " if shell.terminal.ascii else " · "
     return f" {separator.join([*items, 'F1 help'])}"
 
@@ -90,7 +89,7 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
                 return INTERRUPTED_EXIT_CODE
             warned = empty
             if empty:
-                print("Ctrl-C once more leaves; so do quit and Ctrl-D.")
+                print("to quit, press Ctrl-C again, press Ctrl-D or type quit.")
             continue
         except EOFError:
             return 0

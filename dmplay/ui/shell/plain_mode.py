@@ -83,7 +83,7 @@ class SentenceReporter(Reporter):
             return
         help_ = "type help, look, legal, or an action."
         print(
-            f"plain mode (from {self._terminal.plain_reason}). "
+            f"plain mode ({self._terminal.plain_reason}). "
             f"{escape_unprintable(game.problem_name)}{seed}. {help_}"
         )
         print(
@@ -309,7 +309,7 @@ def wait_for_handover(controller: GameController) -> str:
     game = controller.game
     name = game.problem.agents[game.viewing_seat]
     with contextlib.suppress(EOFError):
-        getpass.getpass(f"{name} is next: nobody else should look now. Enter goes on.")
+        getpass.getpass(f"pass the keyboard to {name}; press Enter when ready. ")
     controller.complete_handover()
     snapshot = game.snapshot()
     return (

@@ -200,6 +200,6 @@ def run_prompt_loop(shell: Shell) -> None:
             if is_warned:
                 raise
             is_warned = True
-            print("\nCtrl-C once more leaves; so do quit and Ctrl-D.", flush=True)
+            print("\nto quit, press Ctrl-C again, press Ctrl-D or type quit.", flush=True)
         except DmplayError as error:
             print(f"error: {escape_unprintable(str(error))}", flush=True)

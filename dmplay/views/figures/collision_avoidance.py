@@ -27,7 +27,7 @@ def draw_value_and_policy_slices() -> Text:
         canvas.write_text(
             x,
             0,
-            f"rate {rate:g} m/s: how much is lost, {LOSS_LEVELS[1]} little {LOSS_LEVELS[-1]} 1",
+            f"rate {rate:g} m/s: expected cost, {LOSS_LEVELS[1]} low {LOSS_LEVELS[-1]} 1",
         )
         _draw_values(canvas, x, 1, q_slice)
         canvas.write_text(x, 24, "advisory: ↑ climb, ↓ descend, · none")

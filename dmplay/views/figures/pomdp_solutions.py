@@ -34,7 +34,7 @@ def draw_crying_baby_values() -> Text:
     figure = Text()
     for title, stage in (
         (f"{TEN_STEP_HORIZON} steps (as drawn)", ten_steps),
-        ("without end", infinite),
+        ("infinite horizon", infinite),
     ):
         figure.append(f"{title}: alpha vectors over P(hungry)\n", style="bold")
         figure.append_text(_draw_alpha_vectors(problem, stage)).append("\n")

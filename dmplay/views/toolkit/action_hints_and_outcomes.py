@@ -1,7 +1,7 @@
 """Hints and forecasts in drawings: the regret of each action, and the outcomes of one.
 
 A regret is shown as `best`, or as a negative number: `-0.31`. Its bar is full for the worst action.
-Another action without regret than the suggested one is `as good`.
+Another action without regret than the suggested one is `equal`.
 """
 
 import math
@@ -80,7 +80,7 @@ def rank_actions(options: DrawOptions, action_count: int) -> list[int]:
 
 
 def format_regret(options: DrawOptions, action: int, width: int = 6) -> str:
-    """Format the regret of an action: `best`, `as good` or `-0.31`; '' if unknown."""
+    """Format the regret of an action: `best`, `equal` or `-0.31`; '' if unknown."""
     regrets = sort_regrets(options)
     if action not in regrets:
         return ""
@@ -118,7 +118,7 @@ def _format_padded_bar(options: DrawOptions, action: int, width: int) -> str:
 
 
 def format_regret_with_bar(options: DrawOptions, action: int, width: int) -> str:
-    """Format the regret of an action as a bar with its number; `best` or `as good` for 0."""
+    """Format the regret of an action as a bar with its number; `best` or `equal` for 0."""
     text = format_regret(options, action, MAX_NUMBER_COLUMNS)
     return (
         text

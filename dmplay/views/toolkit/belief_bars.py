@@ -67,7 +67,7 @@ def list_state_probabilities(view: View[Problem]) -> tuple[list[str], Reals]:
 def draw_true_state(canvas: Canvas, y: int, names: Sequence[str], options: DrawOptions) -> None:
     """Draw the true state, once it may be shown."""
     if options.revealed_state is not None:
-        canvas.write_text(0, y, f"truly {names[int(options.revealed_state)]}", "bold magenta")
+        canvas.write_text(0, y, f"true state: {names[int(options.revealed_state)]}", "bold magenta")
 
 
 def format_sparkline(fractions: Sequence[float], ascii_only: bool) -> str:

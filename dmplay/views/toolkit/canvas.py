@@ -25,7 +25,7 @@ class Canvas:
 
     def __init__(self) -> None:
         self._rows: list[tuple[list[str], list[str]]] = []  # glyphs, and the style of each glyph
-        self._budget = Budget("a drawing", "try a smaller map", MAX_CELLS)
+        self._budget = Budget("drawing", "try a smaller map", MAX_CELLS)
 
     def copy(self) -> "Canvas":
         """Return a copy of the canvas."""

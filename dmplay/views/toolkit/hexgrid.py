@@ -29,7 +29,7 @@ from dmplay.views.toolkit.canvas import measure_text as measured
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE_STYLE = "dim"
-SMALL_HEX_LEGEND = "* best, █ loses most"  # legend of the keys in small hexes
+SMALL_HEX_LEGEND = "* best, █ worst"  # legend of the keys in small hexes
 
 KEYS = {
     "l": "e", "u": "ne", "y": "nw", "h": "w", "b": "sw", "n": "se",
@@ -72,13 +72,15 @@ class HexMove(NamedTuple):
     has_slipped: bool
 
     @property
+    def short_text(self) -> str:
+        """The result in short: `NE`, `slip E`, `bump` or `slip bump`."""
+        return f"{'slip ' * self.has_slipped}{self.direction or 'bump'}"
+
+    @property
     def description(self) -> str:
-        """The result in words: `moved NE`, `slipped, moved E`, or `bumped, stayed`."""
-        return (
-            f"{'slipped, ' * self.has_slipped}moved {self.direction}"
-            if self.direction
-            else "bumped, stayed"
-        )
+        """The result in words, such as `moved NE` or `slipped, bumped, stayed`."""
+        result = f"moved {self.direction}" if self.direction else "bumped, stayed"
+        return f"{'slipped, ' * self.has_slipped}{result}"
 
 
 LARGE_SIZES = HexSize(18, 4, 4), HexSize(14, 4, 3), HexSize(10, 3, 2), HexSize(8, 3, 2)
@@ -261,7 +263,7 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
-    return f"walls: {' '.join(parts)}" if parts else "what is lost by each way"
+    return f"bumps: {' '.join(parts)}" if parts else "regret of each direction"
 
 
 def format_move_condition(forecast: Forecast) -> str:
@@ -288,9 +290,14 @@ def format_distance(start: Hex, end: Hex) -> str:
     return format_count(hex_distance(start, end), "step")
 
 
-def classify_move(before: Hex, after: Hex, chosen_direction: int) -> HexMove:
-    """Return the result of a move between two hexes; it slipped if not in the chosen direction."""
+def classify_move(hexes: Sequence[Hex], before: Hex, after: Hex, chosen_direction: int) -> HexMove:
+    """Return the result of a move between two hexes of a map.
+
+    It slipped if it was not in the chosen direction. A bump is a slip if the chosen neighbour is on
+    the map. If that neighbour is not on the map, the hexes do not show whether the bump was a slip.
+    """
+    neighbours = hex_neighbours(before)
     if after == before:
-        return HexMove("", False)
-    direction = hex_neighbours(before).index(after)
+        return HexMove("", neighbours[chosen_direction] in hexes)
+    direction = neighbours.index(after)
     return HexMove(DIRECTIONS[direction].upper(), direction != chosen_direction)

@@ -148,8 +148,7 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     problem, seat, own_action = view.problem, view.seat, int(options.forecast.action)
     payoffs = problem.payoffs[own_action, :, 0] if seat == 0 else problem.payoffs[:, own_action, 1]
     replies = zip(payoffs, problem.actions[1 - seat], strict=True)
-    first, *others = (f"{payoff:g} {reply}" for payoff, reply in replies)
-    text = ", ".join([first.replace(" ", " against ", 1), *others])
+    text = ", ".join(f"{payoff:g} against {reply}" for payoff, reply in replies)
     return [f"if {problem.format_action(seat, own_action)}: {text}"]
 
 
