@@ -158,7 +158,7 @@ def test_an_unexpected_error_whose_log_does_not_fit_is_one_line(tmp_path: Path) 
     (tmp_path / "broken.py").write_text(BROKEN_AGENT_SOURCE)
     words = ("hexworld", "--agent", "./broken.py:Agent", "--seed", "1", "-o", os.devnull)
     result = run_fresh_interpreter(*words, folder=tmp_path, disk=0)
-    message = "error: unexpected TypeError; no log can be written, --debug shows it\n"
+    message = "error: unexpected TypeError; the traceback could not be saved; --debug prints it\n"
     assert (result.returncode, result.stderr) == (1, message)
 
 
@@ -208,7 +208,7 @@ def test_a_read_only_state_folder_is_one_warning(game: tuple[str, ...], tmp_path
     assert "turn 1." in result.stdout
     assert result.stderr.count("\n") == 1 + result.stderr.count("again: ")
     assert result.stderr.startswith(
-        f"warning: this game is not kept: {saves_folder}: Permission denied\n"
+        f"warning: this game is not saved: {saves_folder}: Permission denied\n"
     )
 
 
@@ -219,7 +219,7 @@ def test_a_state_folder_with_an_overlong_path_is_one_warning(tmp_path: Path) -> 
     result = run_dmplay(tmp_path, *GAME_ARGS, stdin="e\n", XDG_STATE_HOME=str(deep))
     assert result.returncode == 0
     assert "turn 1." in result.stdout
-    assert re.match(r"warning: this game is not kept: .*: File name too long\n", result.stderr)
+    assert re.match(r"warning: this game is not saved: .*: File name too long\n", result.stderr)
 
 
 def test_verify_reports_a_folder_that_it_cannot_search(folder: Path) -> None:

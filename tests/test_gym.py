@@ -206,7 +206,7 @@ def test_action_masks_are_the_legal_actions_as_booleans() -> None:
     assert lake.action_masks().tolist() == [True] * 6
     continuous = Env("simple-regulator")
     continuous.reset(seed=5)
-    with pytest.raises(BadParameter, match="the actions are real numbers, which have no mask"):
+    with pytest.raises(BadParameter, match="got real-valued actions, which have no mask"):
         continuous.action_masks()
 
 
@@ -267,7 +267,7 @@ def test_an_invalid_turn_limit_of_an_environment_is_refused(
 @pytest.mark.parametrize("environment", [Env, VectorEnv])
 def test_a_game_of_text_has_no_environment(environment: type) -> None:
     pytest.importorskip("pyspiel")
-    with pytest.raises(BadParameter, match=r"^what is observed is text, of which there is no spa"):
+    with pytest.raises(BadParameter, match=r"^the observation is text, which has no Gymnasium spa"):
         environment("openspiel:tic_tac_toe", others="random")
 
 
@@ -310,7 +310,7 @@ def test_a_continuous_action_must_be_a_single_number() -> None:
     observation, *_ = env.step(0.5)
     env.reset(seed=SEED)
     np.testing.assert_array_equal(env.step([0.5])[0], observation)
-    with pytest.raises(IllegalAction, match="step: got 2 numbers, expected one"):
+    with pytest.raises(IllegalAction, match="step: got 2 numbers, expected 1"):
         env.step([1, 2])
 
 

@@ -44,7 +44,10 @@ def test_an_endless_thread_does_not_keep_the_program_alive(
     (tmp_path / "walk.py").write_text(WALK_SOURCE + ENDLESS_THREAD + EXIT_HANDLER)
     result = run_dmplay(tmp_path, *words.split(), stdin=typed)
     assert result.returncode == code
-    assert result.stderr.splitlines()[-1] == "ended while threads were running: watcher"
+    assert (
+        result.stderr.splitlines()[-1]
+        == "exited while threads of user code were still running: watcher"
+    )
     assert result.stdout.count("\n") > 1
     assert (tmp_path / "cleaned").exists()
     if "-o" in words:

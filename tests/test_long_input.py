@@ -105,7 +105,7 @@ def test_a_long_path_is_refused_in_one_clipped_line(words: tuple[str, ...], tmp_
 def test_a_warning_about_a_long_state_folder_is_clipped(tmp_path: Path) -> None:
     words = ("hexworld", "--seed", "1", "-q")
     played = run_dmplay(tmp_path, *words, stdin="e\n", XDG_STATE_HOME=f"/{LONG_PATH}")
-    assert played.stderr.startswith("warning: this game is not kept: ")
+    assert played.stderr.startswith("warning: this game is not saved: ")
     assert len(played.stderr) < MAX_OUTPUT_CHARS
 
 
@@ -129,7 +129,7 @@ def read_paste(text: str, *, chunk_chars: int = 1024) -> list[KeyPress]:
 def test_a_large_paste_becomes_a_comment_and_the_next_key_works(chunk_chars: int) -> None:
     paste, enter = read_paste("e\n" * 20_000, chunk_chars=chunk_chars)
     assert paste.key is Keys.BracketedPaste
-    assert paste.data == "# dropped a paste of 40000 characters, expected at most 10000"
+    assert paste.data == "# ignored a paste of 40000 characters, expected at most 10000"
     assert enter.key is Keys.ControlM
 
 
@@ -144,7 +144,7 @@ def test_a_small_paste_after_a_large_one_is_typed() -> None:
     parser = LimitedPasteParser(keys.append)
     for text in (LONG_WORD, "ne"):
         parser.feed(f"{PASTE_START}{text}{PASTE_END}")
-    assert keys[0].data.startswith("# dropped a paste of 1000000 ")
+    assert keys[0].data.startswith("# ignored a paste of 1000000 ")
     assert keys[1].data == "ne"
 
 
@@ -160,7 +160,7 @@ def test_the_end_of_a_paste_in_two_pieces_is_found() -> None:
     parser = LimitedPasteParser(keys.append)
     for piece in (PASTE_START + "x" * 20_000 + PASTE_END[:4], PASTE_END[4:]):
         parser.feed(piece)
-    assert keys[0].data == "# dropped a paste of 20000 characters, expected at most 10000"
+    assert keys[0].data == "# ignored a paste of 20000 characters, expected at most 10000"
 
 
 def test_an_input_is_limited_once_and_one_without_keys_is_left_alone() -> None:
@@ -185,4 +185,4 @@ def test_a_large_paste_on_a_terminal_is_dropped_with_one_line(
         for _ in range(200):
             terminal.child.send("x" * 1000)
             terminal.read(0)
-        terminal.press(PASTE_END, "# dropped a paste of 200000 characters, expected at most 10000")
+        terminal.press(PASTE_END, "# ignored a paste of 200000 characters, expected at most 10000")

@@ -59,7 +59,7 @@ def test_an_untrusted_problem_file_suggests_trust_and_not_an_update(
 ) -> None:
     replace_in_file(transcript_path, '"hexworld"', '"../lamp.py:Lamp"')
     result = run_pytest(tmp_path)
-    assert "if it is yours, add --trust (in pytest, dmplay_trust = true)\n" in result.stdout
+    assert "if you trust its code, add --trust (in pytest, dmplay_trust = true)\n" in result.stdout
     assert "to accept the change" not in result.stdout
 
 
@@ -84,7 +84,7 @@ def test_the_report_names_agents_that_were_not_asked_again(
     tmp_path: Path, transcript_path: Path
 ) -> None:
     record_game(transcript_path, "hexworld", "script:e", force=True)
-    assert "turn; not re-asked: script" in run_pytest(tmp_path, "-rP").stdout
+    assert "turn; not recomputed: script" in run_pytest(tmp_path, "-rP").stdout
 
 
 def test_a_game_that_can_be_continued_is_not_rewritten(
@@ -93,7 +93,7 @@ def test_a_game_that_can_be_continued_is_not_rewritten(
     text = record_game(transcript_path, "crying-baby", "random", turns=2, force=True)
     transcript_path.write_text(text.replace("random", "human").partition("turn: 2")[0])
     result = run_pytest(tmp_path, "--dmplay-update")
-    assert "goldens/game.dmt: this game can still be played on: finish it\n" in result.stdout
+    assert "goldens/game.dmt: this game can still be continued: finish it first\n" in result.stdout
     assert "Traceback" not in result.stdout
 
 
@@ -110,7 +110,7 @@ def test_update_is_refused_if_ci_is_set(tmp_path: Path, transcript_path: Path) -
     before = transcript_path.read_text()
     result = run_pytest(tmp_path, "--dmplay-update", CI="true")
     assert result.returncode == 4
-    assert "--dmplay-update: not where CI is set" in result.stderr
+    assert "--dmplay-update: not allowed while the environment variable CI is set" in result.stderr
     assert transcript_path.read_text() == before
 
 

@@ -89,7 +89,9 @@ def test_only_the_agent_that_acts_illegally_is_penalized() -> None:
 def test_a_step_without_an_action_for_every_agent_is_refused() -> None:
     env = ParallelEnv("rock-paper-scissors")
     env.reset(seed=5)
-    with pytest.raises(IllegalAction, match=r"^step: no action of agent2; expected one of each$"):
+    with pytest.raises(
+        IllegalAction, match=r"^step: got no action for agent2, expected one for each agent$"
+    ):
         env.step({"agent1": 0})
     assert env.session is not None
     assert not env.session.turns
@@ -107,7 +109,7 @@ def test_illegal_actions_without_a_turn_limit_end_after_10000_steps() -> None:
 
 def test_a_game_of_text_has_no_environment() -> None:
     pytest.importorskip("pyspiel")
-    with pytest.raises(BadParameter, match=r"^what is observed is text, of which there is no spa"):
+    with pytest.raises(BadParameter, match=r"^the observation is text, which has no Gymnasium spa"):
         ParallelEnv("openspiel:tic_tac_toe")
 
 

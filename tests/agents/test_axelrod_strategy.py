@@ -75,7 +75,7 @@ def test_a_pickled_strategy_plays_the_same_game() -> None:
 def test_unknown_and_cheating_strategies_are_refused() -> None:
     with pytest.raises(UnknownName, match="axelrod: unknown strategy 'TitForTatt'; did you mean"):
         dmplay.load_agent(DILEMMA, 0, "axelrod:TitForTatt")
-    with pytest.raises(BadPolicy, match="Darwin does not keep the rules"):
+    with pytest.raises(BadPolicy, match="Darwin breaks the rules"):
         dmplay.load_agent(DILEMMA, 0, "axelrod:Darwin")
 
 

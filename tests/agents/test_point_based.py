@@ -62,15 +62,12 @@ def test_more_work_tightens_bounds_and_is_suggested_while_it_helps(
         fine.bounds.upper_bound - fine.bounds.lower_bound
         < coarse.bounds.upper_bound - coarse.bounds.lower_bound
     )
-    assert (
-        suggest_more_work(coarse.bounds, 1.0, "--work ")
-        == "; more work brings them closer: --work 10"
-    )
+    assert suggest_more_work(coarse.bounds, 1.0, "--work ") == "; for closer bounds: --work 10"
     assert suggest_more_work(fine.bounds, 30.0, "work=").endswith(": work=100")
     assert not suggest_more_work(fine.bounds, 100.0, "work=")
     assert not suggest_more_work(fine.bounds._replace(is_gap_closed=True), 1.0, "work=")
     memory_full = fine.bounds._replace(is_memory_full=True)
-    assert suggest_more_work(memory_full, 1.0, "work=") == "; they are as close as memory allows"
+    assert suggest_more_work(memory_full, 1.0, "work=") == "; memory allows no closer bounds"
     for work in (0.001, 1000.0):
         with pytest.raises(BadParameter, match=r"^work: got .*, expected a number at least 0\.01"):
             PointBasedPolicy(make_hallway(HALLWAY_MAP), 0, work=work)

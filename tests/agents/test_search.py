@@ -237,7 +237,7 @@ def test_search_returns_no_action_values() -> None:
 
 def test_search_needs_a_belief_where_states_are_hidden() -> None:
     with pytest.raises(
-        BadPolicy, match="search needs a belief, as states are hidden: UnobservedCorridor"
+        BadPolicy, match="search: cannot compute the belief over hidden states: UnobservedCorridor"
     ):
         dmplay.load_agent(UnobservedCorridor(), 0, "search")
 

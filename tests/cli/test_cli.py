@@ -22,8 +22,8 @@ HUGE_NUMBER = "9" * 5000
 @pytest.mark.parametrize(
     ("arguments", "stdin", "message"),
     [
-        (["hexworld", "--agent", "../1.:"], "", "error: no module '../1.' for '../1.:'"),
-        (["hexworld", "--agent", ".a:b"], "", "error: no module '.a' for '.a:b'"),
+        (["hexworld", "--agent", "../1.:"], "", "error: ../1.:: no module '../1.'"),
+        (["hexworld", "--agent", ".a:b"], "", "error: .a:b: no module '.a'"),
         (["hexworld", "--seed", "7"], f"e\nundo {HUGE_NUMBER}\n", "error: line 2: undo: got '9"),
         (["hexworld"], f"seed {HUGE_NUMBER}\n", "error: line 1: seed: got '9"),
         (["shell"], "load a\0b\n", "error: line 1: got 'load a\\x00b', expected text"),
@@ -84,7 +84,7 @@ def test_a_piped_game_is_played_printed_and_recorded(tmp_path: Path) -> None:
     ]
     assert (
         run_dmplay(tmp_path, "verify", "g.dmt").stdout
-        == "ok g.dmt (2 turns; not re-asked: human)\n1 verified\n"
+        == "ok g.dmt (2 turns; not recomputed: human)\n1 verified\n"
     )
 
 
@@ -92,12 +92,12 @@ def test_a_replay_shows_a_reroll_as_the_resulting_turn(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "2048", "--seed", "7", "-o", "g.dmt", stdin="left\nreroll\nundo\nup\n")
     rows = run_dmplay(tmp_path, "replay", "g.dmt").stdout.splitlines()
     assert [row.partition(". ")[0] for row in rows[1:-1]] == [
-        "turn 1", "turn 1, under other dice", "undone", "turn 1, under other dice",
+        "turn 1", "turn 1, rerolled", "undone", "turn 1, rerolled",
     ]  # fmt: skip
     assert rows[3] == "undone. turn 0."
     text = run_dmplay(tmp_path, "export", "g.dmt", "--text").stdout
-    assert text.count("turn 1, under other dice. slid left.") == 3
-    assert "undone. turn 0.\n turn 1, under other dice. slid up." in text
+    assert text.count("turn 1, rerolled. slid left.") == 3
+    assert "undone. turn 0.\n turn 1, rerolled. slid up." in text
 
 
 def test_the_end_of_input_quits_the_game(tmp_path: Path) -> None:
@@ -154,7 +154,7 @@ def test_the_printed_command_plays_the_same_game_again(tmp_path: Path) -> None:
             "--strict: got 'hint', expected --strict or --strict=hints",
         ),
         (["hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
-        (["hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
+        (["hexworld", "--vs", "random"], "--vs: hexworld has only one seat; use --agent"),
         (["hexworld", "--set", "slip"], "--set: got 'slip', expected NAME=VALUE"),
         (["hexworld", "--agent", "bst"], "unknown agent 'bst'"),
         (["hexworld", "--agent", "script:e,x"], "script action 2: unknown action 'x'"),
@@ -285,7 +285,7 @@ def test_a_json_game_reports_an_error_and_reads_the_next_line(tmp_path: Path) ->
 def test_reveal_shows_the_hidden_state(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "crying-baby", "--seed", "7", "--reveal", stdin="state\nlook\n")
     assert "state: hungry\n" in result.stdout
-    assert "truly hungry." in result.stdout
+    assert "hidden state: hungry." in result.stdout
     concealed_result = run_dmplay(tmp_path, "crying-baby", "--seed", "7", stdin="state\n")
     assert "state: hidden until the game is over, or with --reveal.\n" in concealed_result.stdout
 
@@ -311,7 +311,7 @@ def test_a_state_folder_that_cannot_be_written_causes_one_warning(tmp_path: Path
     (tmp_path / "state").write_text("a file")
     result = run_dmplay(tmp_path, "hexworld", "--seed", "7", stdin="e\n")
     assert result.returncode == 0
-    assert result.stderr.count("warning: this game is not kept") == 1
+    assert result.stderr.count("warning: this game is not saved") == 1
 
 
 def test_replay_prints_the_game_again(tmp_path: Path) -> None:
@@ -406,7 +406,7 @@ def test_an_agent_that_ends_the_program_is_reported_with_its_line(tmp_path: Path
     (tmp_path / "leaver.py").write_text("\n".join(code))
     result = run_dmplay(tmp_path, "run", "hexworld", "--agent", "./leaver.py:Agent")
     assert result.returncode == 2
-    message = "error: ./leaver.py:5: SystemExit; only dmplay may end the program\n"
+    message = "error: ./leaver.py:5: SystemExit; user code must not exit the program\n"
     assert result.stderr == message
 
 
@@ -442,7 +442,7 @@ def test_a_dash_is_the_standard_input_or_output(tmp_path: Path) -> None:
             ["hexworld", "-o", "-"],
             "-o -: expected --quiet too, because the game also prints there",
         ),
-        (["verify", "--update", "-"], "--update: the standard input cannot be rewritten"),
+        (["verify", "--update", "-"], "--update: standard input cannot be rewritten"),
     ],
 )
 def test_a_dash_that_makes_no_sense_is_refused(
@@ -465,7 +465,7 @@ def test_a_user_without_a_home_can_run_everything_and_is_warned_once(
     arguments: tuple[str, ...], stdin: str
 ) -> None:
     result = run_without_home(*arguments, stdin=stdin)
-    warning = "warning: this game is not kept: no home; set HOME\n" if stdin else ""
+    warning = "warning: this game is not saved: no home folder; set HOME\n" if stdin else ""
     error = "no unfinished game in" if arguments == ("resume",) else ""
     assert result.stderr.count(warning) == 1 or not warning
     assert result.returncode == (2 if error else 0), result.stderr

@@ -463,9 +463,9 @@ def test_an_option_of_some_problems_is_refused_in_a_file_and_named(
 def test_real_time_without_the_screen_is_refused_unless_only_a_file_sets_it(
     project_folder: Path,
 ) -> None:
-    message = "error: --rate: real time is for the full screen; there is none (from --plain)\n"
+    message = "error: --rate: real time needs the full screen, which is off here (--plain)\n"
     assert run(project_folder, "cart-pole", "--rate", "--plain").stderr == message
-    with pytest.raises(BadParameter, match="--rate: real time is for the screen"):
+    with pytest.raises(BadParameter, match="--rate: the shell cannot play in real time"):
         GameController(cli_interpreter=interpret_command).run_cli_words(
             ["play", "cart-pole", "--rate"]
         )

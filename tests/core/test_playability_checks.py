@@ -48,18 +48,22 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("agents", ("a", "a"), "agents: got ('a', 'a'), expected names, each another"),
-        ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one each"),
+        ("agents", ("a", "a"), "agents: got ('a', 'a'), expected a tuple of distinct names"),
+        ("agents", ("a", "b"), "got 1 action set for 2 agents, expected one for each agent"),
         ("actions", 7, "actions: got 7, expected (Labels(...),)"),
-        ("actions", (Labels(("a", "a")),), "actions: got ('a', 'a'), expected Labels of names"),
+        (
+            "actions",
+            (Labels(("a", "a")),),
+            "actions: got ('a', 'a'), expected Labels with distinct names",
+        ),
         ("actions", (Labels(("a", "\x1b[2J")),), r"actions: got ('a', '\x1b[2J')"),
         ("observations", (Labels(()),), "observations: got ((),), expected Labels"),
         (
             "state_names",
             ("one", "one"),
-            "state_names: got ('one', 'one'), expected names, each another",
+            "state_names: got ('one', 'one'), expected a tuple of distinct names",
         ),
-        ("horizon", 0, "horizon: got 0, expected a number of turns, or None"),
+        ("horizon", 0, "horizon: got 0, expected a whole number of turns, 1 or more, or None"),
         ("initial_belief", np.array([0.5, 0.6, 0.0]), "initial_belief sums to 1.1, expected 1"),
         (
             "tables",
@@ -84,7 +88,7 @@ def test_a_discount_is_a_number_from_0_to_1() -> None:
         (
             "tables",
             Tables(VALID_TABLES.transition, VALID_TABLES.rewards * np.nan),
-            "rewards: expected numbers",
+            "rewards: expected finite numbers",
         ),
         (
             "tables",
@@ -121,7 +125,11 @@ ZERO_REWARDS, ZERO_STATES = np.zeros((2, 1)), np.zeros(2, int)
             "initial_states: got state 9, expected 0 to 4",
         ),
         ("terminal", lambda self, s: s, "terminal: got array"),
-        ("legal_actions_mask", lambda self, s: np.zeros((2, 1, 2), bool), "one action at least"),
+        (
+            "legal_actions_mask",
+            lambda self, s: np.zeros((2, 1, 2), bool),
+            "at least one legal action for each agent",
+        ),
         ("format_state", lambda self, s: "a\nb", r"format_state: got 'a\nb', expected a line"),
         (
             "resolve_events",
@@ -136,7 +144,7 @@ ZERO_REWARDS, ZERO_STATES = np.zeros((2, 1)), np.zeros(2, int)
         (
             "resolve_events",
             _make_resolver(ZERO_STATES, ZERO_REWARDS + np.inf, ZERO_STATES),
-            "resolve_events: rewards: expected numbers, none inf",
+            "resolve_events: rewards: expected finite numbers",
         ),
         (
             "resolve_events",
@@ -146,12 +154,12 @@ ZERO_REWARDS, ZERO_STATES = np.zeros((2, 1)), np.zeros(2, int)
         (
             "resolve_events",
             _make_resolver(ZERO_STATES, ZERO_REWARDS, ZERO_STATES > 0),
-            "resolve_events: got array([False, False]) to be seen",
+            "resolve_events: got the observations array([False, False])",
         ),
         (
             "resolve_events",
             _make_resolver(ZERO_STATES, ZERO_REWARDS, 7),
-            "resolve_events: got 7 to be seen, expected the new states",
+            "resolve_events: got the observations 7, expected the next states",
         ),
     ],
 )
@@ -204,7 +212,9 @@ def test_a_problem_is_checked_with_the_parameters_that_are_set(tmp_path: Path) -
     file.write_text(
         "from tests.support.user_problems import Heap\nOwn = type('O', (Heap,), {'state_count': 0})"
     )
-    with pytest.raises(BadParameter, match=r"own.py:Own: state_count: got 0, expected how many"):
+    with pytest.raises(
+        BadParameter, match=r"own.py:Own: state_count: got 0, expected a number of states"
+    ):
         resolve_problem(f"{file}:Own", {})
 
 
@@ -212,7 +222,7 @@ def test_an_impossible_state_is_reported_if_all_states_are_listed() -> None:
     problem = replace_attribute(
         Heap, "resolve_events", _make_resolver(np.full(2, 9), ZERO_REWARDS, np.full(2, 9))
     )
-    with pytest.raises(BadParameter, match="got states 9 to 9, expected 0 to 4"):
+    with pytest.raises(BadParameter, match="got state indices 9 to 9, expected 0 to 4"):
         problem.joint_belief_update(np.eye(5)[4], [0], [])
 
 

@@ -50,7 +50,7 @@ def test_an_existing_file_is_overwritten_only_with_force(
     old = folder / "out"
     old.write_text("mine")
     result = run_dmplay(folder, *words, "out")
-    assert result.stderr == "error: out exists; give another name, or --force\n"
+    assert result.stderr == "error: out exists; give another name or use --force\n"
     assert (result.returncode, old.read_text()) == (2, "mine")
     assert run_dmplay(folder, *words, "out", "--force").returncode == 0
     assert old.read_text() != "mine"
@@ -83,7 +83,9 @@ def test_the_transcript_that_is_read_is_not_overwritten(
     (folder / "hard.dmt").hardlink_to(game)
     before = game.read_bytes()
     result = run_dmplay(folder, *words, "g.dmt", "--force", "-o", name)
-    assert result.stderr == f"error: {name}: it is the transcript that is read\n"
+    assert (
+        result.stderr == f"error: {name} is the transcript that dmplay reads; give another path\n"
+    )
     assert (result.returncode, game.read_bytes()) == (2, before)
 
 
@@ -97,7 +99,7 @@ def test_the_file_of_a_running_game_is_not_overwritten(folder: Path) -> None:
         "now.dmt",
         stdin="e\nexport g.dmt --csv -o now.dmt --force",
     )
-    assert "now.dmt: somebody plays this game now" in result.stderr
+    assert "now.dmt: this game is running, here or in another dmplay process" in result.stderr
     assert (folder / "now.dmt").read_text().startswith("dmplay: 1\n")
 
 

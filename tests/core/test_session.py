@@ -300,7 +300,7 @@ def test_arrays_passed_to_a_policy_are_readonly_copies(name: str, *, batched: bo
 def test_the_memory_of_a_policy_has_a_row_for_each_game(memory: object, got: str) -> None:
     problem = dmplay.load_problem("hexworld")
     policy_class = type("Given", (Random,), {"initial_memory": lambda self, observation: memory})
-    message = rf"turn 1.* gave {re.escape(got)}, expected a tuple of arrays of 1 row"
+    message = rf"turn 1.* returned {re.escape(got)}, expected a tuple of arrays with 1 row each"
     with pytest.raises(BadPolicy, match=message):
         dmplay.Session(problem, SeededUniforms(1), [policy_class(problem, 0)]).advance()
     with pytest.raises(BadPolicy, match=message):
@@ -316,9 +316,9 @@ class NotAPolicy:
     [
         (
             [Random],
-            r"seat 0: got the class Random, expected a policy made of it, as Random(problem, 0)",
+            r"seat 0: got the class Random, expected an instance of it, such as Random(problem, 0)",
         ),
-        ([NotAPolicy], "seat 0: got the class NotAPolicy, expected a policy made of it"),
+        ([NotAPolicy], "seat 0: got the class NotAPolicy, expected an instance of it"),
         ([NotAPolicy()], "seat 0: got <"),
         (
             ["random"],
@@ -326,11 +326,12 @@ class NotAPolicy:
         ),
         (
             Random,
-            "got <class 'dmplay.agents.random_agent.Random'>, expected one, or None, for each of",
+            "got <class 'dmplay.agents.random_agent.Random'>, "
+            "expected a policy or None for each of",
         ),
-        (3, "got 3, expected one, or None, for each of"),
-        ("r", "got 'r', expected one, or None, for each of"),
-        ([None, None], "got 2 policies, expected one, or None, for each of"),
+        (3, "got 3, expected a policy or None for each of"),
+        ("r", "got 'r', expected a policy or None for each of"),
+        ([None, None], "got 2 policies, expected a policy or None for each of"),
     ],
 )
 def test_what_is_not_a_policy_is_refused_in_one_line(policies: Any, message: str) -> None:
@@ -341,13 +342,15 @@ def test_what_is_not_a_policy_is_refused_in_one_line(policies: Any, message: str
 
 def test_a_class_is_refused_as_a_policy_of_many_games() -> None:
     problem: Any = dmplay.load_problem("hexworld")
-    with pytest.raises(BadPolicy, match="seat 0: got the class Random, expected a policy made of"):
+    with pytest.raises(BadPolicy, match="seat 0: got the class Random, expected an instance of"):
         dmplay.rollout(problem, [Random], episodes=1)  # type: ignore[list-item]
 
 
 @pytest.mark.parametrize("uniform_source", [None, 7, "7", SeededUniforms])
 def test_what_generates_no_uniforms_is_refused_in_one_line(uniform_source: Any) -> None:
-    message = f"got {uniform_source!r}, expected uniforms, as dmplay.SeededUniforms(7)"
+    message = (
+        f"got {uniform_source!r}, expected a source of uniforms, such as dmplay.SeededUniforms(7)"
+    )
     with pytest.raises(BadParameter, match=f"^{re.escape(message)}$"):
         dmplay.Session(dmplay.load_problem("hexworld"), uniform_source)
 
@@ -357,14 +360,14 @@ def test_a_policy_that_writes_into_its_arguments_is_named() -> None:
     seats = [ObservationMutatingScript(problem, 0, (0, 0))]
     message = (
         r"turn 2, agent: ObservationMutatingScript\.update_memory "
-        r"writes into what it was given; copy it first"
+        r"modifies an array that it received; copy the array first"
     )
     game = dmplay.Session(problem, SeededUniforms(1), seats)
     game.advance()
     with pytest.raises(BadPolicy, match=message):
         game.advance()
     with pytest.raises(
-        BadPolicy, match=r"turn 1, agent: ObservationMutatingScript\.update_memory writes"
+        BadPolicy, match=r"turn 1, agent: ObservationMutatingScript\.update_memory modifies"
     ):
         rollout(problem, seats, episodes=2, turn_limit=1)
 

@@ -106,7 +106,9 @@ def test_the_view_lists_the_ten_likeliest_states_and_the_remainder() -> None:
 
 
 def test_dense_tables_refuse_too_many_states_in_one_line() -> None:
-    with pytest.raises(BudgetExceeded, match=r"^tables: .* MB, more than 512; fewer states"):
+    with pytest.raises(
+        BudgetExceeded, match=r"^tables: .* MB, more than the limit of 512 MB; use fewer states"
+    ):
         tabulate(Maze())
     assert [*load_roster(Maze()).agents] == ["optimal", "point-based", "random", "search"]
 
@@ -160,7 +162,7 @@ def test_rewards_may_depend_on_the_next_state_and_the_observation() -> None:
 def test_invalid_sparse_tables_are_refused_in_one_sentence() -> None:
     transitions, rewards, observation_rows = Toll().sparse_tables
     assert observation_rows is not None
-    other = r"tables\.transition: got other rows or columns than there are names"
+    other = r"tables\.transition: got rows or columns that do not match the names"
     faulty_tables = {
         r"tables\.transition\[here, wait\] sums to 0\.5, expected 1": [
             transitions._replace(values=transitions.values / 2)

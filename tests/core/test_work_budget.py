@@ -11,7 +11,10 @@ def test_an_exceeded_budget_raises_one_line_with_the_remedy() -> None:
     budget.spend_work(600)
     with pytest.raises(BudgetExceeded) as error:
         budget.spend_work(600)
-    assert str(error.value) == "alpha vectors: more than 1e+03 operations; search needs none"
+    assert (
+        str(error.value)
+        == "alpha vectors: more than the limit of 1e+03 operations; search needs none"
+    )
 
 
 def test_a_total_work_limit_is_shared_by_budgets() -> None:
@@ -21,13 +24,17 @@ def test_a_total_work_limit_is_shared_by_budgets() -> None:
     )
     with limit_total_work(60):
         sweeps.spend_work(40)
-        with pytest.raises(BudgetExceeded, match=r"^plans: more than 6e\+01 operations; a search$"):
+        with pytest.raises(
+            BudgetExceeded, match=r"^plans: more than the limit of 6e\+01 operations; a search$"
+        ):
             plans.spend_work(30)
     plans.spend_work(30)
 
 
 def test_memory_is_refused_before_it_is_allocated() -> None:
-    with pytest.raises(BudgetExceeded, match=r"^tables: 9,537 MB, more than 512; fewer states$"):
+    with pytest.raises(
+        BudgetExceeded, match=r"^tables: 9,537 MB, more than the limit of 512 MB; fewer states$"
+    ):
         Budget("tables", "fewer states").check_memory(1e10)
 
 

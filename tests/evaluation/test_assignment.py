@@ -54,11 +54,11 @@ ADA_ARGUMENTS = ("--assignment", "walks", "--player", "Ada Lovelace")
 def test_an_assignment_is_the_header_of_its_games_with_all_seeds() -> None:
     arguments = "hexworld --set slip=0.2 --seeds 8,7 --turns 3 --strict=hints -o again"
     assert interpret_command(["assign", *arguments.replace("=hints", "-hints").split()]) == (
-        "wrote again; dmplay play --assignment again --player NAME"
+        "wrote again; to play: dmplay play --assignment again --player NAME"
     )
     assert Path("again").read_text() == ASSIGNMENT_TEXT
     assert interpret_command(["assign", "catch", "-o", "a ball"]) == (
-        "wrote a ball; dmplay play --assignment 'a ball' --player NAME"
+        "wrote a ball; to play: dmplay play --assignment 'a ball' --player NAME"
     )
 
 
@@ -75,7 +75,7 @@ def test_the_games_of_an_assignment_are_played_one_after_another() -> None:
     header = transcript(second).header
     assert (header.player, header.seed, header.turns) == ("Ada Lovelace", 7, 3)
     assert (header.strict, header.parameters) == ("hints", {"slip": 0.2})
-    message = "walks: you played it all; hand in ada-lovelace-8.dmt, ada-lovelace-7.dmt"
+    message = "walks: you have played all games; hand in ada-lovelace-8.dmt, ada-lovelace-7.dmt"
     with pytest.raises(BadParameter, match=message):
         parse_request(*ADA_ARGUMENTS)
     assert parse_request(*ADA_ARGUMENTS, "--seed", "7", "-o", "more.dmt").record_path == Path(
@@ -108,7 +108,7 @@ def test_an_interrupted_game_in_a_named_file_is_resumed() -> None:
 def test_the_game_of_another_assignment_is_not_resumed() -> None:
     start_new_game(parse_request(*ADA_ARGUMENTS)).finish("interrupted")
     Path("walks").write_text(ASSIGNMENT_TEXT.replace("turns: 3", "turns: 4"))
-    message = r"ada-lovelace-8.dmt: not a game of walks \(another turns\); play in another folder"
+    message = r"ada-lovelace-8.dmt: not a game of walks \(different turns\); play in another folder"
     with pytest.raises(BadParameter, match=message):
         parse_request(*ADA_ARGUMENTS)
 
@@ -123,20 +123,26 @@ def test_the_header_has_a_player_line_only_if_the_player_is_named() -> None:
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("play --assignment walks", "--assignment: expected --player NAME too"),
+        ("play --assignment walks", "--assignment: got no player name; add --player NAME"),
         ("play --assignment none --player A", "none: No such file or directory"),
         ("play", "missing argument 'PROBLEM'; see dmplay play --help"),
-        ("play 2048 --assignment walks --player A", "leave out PROBLEM"),
-        ("play --assignment walks --player A --set slip=0", "leave out --set"),
-        ("play --assignment walks --player A --ghost optimal", "leave out --ghost"),
-        ("play --assignment walks --player A --seed 1", "--seed: got 1, walks has 8, 7"),
+        ("play 2048 --assignment walks --player A", "omit PROBLEM"),
+        ("play --assignment walks --player A --set slip=0", "omit --set"),
+        ("play --assignment walks --player A --ghost optimal", "omit --ghost"),
+        (
+            "play --assignment walks --player A --seed 1",
+            "--seed: got 1, expected a seed of walks: 8, 7",
+        ),
         ("assign hexworld --seeds 7,x -o a", "--seeds: got '7,x', expected whole numbers"),
-        ("assign hexworld --seeds 7,7 -o a", "--seeds: got 7, 7, expected whole numbers, each"),
-        (f"assign hexworld --seeds {2**63} -o a", f"each another, at most {2**63 - 1}, such as"),
+        ("assign hexworld --seeds 7,7 -o a", "--seeds: got 7, 7, expected distinct whole numbers"),
+        (f"assign hexworld --seeds {2**63} -o a", f"numbers from 0 to {2**63 - 1}, such as"),
         ("assign hexworld --seeds 7,8 --games 3 -o a", "--games: got 3, but --seeds has 2"),
-        ("assign hexworld --agent optimal -o a", "no person plays; leave a seat to one"),
-        ("assign hexworld -o walks", "walks exists; give another name, or --force"),
-        ("assign hexworld --vs grim -o a", "--vs: hexworld has one seat only"),
+        (
+            "assign hexworld --agent optimal -o a",
+            "agents play all seats; leave a seat to a human player",
+        ),
+        ("assign hexworld -o walks", "walks exists; give another name or use --force"),
+        ("assign hexworld --vs grim -o a", "--vs: hexworld has only one seat"),
     ],
 )
 def test_assignment_commands_that_cannot_work_are_refused(command: str, message: str) -> None:
@@ -147,7 +153,7 @@ def test_assignment_commands_that_cannot_work_are_refused(command: str, message:
 def test_options_for_people_or_transcripts_are_refused_in_games_of_agents() -> None:
     for arguments, message in (
         (("--player", "Ada"), "--player: no person plays this game"),
-        (("--rate", "5"), "--rate: real time is for people; agents alone play at --speed"),
+        (("--rate", "5"), "--rate: real time needs a human player; if only agents play, use"),
         (("--frames",), "--frames: no transcript is written; add -o FILE"),
     ):
         with pytest.raises(BadParameter, match=message):
@@ -161,8 +167,11 @@ def test_options_for_people_or_transcripts_are_refused_in_games_of_agents() -> N
             ASSIGNMENT_TEXT.replace("seeds: [8, 7]", "seed: 8"),
             "walks:5:1: unknown key 'seed'; did you mean seeds",
         ),
-        (ASSIGNMENT_TEXT.replace("8, 7", '"8"'), "walks:1: seeds: expected whole numbers"),
-        (ASSIGNMENT_TEXT.replace("8, 7", f"{2**63}"), "walks:1: seeds: expected whole numbers"),
+        (ASSIGNMENT_TEXT.replace("8, 7", '"8"'), "walks:1: seeds: expected distinct whole numbers"),
+        (
+            ASSIGNMENT_TEXT.replace("8, 7", f"{2**63}"),
+            "walks:1: seeds: expected distinct whole numbers",
+        ),
         (
             ASSIGNMENT_TEXT.replace("turns: 3", "turn: 3"),
             "walks:6:1: unknown key 'turn'; did you mean turns",

@@ -57,11 +57,11 @@ def test_another_executor_gives_the_same_run() -> None:
             "nothing",
             "--executor: got 'nothing', expected dask, dask:tcp://HOST:PORT, MODULE:FACTORY or",
         ),
-        ("no.such:thing", "no module 'no' for 'no.such:thing'"),
+        ("no.such:thing", "no.such:thing: no module 'no'"),
         ("./missing.py:make", "no such file: ./missing.py"),
         ("builtins:nothing", "unknown attribute 'nothing'"),
-        ("builtins:dict", "--executor: builtins:dict made a dict, not an Executor"),
-        ("string:digits", "--executor: string:digits is a str, expected a function that makes"),
+        ("builtins:dict", "--executor: builtins:dict returned a dict, expected an Executor"),
+        ("string:digits", "--executor: string:digits is a str, expected a function that returns"),
         ("operator:neg", "--executor: operator:neg: .* expected a function without parameters"),
     ],
 )
@@ -166,7 +166,7 @@ def test_a_cluster_gives_the_same_games_after_a_worker_is_killed() -> None:
 @pytest.mark.extra("dask")
 def test_a_missing_cluster_gives_a_clear_error() -> None:
     with (
-        pytest.raises(BadParameter, match="no cluster at no://where; "),
+        pytest.raises(BadParameter, match="cannot connect to a Dask cluster at no://where; "),
         open_execution_backend("dask:no://where"),
     ):
         pass

@@ -36,7 +36,7 @@ for line in sys.stdin:
         print(json.dumps(answer), flush=True)
 """
 BOTS = list[Bot]()
-DEAD = "dead: ended with exit code 3"
+DEAD = "dead: the bot ended with exit code 3"
 
 
 @pytest.fixture
@@ -112,7 +112,7 @@ def test_a_program_that_cannot_start_again_ends_the_run_with_the_games_before(
     once = tmp_path / "once.sh"
     once.write_text(f'[ -e started ] && exit 4; touch started; exec {sys.executable} bot.py "$@"')
     bot = Bot(problem, 0, "bash once.sh '(9,0)' 1000")
-    with pytest.raises(Forfeit, match="dead: ended with exit code 4"):
+    with pytest.raises(Forfeit, match="dead: the bot ended with exit code 4"):
         run(problem, [bot], episodes=12, turns=3)
 
 
@@ -177,7 +177,7 @@ def test_reports_name_what_a_forfeit_leaves_out(tmp_path: Path) -> None:
         1,
         f"game 3 is not counted: agent forfeits, {DEAD}\n",
     )
-    assert result.stdout.startswith("hexworld: 7 games of seed 0")
+    assert result.stdout.startswith("hexworld: 7 games with seed 0")
     agents = ("random", f"bot:{python} '(9,0)' 99", "optimal")
     result = run_dmplay(tmp_path, "compare", "hexworld", *agents, *options, "--json")
     withdrawal = f"{agents[1]} is withdrawn from the comparison: agent forfeits, {DEAD}"
@@ -188,5 +188,5 @@ def test_reports_name_what_a_forfeit_leaves_out(tmp_path: Path) -> None:
     agents = ("random", f"bot:{python} - 40", "nash")
     result = run_dmplay(tmp_path, "tournament", "rock-paper-scissors", *agents, "--episodes", "5")
     assert result.returncode == 1
-    assert result.stdout.startswith("rock-paper-scissors: 4 seatings of 5 games of seed 0")
+    assert result.stdout.startswith("rock-paper-scissors: 4 seatings of 5 games with seed 0")
     assert "is withdrawn from the tournament: agent2 forfeits" in result.stderr

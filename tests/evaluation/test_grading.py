@@ -126,7 +126,7 @@ def test_undos_rerolls_and_hints_are_counted(grades: dict[str, Grade]) -> None:
 
 
 def test_an_unverified_game_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:
-    messages = {"better": "return: expected null", "torn": "torn before", "nobody": "'optimall'"}
+    messages = {"better": "return: expected null", "torn": "cut off before", "nobody": "'optimall'"}
     for name, message in messages.items():
         grade = grades[name]
         assert (grade.verified, grade.discounted_return, grade.regret) == (False, None, None)
@@ -148,7 +148,7 @@ def test_an_agent_handed_in_as_a_person_is_detected_by_its_actions(
     grades: dict[str, Grade],
 ) -> None:
     assert grades["bot"].verified
-    assert grades["bot"].remarks == ("regret without end", "as random plays")
+    assert grades["bot"].remarks == ("regret (infinite horizon)", "same actions as random")
     assert (grades["agent"].occupant, grades["agent"].regret) == ("optimal", None)
 
 
@@ -199,7 +199,7 @@ def test_the_table_states_the_limits_of_grading(report: GradingReport) -> None:
     assert (head, blank) == (f"14 games, 11 verified, {unfinished}", "")
     assert columns.split()[:5] == ["file", "player", "game", "verified", "return"]
     assert any("unfinished (quit); not as assigned: parameters, turns, seed" in row for row in rows)
-    assert "Bob has no finished game of seed 8" in rows
+    assert "Bob has no finished game with seed 8" in rows
     assert " ".join(rows).endswith(GRADING_LIMITS)
     head = format_grades(report, 20).partition("\n")[0]
     assert head == f"14 games, 11 verified, {unfinished}; interrupted after 14 of 20 files"
@@ -212,7 +212,8 @@ def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport)
     rows = [*csv.DictReader(format_grades(report, 14, "csv").splitlines())]
     assert len(rows) == 14
     assert (
-        next(row for row in rows if row["marks"])["marks"] == "regret without end, as random plays"
+        next(row for row in rows if row["marks"])["marks"]
+        == "regret (infinite horizon), same actions as random"
     )
 
 
@@ -249,7 +250,7 @@ def test_an_unfinished_game_of_the_assignment_is_missing(tmp_path: Path) -> None
     assert [grade.assignment_differences for grade in report.grades] == [(), ()]
     assert [grade.discounted_return is None for grade in report.grades] == [True, False]
     assert report.missing_seeds == {"Max": [7]}
-    assert "Max has no finished game of seed 7" in format_grades(report, 2)
+    assert "Max has no finished game with seed 7" in format_grades(report, 2)
 
 
 @pytest.mark.parametrize(
@@ -278,7 +279,7 @@ def test_a_player_s_name_cannot_look_like_other_columns_or_rows(
     assert head == "1 game, 1 verified, 1 of them unfinished (no return)"
     assert row.split("  ")[1] == displayed_name
     missing_name = "" if displayed_name == "human" else displayed_name
-    assert missing == f"{missing_name} has no finished game of seed 7, 8"
+    assert missing == f"{missing_name} has no finished game with seed 7, 8"
     assert json.loads(format_grades(report, 1, "json"))["games"][0]["player"] == player
 
 

@@ -106,7 +106,7 @@ def test_another_problem_is_refused_before_it_is_imported(problem: str) -> None:
     assert (grade.verified, grade.discounted_return) == (False, None)
     assert grade.assignment_differences == ("problem",)
     assert grade.fault.endswith(
-        f": problem '{problem}' is not of the assignment, so it is not imported"
+        f": problem '{problem}' is not part of the assignment, so its code is not imported"
     )
     assert (grade.player, grade.problem) == ("Max", problem)
     assert not Path("imported").exists()
@@ -162,7 +162,7 @@ def test_a_data_file_beside_a_game_does_not_stand_for_the_assigned_one() -> None
 
 def test_trust_without_an_assignment_is_refused() -> None:
     Path("max", "shop.py").write_text(EVIL_CODE)
-    with pytest.raises(BadParameter, match="--trust: expected --assignment FILE too"):
+    with pytest.raises(BadParameter, match="--trust: add --assignment FILE"):
         interpret_command(["grade", "max", "--trust"])
     assert not Path("imported").exists()
 

@@ -55,7 +55,7 @@ def test_games_are_played_until_the_error_is_small() -> None:
 def test_large_turn_counts_are_printed_in_plain_digits() -> None:
     problem = dmplay.load_problem("hexworld")
     result = run(problem, [dmplay.load_agent(problem, 0, "optimal")], episodes=2)
-    for turns, text in ((1.0, "1 turn each"), (4.75, "4.75 turns"), (10_000.0, "10000 turns")):
+    for turns, text in ((1.0, "1 turn on"), (4.75, "4.75 turns"), (10_000.0, "10000 turns")):
         assert f" seed 0, {text}" in _run_headline(
             evaluation_request.EvaluationRequest("hexworld"), result._replace(mean_turns=turns)
         )
@@ -66,7 +66,7 @@ def test_a_run_reports_each_seat() -> None:
         "run", "hexworld", "--agent", "optimal", "--episodes", "100", "--seed", "3"
     )
     title, *lines = output.splitlines()
-    assert title.startswith("hexworld: 100 games of seed 3, 4.7 turns each, 100 % of them to an")
+    assert title.startswith("hexworld: 100 games with seed 3, 4.7 turns on average, 100 % ended")
     assert lines[1].split()[:3] == ["seat", "agent", "return"]
     assert "optimal" in lines[2]
     assert "returns:" in lines
@@ -83,7 +83,7 @@ def test_a_sweep_has_a_row_for_each_setting() -> None:
 def test_settings_are_reported_and_unknown_errors_are_left_empty() -> None:
     options = ("--set", "slip=0.1", "--episodes", "1")
     output = run_command("run", "hexworld", *options)
-    assert output.startswith("hexworld slip=0.1: 1 game of seed 0, ")
+    assert output.startswith("hexworld slip=0.1: 1 game with seed 0, ")
     assert "inf" not in output
     assert ",,,," in run_command("run", "hexworld", *options, "--csv")  # neither error nor interval
     for command in (("run", "hexworld"), ("compare", "hexworld", "optimal", "random")):
@@ -131,14 +131,14 @@ def test_a_comparison_ends_when_it_is_decided() -> None:
     output = run_command(
         "compare", "hexworld", "optimal", "random", "--decide", "0.05", "--seed", "2"
     )
-    assert output.splitlines()[0].startswith("hexworld: 100 games of seed 2, on the same dice")
+    assert output.splitlines()[0].startswith("hexworld: 100 games with seed 2, on the same random")
     assert output.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
 
 
 def test_an_unknown_control_variate_is_left_blank() -> None:
     arguments = ("compare", "mountain-car", "pump", "random", "--episodes", "2", "--turns", "3")
     lines = run_command(*arguments).splitlines()
-    assert lines[-1][lines[-2].index("by luck")] == "-"
+    assert lines[-1][lines[-2].index("luck")] == "-"
 
 
 def test_an_agent_is_never_decided_to_be_better_than_itself() -> None:
@@ -254,7 +254,7 @@ def test_a_report_that_was_cut_short_says_so() -> None:
     assert evaluation_request.make_report("text", "") == Printout("text")
     stopped = evaluation_request.make_report("text", "interrupted")
     assert (stopped.text, stopped.exit_code) == ("text", 130)
-    assert stopped.stderr_text == "interrupted: this is what was played by then"
+    assert stopped.stderr_text == "interrupted: the report covers only the games played before"
     assert evaluation_request.make_report("text", "games 0 to 9 were lost: why").exit_code == 1
 
 
@@ -278,8 +278,8 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["run", "hexworld", "--agent", "human"], "agent: a person cannot play so many games"),
-        (["run", "hexworld", "--vs", "random"], "--vs: hexworld has one seat only; use --agent"),
+        (["run", "hexworld", "--agent", "human"], "agent: a person cannot play many games"),
+        (["run", "hexworld", "--vs", "random"], "--vs: hexworld has only one seat; use --agent"),
         (["run", "hexworld", "--turns", "0"], "--turns: got 0, expected at least 1"),
         (
             ["tournament", "prisoners-dilemma", "grim", "random", "--turns", "-2"],
@@ -288,7 +288,7 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
         (["run", "hexworld", "--until-se", "0"], "until-se: got 0, expected more than 0"),
         (
             ["run", "hexworld", "--until-se", "1", "--episodes", "5"],
-            "episodes and until-se: expected one of them",
+            "episodes and until-se: got both, expected only one",
         ),
         (["run", "hexworld", "--workers", "many"], "--workers: got 'many', expected auto or a"),
         (["run", "hexworld", "--json", "--csv"], "--json and --csv: expected only one of them"),
@@ -296,15 +296,15 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
         (["run", "hexworld", "--worst", "1"], "--every, --worst and --best: expected --record DIR"),
         (["run", "hexworld", "--record", "x"], "--record: expected --every N, --worst N or --best"),
         (["run", "hexworld", "--record", ".", "--best", "1"], "--record: . is not empty; name an"),
-        (["compare", "hexworld", "optimal"], "got 1 agent, expected two or more to compare"),
+        (["compare", "hexworld", "optimal"], "got 1 agent, expected at least 2"),
         (["compare", "hexworld", "a", "b"], "unknown agent 'a'"),
         (
             ["compare", "prisoners-dilemma", "grim", "random", "--seat", "agent1=random"],
-            "--seat: agent1 is the seat of those who are compared",
+            "--seat: agent1 is the seat of the compared agents; set another seat",
         ),
         (
             ["compare", "hexworld", "optimal", "random", "search", "--decide", "0.1"],
-            "decide: got 3 agents, expected two",
+            "decide: got 3 agents, expected 2",
         ),
         (["compare", "hexworld", "optimal", "random", "--decide", "2"], "decide: got 2, expected"),
     ],
@@ -334,7 +334,7 @@ def test_an_endless_game_is_played_until_its_discount_is_negligible(
     tiger = tmp_path / "tiger.pomdp"
     tiger.write_text(extract_file(read_topic("files"), "tiger.pomdp").replace("0.95", "0.2"))
     output = run_command("run", str(tiger), "--agent", "optimal", "--episodes", "2")
-    assert " 2 games of seed 0, 13 turns each" in output
+    assert " 2 games with seed 0, 13 turns on average" in output
     assert "\noptimal:horizon=13: value -1.01744 at the start\n" in output
     short = run_command("run", str(tiger), "--agent", "optimal", "--episodes", "2", "--turns", "1")
     assert "\noptimal:horizon=1: value -1 at the start\n" in short

@@ -116,9 +116,9 @@ def open_checkpoint(path: Path, episodes: int, seed: int = 0) -> TournamentCheck
 @pytest.mark.parametrize(
     ("row", "explanation"),
     [
-        ('{"seats": [-1, 0], "returns": [[0, 0]]}', "no seating [-1, 0] in this tournament"),
-        ('{"seats": [0, 2], "returns": [[0, 0]]}', "no seating [0, 2] in this tournament"),
-        ('{"seats": [0], "returns": [[0]]}', "no seating [0] in this tournament"),
+        ('{"seats": [-1, 0], "returns": [[0, 0]]}', "the seating [-1, 0] is not in this"),
+        ('{"seats": [0, 2], "returns": [[0, 0]]}', "the seating [0, 2] is not in this"),
+        ('{"seats": [0], "returns": [[0]]}', "the seating [0] is not in this"),
         ('{"seats": [false, 0], "returns": [[0, 0]]}', "not a seating"),
         ('{"seats": [0.0, 0], "returns": [[0, 0]]}', "not a seating"),
         ('{"seats": "01", "returns": [[0, 0]]}', "not a seating"),
@@ -134,9 +134,9 @@ def open_checkpoint(path: Path, episodes: int, seed: int = 0) -> TournamentCheck
             "got the return 1e+300, expected a number from -1e+100 to 1e+100",
         ),
         ('{"seats": [0, 0], "returns": [[0], [0, 0]]}', "not a seating"),
-        ('{"seats": [0, 0], "returns": [0, 0]}', "returns of the shape [2], expected 1 games"),
-        ('{"seats": [0, 0], "returns": []}', "returns of the shape [0], expected 1 games"),
-        ('{"seats": [0, 1], "returns": [[0, 0]]}', "the seating [0, 1] stands twice"),
+        ('{"seats": [0, 0], "returns": [0, 0]}', "got returns of shape [2], expected 1 games"),
+        ('{"seats": [0, 0], "returns": []}', "got returns of shape [0], expected 1 games"),
+        ('{"seats": [0, 1], "returns": [[0, 0]]}', "the seating [0, 1] occurs twice"),
     ],
 )
 def test_a_line_of_the_checkpoint_that_was_changed_by_hand_is_named(
@@ -206,7 +206,7 @@ def test_seatings_in_the_checkpoint_are_not_played_again(tmp_path: Path) -> None
 
 def test_a_file_of_another_tournament_is_refused(tmp_path: Path) -> None:
     open_checkpoint(tmp_path / "cup.jsonl", 1)[0, 0] = np.zeros((1, 2))
-    with pytest.raises(BadParameter, match=r"cup.jsonl: of another tournament; name another file"):
+    with pytest.raises(BadParameter, match=r"cup.jsonl: got a file of another tournament"):
         open_checkpoint(tmp_path / "cup.jsonl", 1, seed=1)
 
 
@@ -224,8 +224,8 @@ def test_a_checkpoint_of_any_size_is_resumed_after_a_kill(
     reloaded[0, 1] = np.ones((1, 2))
     assert path.read_bytes() == content + b'{"seats": [0, 1], "returns": [[1.0, 1.0]]}\n'
     for text, message in (
-        (b"no end of line", "cup: of no tournament; name another file"),
-        (b"no text \xff\n", "cup: of another tournament; name another file"),
+        (b"no end of line", "cup: not a tournament file; name another"),
+        (b"no text \xff\n", "cup: got a file of another tournament; name another"),
         (b'{"seed": 0}\n\xff\n', "cup:2: not a seating; remove the line"),
         (b'{"seed": 0}\n{"seats": 3}\n', "cup:2: not a seating; remove the line"),
     ):
@@ -324,7 +324,7 @@ def test_entrants_may_keep_the_order_in_which_they_are_named(tmp_path: Path) -> 
     assert output.startswith("prisoners-dilemma: 3 seatings of 2 games")
     assert str(interpret_command([*arguments, "--json"])).count("[null, null]") == 1
     assert (tmp_path / "cup").read_text().count("returns") == 3
-    with pytest.raises(BadParameter, match="of another tournament"):
+    with pytest.raises(BadParameter, match="a file of another tournament"):
         interpret_command([*arguments, "--seats", "all"])
 
 
@@ -406,10 +406,13 @@ def _get_opponent_table(
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["tournament", "hexworld", "optimal", "random"], "a tournament wants two seats or more"),
-        ([*ARGUMENTS[:3]], "got 1 entrant, expected two or more"),
+        (
+            ["tournament", "hexworld", "optimal", "random"],
+            "tournament: got a problem with 1 seat, expected at least 2",
+        ),
+        ([*ARGUMENTS[:3]], "got 1 entrant, expected at least 2"),
         ([*ARGUMENTS[:3], "grim"], "an entrant is named twice"),
-        ([*ARGUMENTS[:3], "human"], "human: a person cannot play so many games"),
+        ([*ARGUMENTS[:3], "human"], "human: a person cannot play many games"),
         ([*ARGUMENTS, "--seats", "gven"], "seats: unknown order 'gven'; did you mean given?"),
     ],
 )

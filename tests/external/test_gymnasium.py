@@ -146,9 +146,10 @@ def test_long_games_of_an_environment_are_simulated_in_a_bounded_number_of_turns
     monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 300)
     solution, shares = solve_pendulum(SolveOptions(turns=20))
     assert solution.method == (
-        "not a solution, but a simulation of random play, because no exact solution is known here"
+        "not a solution, but a simulation of random play, "
+        "because dmplay has no exact solution for it"
     )
-    assert solution.result == "20 games of seed 1, 20 turns each"
+    assert solution.result == "20 games with seed 1, 20 turns on average"
     assert shares == sorted(shares)
     assert len(shares) > 20
     assert 0.9 < shares[-1] <= 1.0
@@ -159,4 +160,4 @@ def test_the_requested_games_of_an_environment_are_all_simulated(
 ) -> None:
     monkeypatch.setattr(simulated_returns, "MAX_EXTERNAL_TURNS", 30)
     solution, _ = solve_pendulum(SolveOptions(turns=5, episodes=23))
-    assert solution.result == "23 games of seed 1, 5 turns each"
+    assert solution.result == "23 games with seed 1, 5 turns on average"

@@ -114,7 +114,9 @@ def test_each_line_of_a_transcript_has_one_turn_and_no_earlier_turns(tmp_path: P
 
 def test_an_illegal_action_is_not_passed_to_the_environment() -> None:
     start = COUNTING_PROBLEM.sample_initial_states(np.array([[0.5]]))
-    with pytest.raises(IllegalAction, match="counter: got action 2, which is not legal here"):
+    with pytest.raises(
+        IllegalAction, match="counter: got action 2, which is not a legal action now"
+    ):
         COUNTING_PROBLEM.step(start, np.array([[2]]), np.array([[0.5]]))
     with pytest.raises(IllegalAction, match="leap is not legal now"):
         play_alternating_game(1).advance([2])
@@ -138,5 +140,5 @@ def test_a_policy_cannot_access_the_environment() -> None:
 
 
 def test_search_cannot_use_the_hidden_history() -> None:
-    with pytest.raises(BadPolicy, match="search needs a belief, as states are hidden"):
+    with pytest.raises(BadPolicy, match="search: cannot compute the belief over hidden states"):
         dmplay.load_agent(COUNTING_PROBLEM, 0, "search")

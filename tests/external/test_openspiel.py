@@ -35,13 +35,13 @@ GAME_CALLS = {  # games that need arguments, or load faster with them; '' skips 
     "turn_based_simultaneous_game": "turn_based_simultaneous_game(game=goofspiel())",
 }
 EXPECTED_REJECTIONS = {
-    "a mean-field game: it has no players": {
+    "a mean-field game, which has no individual players": {
         "mfg_crowd_modelling", "mfg_crowd_modelling_2d", "mfg_dynamic_routing", "mfg_garnet",
     },
-    "its chance is hidden, and cannot be drawn": {
+    "its chance events are hidden, so dmplay cannot draw them": {
         "bridge_uncontested_bidding", "negotiation", "stones_and_gems", "tarok",
     },
-    "it counts no actions": {"crossword"},
+    "it has no list of actions": {"crossword"},
 }  # fmt: skip
 KUHN_POKER = "openspiel:kuhn_poker"
 
@@ -154,7 +154,7 @@ def test_chance_outcomes_follow_from_the_uniforms_of_nature() -> None:
 
 
 def test_search_is_offered_only_for_games_without_hidden_cards() -> None:
-    with pytest.raises(BadPolicy, match="search needs a belief"):
+    with pytest.raises(BadPolicy, match="search: cannot compute the belief"):
         dmplay.load_agent(dmplay.load_problem(KUHN_POKER), 0, "search")
     board = dmplay.load_problem("openspiel:tic_tac_toe")
     policy = dmplay.load_agent(board, 0, "search")
@@ -172,8 +172,12 @@ def test_a_game_that_cannot_be_played_is_an_error_of_one_line(
     for name, error, message in (
         ("kuhn_pokr", UnknownName, "openspiel: unknown game 'kuhn_pokr'; did you mean kuhn_poker"),
         ("kuhn_poker(cards=3)", BadParameter, r"kuhn_poker\(cards=3\): Unknown parameter 'cards'"),
-        ("mfg_garnet", BadParameter, "mfg_garnet: a mean-field game: it has no players"),
-        ("crossword", BadParameter, "crossword: it counts no actions"),
+        (
+            "mfg_garnet",
+            BadParameter,
+            "mfg_garnet: a mean-field game, which has no individual players",
+        ),
+        ("crossword", BadParameter, "crossword: it has no list of actions"),
     ):
         with pytest.raises(error, match=message):
             dmplay.load_problem(f"openspiel:{name}")
@@ -215,8 +219,8 @@ def test_a_short_fully_observable_game_is_solved_by_backward_induction(tmp_path:
     policies = [dmplay.load_agent(entry, seat, "optimal") for seat in range(2)]
     assert dmplay.rollout(entry, policies, episodes=1).returns.tolist() == [[1.0, 1.0]]
     solved = solve_problem(entry)
-    assert solved.method == "backward induction over 5 states, without end"
-    assert solved.result == "value 1 to player-0, 1 to player-1 at the start, exact"
+    assert solved.method == "backward induction over 5 states, infinite horizon"
+    assert solved.result == "value 1 for player-0, 1 for player-1 at the start, exact"
 
 
 def test_branches_with_equal_labels_are_different_branches(tmp_path: Path) -> None:
@@ -259,10 +263,13 @@ def test_a_tree_too_deep_for_openspiel_ends_in_one_line(tmp_path: Path) -> None:
     file.write_text("\n".join(['EFG 2 R "deep" { "ann" }', *rows, 't "" 1 "" { 1 }']))
     nested_calls = f"openspiel:{'misere(game=' * 21}tic_tac_toe(){')' * 21}"
     for name, message in (
-        (f"{file}", f"{file}:502:1: got 'p', expected t: a path has at most 500 nodes before it"),
+        (
+            f"{file}",
+            f"{file}:502:1: got 'p', expected t, because a path has at most 500 nodes before it",
+        ),
         (f"openspiel:efg_game(filename={file})", f"{file}:502:1: got 'p'"),
         (f"openspiel:misere(game=efg_game(filename={file}))", f"{file}:502:1: got 'p'"),
-        (nested_calls, "openspiel: misere: more than 20 nested games"),
+        (nested_calls, "openspiel: misere: got more than 20 nested games"),
     ):
         code = f"import dmplay; dmplay.load_problem({name!r})"
         completed = subprocess.run(
@@ -295,8 +302,10 @@ def test_a_rewritten_file_is_another_game(tmp_path: Path) -> None:
     before = dmplay.load_problem(str(file))
     file.write_text(ENTRY_GAME_TEXT.replace("{ 1, 1 }", "{ 5, 1 }"))
     after = dmplay.load_problem(str(file))
-    assert solve_problem(after).result == "value 5 to player-0, 1 to player-1 at the start, exact"
-    assert solve_problem(before).result == "value 1 to player-0, 1 to player-1 at the start, exact"
+    assert solve_problem(after).result == "value 5 for player-0, 1 for player-1 at the start, exact"
+    assert (
+        solve_problem(before).result == "value 1 for player-0, 1 for player-1 at the start, exact"
+    )
 
 
 DRIVER_TEXT = """EFG 2 R "absent-minded driver" { "driver" "nobody" }
@@ -314,7 +323,9 @@ def test_a_game_whose_number_of_turns_would_reveal_hidden_information_is_refused
     """The driver must not know at which of the two exits it is."""
     file = tmp_path / "driver.efg"
     file.write_text(DRIVER_TEXT)
-    with pytest.raises(BadParameter, match="the number of turns would reveal to player-0") as error:
+    with pytest.raises(
+        BadParameter, match="the number of turns would reveal hidden information to player-0"
+    ) as error:
         dmplay.load_problem(str(file))
     assert "\n" not in str(error.value)
 

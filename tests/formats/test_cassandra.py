@@ -236,8 +236,8 @@ FAULTS = [  # a change, and a part of the error message
     (("0.95", "1.95"), "2:11: got '1.95', expected a probability, 0 to 1"),
     (("discount: 0.95\n", ""), "7:1: no discount: line; expected a number from 0 to 1"),
     ((STATES, "states: 2 3"), "24:16: unknown state 'tiger-left'"),
-    ((STATES, STATES + "\nstates: 2"), "5:1: states: stands here twice"),
-    ((STATES, "states: a a"), "4:11: got 'a', expected the name of another state"),
+    ((STATES, STATES + "\nstates: 2"), "5:1: got states: twice, expected it once"),
+    ((STATES, "states: a a"), "4:11: got 'a', expected distinct state names"),
     ((STATES, STATES + "\nstart uniform"), "5:1: got 'start' after states:, which is a keyword; e"),
     ((STATES, STATES + "\nstart 0.5 0.5"), "5:1: got 'start' after states:, which is a keyword; e"),
     ((STATES, STATES + " reset"), f"4:{len(STATES) + 2}: got 'reset' after states:, which is a k"),
@@ -245,12 +245,15 @@ FAULTS = [  # a change, and a part of the error message
     ((STATES, STATES + "\nstart: include 1"), "5:8: got 'include' after start:, which is a keyw"),
     (("observations:", "observations"), "6:1: got 'observations' after actions:, which is a key"),
     (("actions:", "actions"), "5:1: got 'actions' after states:, which is a keyword; expected act"),
-    ((STATES, "states: 0"), "4:9: expected how many states, or their names"),
+    ((STATES, "states: 0"), "4:9: expected the number of states, or their names"),
     ((STATES, STATES + "\nstart: 0.5 0.4"), "5:8: got probabilities that sum to 0.9, not 1"),
     ((STATES, STATES + "\nstart: tiger"), "5:8: unknown state 'tiger'"),
     ((STATES, STATES + "\nE: tiger"), "5:4: unknown state 'tiger'"),
     ((STATES, STATES + "\nE: *"), "5:4: got '*', expected a state"),
-    ((STATES, STATES + "\nstart exclude: 0 1"), "5:16: got every state, expected one at least"),
+    (
+        (STATES, STATES + "\nstart exclude: 0 1"),
+        "5:16: got every state, expected at least one state",
+    ),
     (("0.85 0.15", "0.85 0.25"), "15:1: O: action listen, state tiger-left: got probabilities "),
     (("0.15 0.85", "0.15"), "17:5: got 3 numbers, expected 4"),
     (("0.15 0.85", "0.15 0.85 1"), "17:11: got 5 numbers, expected 4"),
@@ -261,16 +264,25 @@ FAULTS = [  # a change, and a part of the error message
     (("* -1\n", "* -1e300\n"), "23:23: got '-1e300', expected a number, at most 1e+100"),
     (("* -1\n", "*\n"), "23:22: expected numbers"),
     (("R: listen : * : * : *", "R: listen : * : * : * : *"), "23:25: got '*', expected a number"),
-    (("R: listen : * : * : * -1", "R: listen -1"), "23:11: expected 2 names, each before a colon"),
-    ((OPEN_T, ""), "T: action open-left, state tiger-left: expected probabilities, got none"),
-    ((TIGER_TEXT[TIGER_TEXT.index("T:") :], ""), "expected T: lines, which say what happens"),
-    ((TIGER_TEXT, ""), "1:1: no states: line; a file names its states"),
+    (
+        ("R: listen : * : * : * -1", "R: listen -1"),
+        "23:11: expected 2 names, each followed by a colon",
+    ),
+    (
+        (OPEN_T, ""),
+        "T: action open-left, state tiger-left: got no probabilities, expected a sum of 1",
+    ),
+    ((TIGER_TEXT[TIGER_TEXT.index("T:") :], ""), "expected T: lines, which define the transitions"),
+    ((TIGER_TEXT, ""), "1:1: no states: line; expected the names of the states"),
     (
         (TIGER_TEXT, "\x1f\x8b\x08"),
         "1:2: unknown word '\\x8b\\x08'; expected one of agents, discount",
     ),
-    (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file names no observ"),
-    (("discount", "agents: 2\ndiscount"), "2:9: agents: are for a .dpomdp; expected one agent"),
+    (("observations: hear-left hear-right\n", ""), "14:1: got O:, but the file declares no observ"),
+    (
+        ("discount", "agents: 2\ndiscount"),
+        "2:9: got an agents: line, expected none; only .dpomdp files have one",
+    ),
 ]
 
 
@@ -284,7 +296,10 @@ O: * uniform
 """
     small = cassandra.read_markov_file("small.pomdp", text.format(1000).encode())
     assert small.state_count == 1000
-    with pytest.raises(BudgetExceeded, match=r"^reading it: .* MB, more than 512; try a smaller"):
+    with pytest.raises(
+        BudgetExceeded,
+        match=r"^reading the file: .* MB, more than the limit of 512 MB; try a smaller",
+    ):
         cassandra.read_markov_file("large.pomdp", text.format(1_000_000).encode())
 
 

@@ -82,7 +82,7 @@ def test_agents_may_have_their_own_names_and_sets() -> None:
 
 
 FAULTS = [
-    (("agents: 2\n", ""), "no agents: line; a .dpomdp names its agents, or how many"),
+    (("agents: 2\n", ""), "no agents: line; expected the names of the agents, or their number"),
     (("observations:\nhear-left hear-right\n", "observations:\n"), "got 1 line of observations"),
     (("T: listen listen", "T: listen lissen"), "15:11: unknown action 'lissen'; did you mean li"),
     (("T: listen listen", "T: listen"), "15:4: got 'listen', expected 2 actions, or *"),

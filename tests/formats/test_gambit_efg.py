@@ -39,16 +39,21 @@ t "" 5 "" { 0.5, 0.0, 2.0 }
 FAULTS = [
     ("EFG 2", "EFG 1", "1:5: got '1', expected 2"),
     ('c "root"', 'd "root"', "4:1: got 'd', expected c or p or t"),
-    ("3 4 {", "4 4 {", "8:6: got '4', expected a player, 1 to 3"),
+    ("3 4 {", "4 4 {", "8:6: got '4', expected the number of a player, 1 to 3"),
     ("3 4 {", "3 0 {", "8:8: got '0', expected the number of an information set, 1 or more"),
-    ('1 2 "" { "x" }', '1 2 ""', "13:13: got '0', expected the actions in braces: the set is new"),
-    ('1 5 9\n', '1 5 { "a" } 9\n', "10:10: got '{', expected 2 actions, as the set had before"),
+    ('1 2 "" { "x" }', '1 2 ""',
+     "13:13: got '0', expected actions in braces, because this information set is new"),
+    ('1 5 9\n', '1 5 { "a" } 9\n',
+     "10:10: got '{', expected 2 actions, as at an earlier node of the information set"),
     ("1/4", "1/3", "4:17: got '\"up\"', expected probabilities that sum to 1"),
     ("2e0 }", "2e0 1 }", "6:27: got '1', expected }"),
-    ('t "" 0', 't "" 3', "11:6: got '3', expected an outcome whose payoffs are told"),
+    ('t "" 0', 't "" 3',
+     "11:6: got '3', expected an outcome whose payoffs are given here or earlier"),
     ('t "" 9 "nine"\n', "", "got the end of the file, expected c or p or t"),
-    ('"nine"\n', '"nine"\nt "" 0', "15:1: got 't', expected the end: every node has been told"),
-    ('c "root"', 't "" 0 c', "4:1: got 't', expected a node in which somebody acts"),
+    ('"nine"\n', '"nine"\nt "" 0',
+     "15:1: got 't', expected the end of the file, because the game tree is complete"),
+    ('c "root"', 't "" 0 c',
+     "4:1: got 't', expected c or p, because a game needs a node with actions"),
 ]  # fmt: skip
 
 
@@ -133,7 +138,8 @@ def test_a_path_that_is_too_long_for_recursion_is_refused_where_it_becomes_so(ki
         with pytest.raises(BadFile) as error:
             gambit_efg.normalize_efg("path.efg", write_path(node_count, kind))
         assert str(error.value) == (
-            f"path.efg:502:1: got '{kind}', expected t: a path has at most 500 nodes before it"
+            f"path.efg:502:1: got '{kind}', "
+            "expected t, because a path has at most 500 nodes before it"
         )
 
 

@@ -51,13 +51,19 @@ FAULTS = [
     (("NFG", "EFG"), "1:1: got 'EFG', expected NFG"),
     (("NFG 1", "NFG 2"), "1:5: got '2', expected 1"),
     (("2 3\n", "2\n"), "5:14: got the end of the file, expected a number"),
-    (("2 3\n", "2 3 4\n"), "5:17: got '4', expected the end: the table is full"),
+    (
+        ("2 3\n", "2 3 4\n"),
+        "5:17: got '4', expected the end of the file, because the payoff table is complete",
+    ),
     (("3 2 0", "3 x 0"), "5:3: got 'x', expected a number"),
     (("3 2 0", "3 1/0 0"), "5:3: got '1/0', expected a number"),
     (("3 2 0", "3 9e999999999 0"), "5:3: got '9e999999999', expected a number, at most 1e+100"),
     (("3 2 0", "3 2e300 0"), "5:3: got '2e300', expected a number, at most 1e+100"),
     (('{ "Player 1" "Player 2" }', "{ }"), "expected the name of a player in quotation marks"),
-    (('{ "ballet" "the fight" } }', "}"), "expected strategies in braces, or how many, for each"),
+    (
+        ('{ "ballet" "the fight" } }', "}"),
+        "expected strategies in braces, or their number, for each",
+    ),
     (('{ "ballet" "the fight" } }', "0 }"), "got '0', expected strategies in braces"),
 ]
 
@@ -73,7 +79,7 @@ def test_a_game_that_exceeds_memory_is_refused_before_it_is_read() -> None:
     text = BALLET_TEXT.replace(
         '{ { "ballet" "the fight" } { "ballet" "the fight" } }', "{ 99999 99999 }"
     )
-    with pytest.raises(BudgetExceeded, match="reading it"):
+    with pytest.raises(BudgetExceeded, match="reading the file"):
         gambit_nfg.read_nfg("large.nfg", text.encode())
     with pytest.raises(BadParameter, match=r"none\.nfg: No such file"):
         load_data_problem("none.nfg")

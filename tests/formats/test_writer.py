@@ -101,23 +101,35 @@ HUNT_NAME = "collaborative-predator-prey"
 @pytest.mark.parametrize(
     ("name", "file", "message"),
     [
-        ("cart-pole", "x.pomdp", "and the states of this problem are real numbers"),
-        ("simple-regulator", "x.mdp", "and this problem has an action that is a real number"),
-        ("2048", "x.mdp", "dmplay makes the states of this problem only in play, without a list"),
+        ("cart-pole", "x.pomdp", "but the states of this problem are real numbers"),
+        ("simple-regulator", "x.mdp", "but an action of this problem is a real number"),
+        ("2048", "x.mdp", "dmplay creates the states of this problem only during play"),
         pytest.param(
             "openspiel:kuhn_poker",
             "x.pomdp",
-            "dmplay makes the states of this problem only in play",
+            "dmplay creates the states of this problem only during play",
             marks=pytest.mark.extra("openspiel"),
         ),
-        ("crying-baby", "x.mdp", r"\.mdp is for states that are seen"),
-        ("predator-prey", "x.pomdp", r"\.pomdp is for one agent, and here are 2: write a \.dpomdp"),
-        ("predator-prey", "x.dpomdp", r"paid differently, .*: a file of several states holds no"),
-        ("rock-paper-scissors", "x.pomdp", r"for one agent, and here are 2: write a \.nfg"),
-        ("rock-paper-scissors", "x.dpomdp", r"paid differently, .* all alike: write a \.nfg"),
-        (HUNT_NAME, "x.dpomdp", f"{HUNT_NAME}: tables: 824 MB, more than 512"),
-        ("hexworld", "x.nfg", r"a \.nfg is a game of one state"),
-        ("hexworld", "x.txt", r"-o: got .*x\.txt, expected a name in \.pomdp, \.mdp, \.dpomdp"),
+        ("crying-baby", "x.mdp", r"\.mdp is for problems without hidden states"),
+        (
+            "predator-prey",
+            "x.pomdp",
+            r"\.pomdp is for one agent, but this problem has 2; write a \.dpomdp",
+        ),
+        ("predator-prey", "x.dpomdp", r"rewards of the agents differ, .*; no file format holds"),
+        ("rock-paper-scissors", "x.pomdp", r"for one agent, but this problem has 2; write a \.nfg"),
+        (
+            "rock-paper-scissors",
+            "x.dpomdp",
+            r"rewards of the agents differ, .* for all; write a \.nfg",
+        ),
+        (HUNT_NAME, "x.dpomdp", f"{HUNT_NAME}: tables: 824 MB, more than the limit of 512 MB"),
+        ("hexworld", "x.nfg", r"\.nfg is for games with one visible state"),
+        (
+            "hexworld",
+            "x.txt",
+            r"-o: got .*x\.txt, expected a name that ends in \.pomdp, \.mdp, \.dpomdp",
+        ),
     ],
 )
 def test_a_problem_that_a_format_cannot_store_is_refused(

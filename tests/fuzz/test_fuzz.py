@@ -74,7 +74,9 @@ def test_a_correct_outcome_has_no_faults() -> None:
     [
         (make_kind(CaseOutcome("ValueError", trace="Traceback ...")), ["traceback"]),
         (
-            make_kind(CaseOutcome("exit 1", "error: unexpected ValueError; x.log tells where")),
+            make_kind(
+                CaseOutcome("exit 1", "error: unexpected ValueError; the traceback is in x.log")
+            ),
             ["traceback"],
         ),
         (make_kind(CaseOutcome("exit 77")), ["traceback"]),

@@ -7,7 +7,9 @@ from typing import NamedTuple
 from tests.fuzz.case import Case, CaseOutcome
 
 FRAME_PATTERN = re.compile(r'File "[^"]*/(dmplay/[^"]+", line \d+), ')
-UNEXPECTED_ERROR_PATTERN = re.compile(r"^error: unexpected \w+; \S+\.log tells where", re.MULTILINE)
+UNEXPECTED_ERROR_PATTERN = re.compile(
+    r"^error: unexpected \w+; the traceback is in \S+\.log", re.MULTILINE
+)
 ALLOWED_ENDINGS = {
     "exit 0",
     "exit 1",

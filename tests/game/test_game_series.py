@@ -8,7 +8,7 @@ import pytest
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game_series import GameController, next_numbered_path
-from dmplay.game.game_setup import start_new_game
+from dmplay.game.game_setup import resume_game, start_new_game
 from dmplay.game.launch_requests import GameRequest, ResumeRequest
 from dmplay.game.playback import Playback
 from dmplay.game.transcript_files import verify
@@ -58,7 +58,7 @@ def test_a_new_game_ends_the_previous_one_and_has_a_separate_file(
     controller = create_controller(tmp_path)
     run_line(controller, "e")
     message = run_line(controller, command)
-    assert f"kept: {tmp_path / 'game.dmt'}" in message
+    assert f"saved: {tmp_path / 'game.dmt'}" in message
     assert controller.game.session.turns == []
     controller.end_game()
     assert verify_and_read_end(tmp_path / "game.dmt") == ("quit", 1)
@@ -158,7 +158,7 @@ def test_a_replay_cannot_be_restarted(tmp_path: Path) -> None:
     controller = create_controller(tmp_path)
     controller.end_game()
     for command in ("new", "restart", "seed 3"):
-        with pytest.raises(BadParameter, match="a recording is only looked at"):
+        with pytest.raises(BadParameter, match="this is a replay"):
             run_line(GameController(Playback(tmp_path / "game.dmt")), command)
 
 
@@ -170,10 +170,10 @@ def test_undo_in_a_replay_goes_back_by_turns_and_rerolls_to_the_start(
     run_line(controller, "reroll")
     controller.end_game()
     replay = GameController(Playback(tmp_path / "game.dmt"))
-    with pytest.raises(BadParameter, match=r"^this is the beginning$"):
+    with pytest.raises(BadParameter, match=r"^this is the start of the replay$"):
         run_line(replay, "undo")
     run_line(replay, "step 2")
-    with pytest.raises(BadParameter, match=r"^undo 3: the beginning is 2 steps back$"):
+    with pytest.raises(BadParameter, match=r"^undo 3: the start is only 2 steps back$"):
         run_line(replay, "undo 3")
     assert run_line(replay, "undo 2") == "undone. turn 0."
     assert run_line(replay, "step").startswith("turn 1. at (8,2). chose E, moved E.")
@@ -184,8 +184,8 @@ def test_a_replay_reports_the_path_of_its_transcript(tmp_path: Path) -> None:
     run_line(controller, "e")
     controller.end_game()
     replay = GameController(Playback(path))
-    assert run_line(replay, "transcript").startswith(f"transcript: 0 turns shown of {path}\n")
-    with pytest.raises(BadParameter, match=rf"^save: a recording is only looked at; it is {path}$"):
+    assert run_line(replay, "transcript").startswith(f"transcript: 0 turns replayed from {path}\n")
+    with pytest.raises(BadParameter, match=rf"^save: this is a replay; its transcript is {path}$"):
         run_line(replay, "save")
 
 
@@ -226,8 +226,8 @@ def test_a_saved_game_without_turns_is_removed(
     ("line", "message"),
     [
         ("load", "no unfinished game"),
-        ("load {}", "somebody plays this game now"),
-        ("play catch -o {} --force", "somebody plays this game now"),
+        ("load {}", "this game is running, here or in another dmplay process"),
+        ("play catch -o {} --force", "this game is running, here or in another dmplay process"),
     ],
 )
 def test_the_file_of_the_current_game_cannot_be_loaded_or_overwritten(
@@ -248,28 +248,32 @@ def test_the_file_of_the_current_game_cannot_be_loaded_or_overwritten(
 def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Path) -> None:
     controller = create_controller(tmp_path, problem="crying-baby", turns=2)
     run_line(controller, "feed")
-    with pytest.raises(BadParameter, match="once the game is over"):
+    with pytest.raises(BadParameter, match="available after the game"):
         run_line(controller, "review")
     run_line(controller, "feed")
     lines = run_line(controller, "review").splitlines()
     assert lines == [
-        "turn  yours  best    regret",
-        "2     feed   ignore  5.00 ####################",
-        "1     feed   ignore  0.05 #",
-        "review: 0 of 2 moves the best, regret 5.05 in all, most in turn 2",
+        "turn  chosen  best    regret",
+        "2     feed    ignore  5.00 ####################",
+        "1     feed    ignore  0.05 #",
+        "review: best action 0 of 2 times, total regret 5.05 (largest in turn 2)",
     ]
     controller.end_game()
     path = tmp_path / "game.dmt"
     notes = path.read_text().splitlines()[-3:]
-    assert notes[0].startswith("# review turn 1, agent: chose feed, best ignore, regret 0.05. ")
-    assert notes[1].startswith("# review turn 2, agent: chose feed, best ignore, regret 5.00. ")
-    assert notes[2] == "# review 0 of 2 moves the best, regret 5.05 in all, most in turn 2"
+    assert notes[0].startswith(
+        "# review turn 1, agent: chose feed, best action: ignore, regret 0.05. "
+    )
+    assert notes[1].startswith(
+        "# review turn 2, agent: chose feed, best action: ignore, regret 5.00. "
+    )
+    assert notes[2] == "# review best action 0 of 2 times, total regret 5.05 (largest in turn 2)"
     assert verify_and_read_end(path) == ("turn limit", 2)
     agent_controller = create_controller(
         tmp_path, agent="optimal", record_path=tmp_path / "other.dmt"
     )
     run_line(agent_controller, "auto")
-    with pytest.raises(BadParameter, match="it values the moves of people"):
+    with pytest.raises(BadParameter, match="available after the game"):
         run_line(agent_controller, "review")
 
 
@@ -297,7 +301,7 @@ def test_the_transcript_opens_as_a_page_that_any_key_closes(tmp_path: Path) -> N
     assert 'actions: {"agent": "w"}' in screens.frames[2]
     assert "turn 1 " in screens.frames[3]
     assert "1 turn in" not in screens.frames[3]
-    assert "kept as you play:" in screens.last
+    assert "saved as you play:" in screens.last
 
 
 @pytest.mark.slow
@@ -311,8 +315,18 @@ def test_all_games_started_on_the_screen_are_recorded(tmp_path: Path) -> None:
             # the first turn of a new seed can already end the game
             assert verify_and_read_end(tmp_path / name)[1] == 1
     texts = [(tmp_path / name).read_text() for name in ("game-2.dmt", "game-3.dmt")]
-    note = "# again: under dice that were played before\n"
+    note = "# again: an earlier game had the same random numbers\n"
     assert texts[1] == texts[0].replace("turn: 1\n", f"{note}turn: 1\n")
+
+
+def test_the_note_of_an_older_version_about_repeated_uniforms_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "game.dmt"
+    game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
+    game.choose(0)
+    game.finish("interrupted")
+    old_note = "# again: under dice that were played before\n"
+    path.write_text(path.read_text().replace("turn: 1\n", f"{old_note}turn: 1\n"))
+    assert resume_game(ResumeRequest(path)).repeats_uniforms
 
 
 def test_output_of_several_lines_opens_a_page_and_a_row_can_hold_several_commands(
@@ -370,7 +384,7 @@ def test_an_unusable_state_folder_causes_one_warning_for_all_games(
     assert result.returncode == 0
     warnings = [line for line in result.stderr.splitlines() if line.startswith("warning: ")]
     assert len(warnings) == 1
-    assert "not kept" in warnings[0]
+    assert "not saved" in warnings[0]
     assert "transcript: " not in result.stderr
 
 

@@ -69,19 +69,19 @@ def test_the_ghost_is_not_shown_before_the_end_if_something_is_hidden(
     assert game.ghost
     assert game.ghost.session.turns == []
     game.choose(0)
-    assert "random on the same dice: " in "\n".join(game.narrator.closing_lines())
+    assert "same random numbers: random " in "\n".join(game.narrator.closing_lines())
 
 
 def test_there_is_no_ghost_result_for_a_resumable_game(tmp_path: Path) -> None:
     game = start_ghost_game(tmp_path, "crying-baby")
     game.choose(0)
     game.finish("interrupted")
-    assert "same dice" not in "\n".join(game.narrator.closing_lines())
+    assert "same random numbers" not in "\n".join(game.narrator.closing_lines())
 
 
 def test_the_end_compares_with_the_ghost_and_not_with_another_agent(tmp_path: Path) -> None:
     text = render_screen(start_ghost_game(tmp_path, "hexworld", "random", turns=2), "h", "h")
-    assert "random on the same dice: " in text
+    assert "same random numbers: random " in text
     assert "optimal" not in text
 
 
@@ -140,6 +140,6 @@ def test_a_ghost_does_not_count_as_a_hint(tmp_path: Path) -> None:
 
 
 def test_a_rejected_game_leaves_no_file(tmp_path: Path) -> None:
-    with pytest.raises(BadParameter, match="here agents play alone"):
+    with pytest.raises(BadParameter, match="only agents play this game"):
         start_ghost_game(tmp_path, "hexworld", agent="optimal")
     assert not (tmp_path / "game.dmt").exists()

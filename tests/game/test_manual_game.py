@@ -122,13 +122,13 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
             lambda: dmplay.play("hexworld", seed=PROBLEM_NAME),
             "seed: got 'hexworld', expected a whole num",
         ),
-        (lambda: dmplay.play("hexworld").last_percept(), "no turn was played that could teach"),
+        (lambda: dmplay.play("hexworld").last_percept(), "no turn has been played yet"),
         (
             lambda: dmplay.play("hexworld").session.advance([0, 1]),
             "got 2 actions, expected one",
         ),
         (lambda: dmplay.compare(HEXWORLD, [[WALKER]] * 2, seat=1), "seat: got 1, expected 0 to 0"),
-        (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected two or more"),
+        (lambda: dmplay.compare(HEXWORLD, []), "got 0 agents, expected at least 2"),
         (
             lambda: dmplay.load_agent(HEXWORLD, 0, "human"),
             "unknown agent 'human'; expected one of optimal, ran",
@@ -152,15 +152,15 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
         ),
         (
             lambda: dmplay.run_tournament(DILEMMA, AGENT_NAMES),
-            "entrants: got ['grim', 'random'], expected name -> a policy for each seat",
+            "entrants: got ['grim', 'random'], expected a dict from each name to a policy per seat",
         ),
         (
             lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, PROBLEM_NAME)),
-            "grim: got 'hexworld', expected one for each of agent1, agent2",
+            "grim: got 'hexworld', expected a policy for each of agent1, agent2",
         ),
         (
             lambda: dmplay.run_tournament(DILEMMA, {key: [WALKER] for key in AGENT_NAMES}),
-            "grim: got 1 policy, expected one for each of agent1, agent2",
+            "grim: got 1 policy, expected a policy for each of agent1, agent2",
         ),
         (
             lambda: dmplay.run_tournament(DILEMMA, dict.fromkeys(AGENT_NAMES, AGENT_NAMES)),
@@ -169,9 +169,9 @@ AGENT_NAMES: Any = ["grim", "random"]  # names where policies are expected
         ),
         (
             lambda: dmplay.compare(DILEMMA, WRONG_TYPE),
-            "entrants: got <class 'object'>, expected a list of policies for each",
+            "entrants: got <class 'object'>, expected a list with the policies of each entrant",
         ),
-        (lambda: dmplay.compare(DILEMMA, AGENT_NAMES), "got 'grim', expected one for each of"),
+        (lambda: dmplay.compare(DILEMMA, AGENT_NAMES), "got 'grim', expected a policy for each of"),
         (
             lambda: dmplay.play(WRONG_TYPE),
             "got <class 'object'>, expected a problem, such as dmplay.load_problem(NAME)",
@@ -208,5 +208,5 @@ def test_a_wrong_number_of_policies_or_actions_is_refused() -> None:
         game.act("defect")
     with pytest.raises(UnknownName, match="unknown action 'defcet'; did you mean defect"):
         game.act("defcet", "defect")
-    with pytest.raises(BadPolicy, match="got 1 action, agents play every seat"):
+    with pytest.raises(BadPolicy, match="got 1 action, expected none: agents play every seat"):
         dmplay.play("hexworld", ["random"]).act("e")

@@ -117,14 +117,14 @@ def test_refused_lines_of_a_script_do_not_end_an_assigned_game(assignment: Path)
     result = run_dmplay(assignment, *PLAY, stdin="hint\nfeet\nundo\nfeed\n")
     assert result.stdout.endswith("paused after 1 turn.\n")
     assert result.stderr.split("\n")[:3] == [
-        "error: line 1: hint: this game is strict about help",
+        "error: line 1: hint: this game forbids hints (--strict=hints)",
         "error: line 2: unknown action 'feet'; did you mean feed?",
-        "error: line 3: undo: this game is strict",
+        "error: line 3: undo: this game is strict, so turns cannot be undone",
     ]
     quiet = run_dmplay(assignment, *PLAY, "--quiet", stdin="values\n")
     assert (quiet.stdout, quiet.stderr) == (
         "",
-        "error: line 1: values: this game is strict about help\n",
+        "error: line 1: values: this game forbids hints (--strict=hints)\n",
     )
     events = [
         json.loads(line)
@@ -165,8 +165,8 @@ def test_turns_cannot_be_changed_where_a_person_plays(turns: str, assignment: Pa
     result = run_dmplay(assignment, "resume", "max-8.dmt", "--turns", turns, stdin="i\n")
     assert (result.returncode, result.stdout) == (2, "")
     assert result.stderr == (
-        f"error: --turns: got {turns}, but a person plays this game, which keeps its turn limit; "
-        "leave it out\n"
+        f"error: --turns: got {turns}, but a person plays this game and its turn limit cannot "
+        "change; leave --turns out\n"
     )
     assert (assignment / "max-8.dmt").read_bytes() == before
 
@@ -200,7 +200,10 @@ def test_a_paused_game_that_was_looked_into_is_not_played_on(assignment: Path) -
     run_dmplay(assignment, *PLAY, stdin="ignore\n")
     assert run_dmplay(assignment, "replay", "max-8.dmt", "--peek", "--plain").returncode == 0
     result = run_dmplay(assignment, "resume", "max-8.dmt", stdin="ignore\n")
-    assert "this game is strict: once what is hidden is shown, nobody plays on" in result.stderr
+    assert (
+        "this game is strict: it cannot continue after hidden information was shown"
+        in result.stderr
+    )
     run_dmplay(assignment, *PLAY, stdin="ignore\n")
     assert (assignment / "max-9.dmt").exists()
 
@@ -227,7 +230,9 @@ def test_a_game_that_was_shown_is_marked_when_it_is_played_again_in_the_same_sit
 def test_the_dice_of_an_assigned_game_are_not_tried_out_by_a_restart() -> None:
     controller = start_assigned_game()
     for line in ("restart", "seed 8", "set hungry_reward -9"):
-        with pytest.raises(BadParameter, match="this game is to be handed in, so its dice are"):
+        with pytest.raises(
+            BadParameter, match="this game is to be handed in, so its random numbers are"
+        ):
             run_line(controller, line)
     assert run_line(controller, "seed 9").startswith("new game of crying-baby, seed 9.")
 
@@ -241,7 +246,9 @@ def test_an_agent_that_takes_the_seat_under_the_same_dice_ends_the_assigned_game
 def test_a_running_game_is_not_resumed_or_marked_a_second_time() -> None:
     controller = start_assigned_game()
     before = Path("max.dmt").read_bytes()
-    with pytest.raises(BadParameter, match=r"max.dmt: somebody plays this game now"):
+    with pytest.raises(
+        BadParameter, match=r"max.dmt: this game is running, here or in another dmplay process"
+    ):
         resume(controller)
     assert Path("max.dmt").read_bytes() == before
     controller.end_game()

@@ -302,7 +302,10 @@ def test_an_invalid_records_file_is_one_warning_and_is_replaced(
     records_path.write_bytes(content.encode("latin-1"))
     assert load_records() == []
     play_lines(DILEMMA_REQUEST, *["c"] * 10)
-    assert capsys.readouterr().err == f"warning: {records_path} holds no records; they begin anew\n"
+    assert (
+        capsys.readouterr().err
+        == f"warning: {records_path} is not a file of records; dmplay starts a new one\n"
+    )
     assert [record.last.discounted_return for record in load_records()] == [-10]
 
 
@@ -332,12 +335,12 @@ def test_a_waiting_thread_continues_when_the_lock_is_free(tmp_path: Path) -> Non
 
 
 def test_records_are_reported_as_a_table_and_as_json() -> None:
-    assert report_records(json=False) == "no game was played to its end"
+    assert report_records(json=False) == "no finished games"
     assert report_records(json=True) == '{"schema": 1, "records": []}'
     play_lines(replace(DILEMMA_REQUEST, turns=2), *["c"] * 2)
     play_lines(GameRequest("rock-paper-scissors", seed=1), "hint", *["r"] * 10)
     head, first, second = report_records(json=False).splitlines()
-    assert head.split() == ["problem", "seat", "best", "turns", "seed", "day", "last"]
+    assert head.split() == ["problem", "seat", "record", "turns", "seed", "day", "last"]
     assert first.split()[:7] == ["prisoners-dilemma", "--turns", "2", "agent1", "-2", "2", "7"]
     assert second.split()[:3] == ["rock-paper-scissors", "agent1", "-"]
     data = json.loads(report_records(json=True))["records"]

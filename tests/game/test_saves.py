@@ -95,8 +95,8 @@ def test_an_old_file_time_does_not_make_room_before_recent_games(
         write_save(saves_folder, number, days=0.1 if number < 30 else 9000)
     result = run_dmplay(tmp_path, "hexworld", "--seed", "5", "--keep", "1", stdin="e\nquit\n")
     assert result.stderr.endswith(
-        "saved games take more than 1 MB, because a game of the last 24 hours, a running game and "
-        "the newest game stay, and so do all newer ones\n"
+        "saved games take more than 1 MB, because dmplay never deletes a game of the last 24 "
+        "hours, a running game, the newest game or any game newer than one of these\n"
     )
     assert kept_numbers(saves_folder) == [*range(1, 32)]
 
@@ -106,9 +106,9 @@ def test_what_was_removed_and_what_stays_is_one_line(tmp_path: Path, saves_folde
         write_save(saves_folder, number, days=9 if number < 10 else 0.1)
     result = run_dmplay(tmp_path, "hexworld", "--seed", "5", "--keep", "1", stdin="e\nnew\ne\n")
     assert result.stderr.splitlines()[-1] == (
-        "removed: 9 older games, to make room; --keep MB keeps more; saved games take more than "
-        "1 MB, because a game of the last 24 hours, a running game and the newest game stay, and "
-        "so do all newer ones"
+        "deleted 9 older saved games to make room; --keep MB raises the limit; saved games take "
+        "more than 1 MB, because dmplay never deletes a game of the last 24 hours, a running game, "
+        "the newest game or any game newer than one of these"
     )
 
 
@@ -183,7 +183,7 @@ def test_a_new_game_reports_the_path_of_the_previous_game_and_no_older_one() -> 
     controller = GameController(start_new_game(GameRequest("hexworld", seed=7)))
     controller.game.choose(0)
     path = controller.game.transcript_path
-    assert controller.restart() == f"new game of hexworld, seed 7. kept: {path}"
+    assert controller.restart() == f"new game of hexworld, seed 7. saved: {path}"
     assert controller.restart() == "new game of hexworld, seed 7."  # the previous game had no turns
 
 
@@ -195,9 +195,9 @@ def test_deleted_saves_are_reported_once(
         write_save(saves_folder, number)
     words = ("hexworld", "--seed", "7", "--keep", "1", *options)
     result = run_dmplay(tmp_path, *words, stdin="e\nnew\ne\nquit\n")
-    message = "removed: 21 older games, to make room; --keep MB keeps more\n"
+    message = "deleted 21 older saved games to make room; --keep MB raises the limit\n"
     assert result.stderr.endswith(message)
-    assert result.stderr.count("removed: ") == 1
+    assert result.stderr.count("deleted ") == 1
     assert kept_numbers(saves_folder) == [*range(22, 33)]
 
 
@@ -213,7 +213,7 @@ def test_the_size_of_the_saves_is_a_setting_of_the_user_only(
     config_folder = tmp_path / ".config" / "dmplay"
     config_folder.mkdir(parents=True)
     (tmp_path / "mine.toml").rename(config_folder / "config.toml")
-    assert "removed: 21 older games" in run_dmplay(tmp_path, "hexworld", stdin="e\n").stderr
+    assert "deleted 21 older saved games" in run_dmplay(tmp_path, "hexworld", stdin="e\n").stderr
 
 
 def test_listing_saved_games_reads_only_those_that_are_shown(
@@ -297,6 +297,6 @@ def test_without_a_state_folder_a_game_is_saved_to_a_given_path(tmp_path: Path) 
     result = run_dmplay(tmp_path, "shell", stdin=commands)
     assert result.returncode == 0, result.stderr
     output = run_dmplay(tmp_path, "verify", "--allow-unfinished", "g.dmt").stdout
-    assert output == "ok g.dmt (2 turns, unfinished; not re-asked: human)\n1 verified\n"
+    assert output == "ok g.dmt (2 turns, unfinished; not recomputed: human)\n1 verified\n"
     assert run_dmplay(tmp_path, "resume", "g.dmt", stdin="w\nquit\n").returncode == 0
     assert assert_verified(tmp_path / "g.dmt")

@@ -80,7 +80,7 @@ def test_if_another_agent_starts_the_person_chooses_after_it(tmp_path: Path) -> 
     )
     assert [game.choosing_seat, GameController(game).game.choosing_seat] == [None, 1]
     assert len(game.session.turns) == 1
-    with pytest.raises(IllegalAction, match="undo 1: you chose in 0 turns"):
+    with pytest.raises(IllegalAction, match="undo 1: you chose an action in 0 turns"):
         game.undo()
     game.choose(0)
     assert [turn.actions.tolist() for turn in game.session.turns] == [[1, 2], [2, 0], [1, 2]]
@@ -171,7 +171,7 @@ def test_an_unreadable_script_is_an_error_of_one_line(
     moves = tmp_path / "moves.txt"
     request = GameRequest("hexworld", agent=f"script:{moves}", seed=1)
     moves.write_bytes(b"e\xff")
-    with pytest.raises(BadParameter, match=r"moves\.txt: got what is no UTF-8, expected lines of"):
+    with pytest.raises(BadParameter, match=r"moves\.txt: not UTF-8, expected lines of"):
         start_new_game(request)
     monkeypatch.setattr(safe_files, "MAX_FILE_BYTES", 1)
     with pytest.raises(BadParameter, match=r"moves\.txt: larger than 0 kB"):

@@ -77,7 +77,7 @@ def count_notices(printed: str, path: Path) -> tuple[int, int]:
     """Count the lines that report a failed write, and those that report its end."""
     return (
         sum(f"cannot write {path}: " in row for row in printed.splitlines()),
-        sum(f"{path} is written again" in row for row in printed.splitlines()),
+        sum(f"{path} can be written again" in row for row in printed.splitlines()),
     )
 
 
@@ -94,7 +94,7 @@ def test_a_failed_write_is_reported_once_after_its_turn(
     play_by_lines(controller, PIPE, typed, reporter)
     rows = capsys.readouterr().out.splitlines()
     (failed,) = (index for index, row in enumerate(rows) if f"cannot write {path}: " in row)
-    (restored,) = (index for index, row in enumerate(rows) if f"{path} is written again" in row)
+    (restored,) = (index for index, row in enumerate(rows) if f"{path} can be written again" in row)
     assert failed < restored
     assert os.strerror(28) in rows[failed] or os.strerror(27) in rows[failed]
     assert "the game continues, and dmplay tries again each turn" in rows[failed]
@@ -117,10 +117,10 @@ def test_the_shell_reports_a_failed_write_once(
     run_script(Shell(controller, PIPE), TypedLines(f"e\n{FULL}w\ne\nsave\n{EMPTY}w\nsave\n"))
     rows = capsys.readouterr().out.splitlines()
     assert sum("the game continues" in row for row in rows) == 1
-    assert sum("is written again" in row for row in rows) == 1
+    assert sum("can be written again" in row for row in rows) == 1
     # `save` without a name tells how the transcript stands.
     assert sum(row.startswith(f"cannot write {path}: ") for row in rows) == 2
-    assert rows[-1] == f"kept as you play: {path}"
+    assert rows[-1] == f"saved as you play: {path}"
 
 
 @with_room_afterwards()
@@ -182,7 +182,7 @@ def test_the_screen_logs_a_failed_write_once_and_that_writing_works_again(tmp_pa
     assert count_notices("\n".join(screen.log), path) == (1, 1)
     assert "the game continues" in screen.log[2]
     assert "turn 2." in screen.log[1]
-    assert "is written again" in screen.log[5]
+    assert "can be written again" in screen.log[5]
 
 
 @with_room_afterwards()
@@ -273,7 +273,7 @@ def test_a_file_that_was_removed_or_emptied_is_written_again(
     run_line(controller, actions[0])
     take_away(path)
     run_line(controller, actions[1])
-    expected = f"{path} was removed or emptied; it is written again, and nothing is missing"
+    expected = f"{path} was removed or emptied; dmplay wrote it again, and nothing is missing"
     assert [controller.take_write_notice() for _ in range(2)] == [expected, ""]
     assert path.stat().st_mode == mode
     assert is_game_running(path)
@@ -298,9 +298,9 @@ def test_a_file_that_was_removed_before_the_last_line_is_complete(tmp_path: Path
     ("take_away", "reason"),
     [
         (remove_folder, "No such file or directory"),
-        (replace_by_folder, "another file or folder took its place"),
-        (replace_by_file, "another file or folder took its place"),
-        (replace_by_fifo, "another file or folder took its place"),
+        (replace_by_folder, "another file or folder has this path now"),
+        (replace_by_file, "another file or folder has this path now"),
+        (replace_by_fifo, "another file or folder has this path now"),
         (append_to_file, "another program changed it"),
         (shorten_file, "another program changed it"),
     ],
@@ -324,7 +324,7 @@ def test_a_file_that_was_taken_away_is_reported_at_the_next_turn_and_left_alone(
     assert before == (path.read_bytes() if path.is_file() else b"")
     remove_what_is_there(path)
     run_line(controller, "w")
-    assert controller.take_write_notice() == f"{path} is written again, and nothing is missing"
+    assert controller.take_write_notice() == f"{path} can be written again, and nothing is missing"
     controller.end_game()
     assert (verify(path).findings, verify(path).turns) == ([], 4)
 

@@ -74,7 +74,7 @@ def test_a_hidden_state_is_not_shown_before_the_end() -> None:
 
 def test_no_board_is_shown_if_the_seats_have_different_observations() -> None:
     game = make_session("multicaregiver-crying-baby", [0.5], [0.9])
-    line = "dmplay multicaregiver-crying-baby  turn {}. each seat sees something else: view(seat)"
+    line = "dmplay multicaregiver-crying-baby  turn {}. each seat has its own view: call view(seat)"
     assert render_both_formats(game)[0].startswith(line.format(0))
     game.advance([0, 1])
     plain, page = render_both_formats(game)
@@ -96,7 +96,7 @@ def test_a_playback_shows_its_current_turn_and_the_hidden_state() -> None:
     playback.play_agent_turn()
     assert before.startswith("dmplay hexworld  turn 0")
     assert render_both_formats(playback)[0].startswith("dmplay hexworld  turn 1")
-    assert "truly" in render_both_formats(Playback(CRYING_BABY_PATH))[0]
+    assert "true state" in render_both_formats(Playback(CRYING_BABY_PATH))[0]
 
 
 def test_every_problem_can_be_displayed() -> None:

@@ -56,5 +56,5 @@ def test_a_stream_that_is_not_a_terminal_gets_no_bar(capsys: pytest.CaptureFixtu
 def test_an_interruption_without_a_result_is_reported(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(KeyboardInterrupt), ProgressBar("solving a problem"):
         raise KeyboardInterrupt
-    message = "interrupted: solving a problem; nothing was found by then\n"
+    message = "interrupted: solving a problem; there is no result\n"
     assert capsys.readouterr().err == message

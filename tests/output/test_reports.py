@@ -105,8 +105,8 @@ def format_list(kind: str, width: int) -> str:
 
 
 def test_a_narrow_list_names_the_columns_it_omits() -> None:
-    assert "no room for discount; --width or --json has all" in format_list("POMDP", 60)
-    assert "no room" not in format_list("POMDP", 100)
+    assert "columns left out: discount; --width N or --json shows" in format_list("POMDP", 60)
+    assert "left out" not in format_list("POMDP", 100)
     rows = format_list("", 12).replace(" ", "").split("\n")
     assert {"2048", "cart-pole", "travelers-di"} <= {*rows}
 
@@ -160,7 +160,7 @@ def test_a_review_reports_a_game_without_people(tmp_path: Path) -> None:
 @pytest.mark.parametrize("width", [40, 50, 80, 100, 200])
 def test_the_list_has_the_columns_that_fit_the_width(width: int) -> None:
     facts = reports.problem_table_rows()
-    headings, *rows = format_list("", width).partition("\nno room")[0].split("\n")
+    headings, *rows = format_list("", width).partition("\ncolumns left out")[0].split("\n")
     column_count = {40: 2, 50: 3, 80: 6, 100: 7, 200: 7}[width]
     assert headings.split() == list(facts[0])[:column_count]
     assert len(rows) == len(facts)

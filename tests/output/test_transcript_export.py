@@ -55,13 +55,13 @@ def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path)
     assert "b&#160;sw&#160;best" in with_hint  # the row of keys
     assert with_hint.count("<clipPath") == 30
     screens = run_export(transcript_path, "--text", "--height", "20").split("\n dmplay")
-    assert "reach +10 or +5" in screens[1]
+    assert "reach exit +10 or +5" in screens[1]
 
 
 def test_a_hint_after_the_end_is_refused(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "hexworld", "--agent", "optimal", "--seed", "7", "-o", "g.dmt")
     completed = run_dmplay(tmp_path, "export", "g.dmt", "--svg", "--hint")
-    message = "error: --hint: nobody chooses after the end; --at shows an earlier turn\n"
+    message = "error: --hint: the game is over; choose an earlier turn with --at\n"
     assert (completed.returncode, completed.stderr) == (2, message)
 
 
@@ -169,10 +169,10 @@ def test_json_is_a_single_object(transcript_path: Path) -> None:
         ([], "export: choose one of --svg, --film, --html"),
         (["--svg", "--csv"], "export: choose one of"),
         (["--svg", "--at", "9"], "--at: got 9, the game has 2 turns"),
-        (["--text", "--at", "1"], "--at: a turn of --svg or --html, not of --text"),
-        (["--film", "--hint"], "--hint: on a picture, --svg, not on --film"),
-        (["--csv", "--width", "60"], "--width: of a screen, which --csv does not have"),
-        (["--json", "--ascii"], "--ascii: of a screen, which --json does not have"),
+        (["--text", "--at", "1"], "--at: only with --svg or --html, not with --text"),
+        (["--film", "--hint"], "--hint: only with --svg, not with --film"),
+        (["--csv", "--width", "60"], "--width: only with formats that show the screen, not with"),
+        (["--json", "--ascii"], "--ascii: only with formats that show the screen, not with --json"),
         (["--json", "-o", "g.csv"], "-o g.csv: the format is JSON; name the file g.json"),
         (["--csv", "-o", "no/g.csv"], "cannot write no/g.csv: No such file or directory"),
     ],
@@ -188,14 +188,14 @@ def test_an_invalid_option_is_reported_in_one_line(
 def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: Path) -> None:
     lines = run_dmplay(transcript_path.parent, "review", "g.dmt", "--write").stdout.splitlines()
     assert lines == [
-        "turn  yours  best  regret",
-        "1     e      se    0.78 ####################",
-        "2     w      sw    0.58 ###############",
-        "review: 0 of 2 moves the best, regret 1.36 in all, most in turn 1",
+        "turn  chosen  best  regret",
+        "1     e       se    0.78 ####################",
+        "2     w       sw    0.58 ###############",
+        "review: best action 0 of 2 times, total regret 1.36 (largest in turn 1)",
     ]
     assert verify(transcript_path).is_ok
     notes = [row for row in transcript_path.read_text().splitlines() if row.startswith("# review ")]
-    assert notes[0].startswith("# review turn 1, agent: chose e, best se, regret 0.78. values: e ")
+    assert notes[0].startswith("# review turn 1, agent: chose e, best action: se, regret 0.78. values: e ")
     assert len(notes) == 3
     before = transcript_path.read_text()
     run_dmplay(transcript_path.parent, "review", "g.dmt", "--write")
@@ -207,7 +207,7 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
 def test_a_review_reports_if_no_agent_knows_the_values(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "simple-regulator", "--seed", "7", "-o", "g.dmt", stdin="0\n1\n")
     output = run_dmplay(tmp_path, "review", "g.dmt").stdout
-    assert output == "review: no agent here knows the values of these moves\n"
+    assert output == "review: no agent can compute the values of these actions\n"
 
 
 def test_a_branch_has_the_first_turns_and_uniforms_of_the_original(transcript_path: Path) -> None:

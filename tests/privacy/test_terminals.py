@@ -22,11 +22,11 @@ def count_written_bytes(terminal: Terminal, key: str, expected_text: str = "") -
 @pytest.mark.parametrize(
     ("name", "choices", "next_"),
     [
-        ("rock-paper-scissors", ["r", "p", "s", "1"], "agent2 chooses;"),
-        ("prisoners-dilemma", ["c", "d", "1", "2"], "agent2 chooses;"),
-        ("travelers-dilemma", ["25\r", "37\r", "99\r"], "agent2 chooses;"),
+        ("rock-paper-scissors", ["r", "p", "s", "1"], "agent2 chooses now;"),
+        ("prisoners-dilemma", ["c", "d", "1", "2"], "agent2 chooses now;"),
+        ("travelers-dilemma", ["25\r", "37\r", "99\r"], "agent2 chooses now;"),
         ("predator-prey", ["l", "h", "1"], "prey chooses"),
-        (TEAM_PROBLEM, ["f", "s", "i"], "caregiver2 is next"),
+        (TEAM_PROBLEM, ["f", "s", "i"], "pass the keyboard to caregiver2"),
     ],
 )
 def test_every_choice_on_the_screen_writes_equally_many_bytes(
@@ -103,9 +103,10 @@ def leave_unfinished_game(side: Side) -> None:
 
 def read_handover_screens(terminal: Terminal, action: str) -> list[str]:
     """Return the texts on the terminal from the handover to the second person's choice."""
-    terminal.until("caregiver1").calm().press(f"{action}\r", "caregiver2 is next").calm()
+    notice = "pass the keyboard to caregiver2"
+    terminal.until("caregiver1").calm().press(f"{action}\r", notice).calm()
     screens = [terminal.text]
     for line in ("", "look", "state", "transcript", "hint", "nonsense"):
         screens.append(terminal.press(f"{line}\r").calm().text)
-    assert "that cannot be played" in screens[-1]
+    assert "not a legal action" in screens[-1]
     return screens

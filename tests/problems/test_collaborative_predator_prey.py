@@ -310,7 +310,9 @@ def test_teams_without_a_plan_are_rejected_and_get_hints_from_chase_belief() -> 
 def test_a_map_too_large_for_the_moves_of_the_prey_is_rejected_at_once() -> None:
     wide = dmplay.load_problem(PROBLEM_NAME, hexes=[[q, 0] for q in range(91)])
     assert isinstance(wide, CollaborativePredatorPrey)
-    with pytest.raises(BudgetExceeded, match="where the prey goes: 1,046 MB, more than 512"):
+    with pytest.raises(
+        BudgetExceeded, match="a table of the prey's moves: 1,046 MB, more than the limit of 512 MB"
+    ):
         _ = wide.prey_move_probabilities
 
 

@@ -170,9 +170,7 @@ def test_an_agent_for_other_problems_is_refused_even_if_a_module_has_its_name(
 
 @pytest.mark.parametrize("name", ["os:path", "os:getcwd", "os:sep", "fractions:Fraction"])
 def test_an_object_that_constructs_no_policy_is_refused(name: str) -> None:
-    with pytest.raises(
-        BadPolicy, match=f"^{name}: nothing that a problem and a seat make a policy"
-    ):
+    with pytest.raises(BadPolicy, match=f"^{name}: cannot construct a policy from"):
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, name)
 
 
@@ -192,7 +190,7 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
     assert dmplay.rollout(problem, [bot], episodes=3).terminated.all()
     with pytest.raises(
         DmplayError,
-        match="not a policy, it lacks uniform_count, initial_memory, update_memory, choose",
+        match="not a policy, because it lacks uniform_count, initial_memory, update_memory, choose",
     ):
         dmplay.load_agent(problem, 0, f"{tmp_path}/bots.py:Nothing")
 
@@ -200,7 +198,7 @@ def test_an_agent_in_a_file_plays(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "message"),
     [
-        ("", r": got a file alone, expected a name in it, as \S+/plain.py:Plain$"),
+        ("", r": expected the name of an object in it, such as \S+/plain.py:Plain$"),
         (":Plan", ": unknown attribute 'Plan'; did you mean Plain[?]$"),
         (":A", ": unknown attribute 'A'; expected one of Plain$"),  # without imports
     ],
@@ -222,7 +220,7 @@ def test_the_uniform_count_of_an_agent_must_be_a_whole_number(
         f"Bot(Random):\n    uniform_count = {draws!r}\n"
     )
     with pytest.raises(
-        BadPolicy, match=f"Bot: uniform_count: got {draws!r}, expected how many, 0 or"
+        BadPolicy, match=f"Bot: uniform_count: got {draws!r}, expected a whole number, 0 or"
     ):
         dmplay.load_agent(dmplay.load_problem("hexworld"), 0, f"{tmp_path}/bots.py:Bot")
 

@@ -83,7 +83,7 @@ def test_a_changed_problem_file_is_reported(problem_folder: Path) -> None:
     before = resolve_problem("tiger.POMDP", {}).origin
     write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT + "# another\n")
     current_origin = resolve_problem("tiger.POMDP", {}).origin
-    message = f"tiger.POMDP is {current_origin}, was {before}"
+    message = f"tiger.POMDP has changed: now {current_origin}, recorded {before}"
     report = verify(path)
     assert report.is_ok
     assert message in report.summary
@@ -112,7 +112,7 @@ def test_a_problem_file_with_other_rules_fails_verification_and_is_reported(
     write_text_file(problem_folder, "tiger.POMDP", TIGER_TEXT.replace("* -1\n", "* -7\n"))
     report = verify(path)
     assert not report.is_ok
-    assert str(report).splitlines()[-1].startswith("a.dmt: tiger.POMDP is sha256:")
+    assert str(report).splitlines()[-1].startswith("a.dmt: tiger.POMDP has changed: now sha256:")
     Path("tiger.POMDP").unlink()
     with pytest.raises(BadTranscript, match=r"a\.dmt:2: tiger\.POMDP: No such file or directory$"):
         start_game(ResumeRequest(path))
@@ -203,8 +203,8 @@ def test_what_waiting_players_once_observed_is_one_finding_that_an_update_repair
     path = Path("old.dmt")
     path.write_text(OLD_POKER_GAME)
     assert str(verify(path)) == (
-        "old.dmt:10: turn 0, player-1: observations: of an older dmplay, which revealed the acting "
-        "player's information set; a waiting player observes nothing: --update rewrites the file"
+        "old.dmt:10: turn 0, player-1: observations: an older dmplay recorded the acting player's "
+        "information set here, but a waiting player observes nothing; --update rewrites the file"
     )
     assert '"player-1": "nothing"' in rewrite_file(path)
     assert verify(path).is_ok

@@ -43,7 +43,7 @@ Tiger = GUIDE_NAMESPACE["Tiger"]
 
 @dataclass(frozen=True)
 class EndlessTiger(Tiger):  # type: ignore[misc, valid-type]
-    """The tiger problem without a last turn."""
+    """The tiger problem with an infinite horizon."""
 
     horizon = None
     discount: float = 0.95
@@ -196,7 +196,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
 ) -> None:
     monkeypatch.setattr(mdp_values, "MAX_SWEEPS", 1000)
     policy = dmplay.load_agent(FusedLamp(), 0, "optimal")
-    with pytest.raises(BudgetExceeded, match="values change by 1 a turn; nothing is discounted"):
+    with pytest.raises(BudgetExceeded, match="values change by 1 per turn; there is no discount"):
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
     assert make_game(FusedLamp()).hint_provider.create_hint() == "hint (search): wait"
     hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
@@ -310,19 +310,21 @@ def test_a_long_game_without_a_discount_is_bounded() -> None:
 
 def test_an_endless_game_is_simulated_for_a_limited_number_of_turns() -> None:
     with use_solve_options(SolveOptions(episodes=2)):
-        assert solve_by_simulation(GrowingTower()).result == "2 games of seed 1, 20 turns each"
+        assert (
+            solve_by_simulation(GrowingTower()).result == "2 games with seed 1, 20 turns on average"
+        )
 
 
 def test_solving_uses_the_requested_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(solver, "DEFAULT_WORK_LIMIT", 2e7)
     with use_solve_options(SolveOptions(work=2.0)):
         result = solve.solve_problem(make_four_by_three(0.95)).result
-    assert result.endswith("; more work brings them closer: --work 20")
+    assert result.endswith("; for closer bounds: --work 20")
     with (
         use_solve_options(options := SolveOptions(work=2.0)),
         pytest.raises(
             BadParameter,
-            match=r"^--work: nothing is brought between two bounds here; the",
+            match=r"^--work: has no effect, because this solution computes no bounds; the",
         ),
     ):
         options.check_options_used(solve.solve_problem(Lamp()).method)
@@ -350,7 +352,7 @@ def test_more_turns_than_can_be_solved_are_refused_with_the_maximum() -> None:
         use_solve_options(SolveOptions(turns=20_000)),
         pytest.raises(
             BadParameter,
-            match=r"^--turns: got 20000, expected at most 10000 for 2 states; without it games",
+            match=r"^--turns: got 20000, expected at most 10000 for 2 states; without --turns",
         ),
     ):
         solve.solve_problem(Lamp(discount=0.999999))
@@ -359,10 +361,12 @@ def test_more_turns_than_can_be_solved_are_refused_with_the_maximum() -> None:
 def test_turns_beyond_the_discount_have_the_value_of_an_endless_game() -> None:
     with use_solve_options(SolveOptions(turns=10**8)):
         assert solve.solve_problem(Lamp()).result.endswith(
-            "; value 0.5 at the start of 100000000 turns"
+            "; value 0.5 at the start with 100000000 turns"
         )
         result = solve.solve_problem(Lamp(discount=0.999999)).result
-    assert result.endswith("; what 100000000 turns are worth takes too much to tell; try fewer")
+    assert result.endswith(
+        "; the value of 100000000 turns takes too long to compute; try fewer turns"
+    )
 
 
 def test_observations_that_depend_on_the_previous_state_are_planned_for() -> None:
@@ -378,7 +382,7 @@ def test_a_problem_with_too_many_plans_is_solved_with_bounds(
     monkeypatch.setattr(exact_pomdp, "WORK_LIMIT", 1000)
     agent = dmplay.load_agent(FourHiddenStates(discount=1.0), 0, "optimal")
     assert agent.action_values(agent.initial_memory(np.full(1, -1))) is not None
-    with pytest.raises(BudgetExceeded, match="there are too many plans; search needs none"):
+    with pytest.raises(BudgetExceeded, match="there are too many plans; use the agent search"):
         dmplay.load_agent(FourHiddenStates(discount=1.0), 0, "plan").action_values(
             (np.full((1, 4), 0.25),)
         )
@@ -418,7 +422,9 @@ def test_a_hint_for_a_problem_with_too_many_plans_is_fast(monkeypatch: pytest.Mo
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 5e6)
     hint = run_with_call_limit(make_game(ThreeArms(discount=0.3)).hint_provider.create_hint)
     assert hint.startswith("hint (optimal): ")
-    with pytest.raises(BudgetExceeded, match=r"^alpha vectors: 641 MB, more than 512; there"):
+    with pytest.raises(
+        BudgetExceeded, match=r"^alpha vectors: 641 MB, more than the limit of 512 MB; there"
+    ):
         dmplay.load_agent(ThreeArms(), 0, "plan").action_values((np.full((1, 3), 1 / 3),))
 
 
@@ -437,7 +443,9 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
 def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
     assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 3) == "optimal:horizon=3"
     assert plan_for_turn_limit(EndlessTiger(), 0, "optimal", 1000) == "optimal"
-    with pytest.raises(BadPolicy, match="a game without end needs a discount below 1; --turns"):
+    with pytest.raises(
+        BadPolicy, match="an infinite horizon needs a discount below 1; or set --turns"
+    ):
         _ = PointBasedOptimalPolicy(EndlessTiger(discount=1.0), 0).bounds
 
 
@@ -486,7 +494,9 @@ def test_a_limited_number_of_turns_of_an_endless_game_is_planned() -> None:
     assert values is not None
     assert values.tolist() == [[0.5, 1.5], [3.0, 1.0]]
     endless = dmplay.load_agent(lamp, 0, "plan")
-    with pytest.raises(BudgetExceeded, match="give a discount below 1, or a last turn: --turns N"):
+    with pytest.raises(
+        BudgetExceeded, match=r"set a discount below 1, or a turn limit \(--turns N"
+    ):
         endless.action_values(endless.initial_memory(np.array([0])))
 
 
@@ -496,4 +506,6 @@ def test_each_agent_needs_its_own_actions(tmp_path: Path) -> None:
     )
     process = run_dmplay(tmp_path, f"{tmp_path}/pair.py:Tiger")
     assert process.returncode == 2
-    assert ":10 actions: got 1 action set for 2 agents, expected one each" in process.stderr
+    assert (
+        ":10 actions: got 1 action set for 2 agents, expected one for each agent" in process.stderr
+    )

@@ -71,5 +71,5 @@ AGENTS = Roster({"listen": Listen}, hint_provider="listen")
 def test_a_hint_provider_of_a_module_does_not_hide_the_solution(tmp_path: Path) -> None:
     (tmp_path / "doors.py").write_text(FOUR_DOORS_SOURCE)
     solution = dmplay.solve(dmplay.load_problem(tmp_path / "doors.py"))
-    assert solution.method == "point-based, without end"
+    assert solution.method == "point-based, infinite horizon"
     assert [row["first"] for row in solution.rows if row["best"]] == ["listen"]

@@ -31,7 +31,7 @@ TERM, INT, HUP = signal.SIGTERM, signal.SIGINT, signal.SIGHUP
 GAME_ARGS = ("hexworld", "--seed", "7", "-o", "g.dmt")
 TYPED_INPUT = "e\nundo\ne\nw\n"
 SOLVE_INTERRUPTED_MESSAGE = (
-    "interrupted: solving collaborative-predator-prey; nothing was found by then"
+    "interrupted: solving collaborative-predator-prey; there is no result"
 )
 LONG_GAME_COMMAND = "hexworld --seed 7 --agent random --set rewards=[] --turns 90000 -o g.dmt"
 FRONT_ENDS = {

@@ -26,8 +26,8 @@ from tests.support.games import read_values, record_game, replace_in_file
 from tests.support.programs import run_dmplay
 from tests.support.terminals import CTRL_C, Terminal
 
-OPEN_GAME_MESSAGE = "this game can still be played on: finish it"
-STRICT_GAME_MESSAGE = "this game is strict: once what is hidden is shown, nobody plays on"
+OPEN_GAME_MESSAGE = "this game can still be continued: finish it first"
+STRICT_GAME_MESSAGE = "this game is strict: it cannot continue after hidden information was shown"
 
 
 @pytest.fixture(autouse=True)
@@ -86,7 +86,7 @@ def test_a_game_that_can_continue_is_not_disclosed(words: tuple[str, ...], tmp_p
     path = write_killed_game(tmp_path)
     before = path.read_bytes()
     with pytest.raises(
-        BadParameter, match=f"{path}: {OPEN_GAME_MESSAGE}, or say --peek, which marks it"
+        BadParameter, match=f"{path}: {OPEN_GAME_MESSAGE}, or add --peek, which marks it"
     ):
         run_command_line(
             GameController(cli_interpreter=interpret_command),
@@ -104,7 +104,7 @@ def test_a_peek_marks_the_game_permanently(words: tuple[str, ...], tmp_path: Pat
     assert is_peeked(path)
     report = verify(path)
     assert (report.is_unfinished, report.peeked) == (True, True)
-    assert report.summary == "1 turn, unfinished; not re-asked: human; peeked"
+    assert report.summary == "1 turn, unfinished; not recomputed: human; peeked"
     resumed_game = resume_game(ResumeRequest(path))
     resumed_game.finish()
     assert verify(path).is_ok
@@ -135,7 +135,9 @@ def test_a_peek_preserves_notes_a_torn_tail_and_the_checksum(tmp_path: Path) -> 
 
 def test_a_game_in_progress_cannot_be_peeked_into(tmp_path: Path) -> None:
     game = start_hidden_game(tmp_path)
-    with pytest.raises(BadParameter, match="somebody plays this game now"):
+    with pytest.raises(
+        BadParameter, match="this game is running, here or in another dmplay process"
+    ):
         run_command_line(
             GameController(cli_interpreter=interpret_command),
             "replay",
@@ -148,9 +150,9 @@ def test_a_game_in_progress_cannot_be_peeked_into(tmp_path: Path) -> None:
 def test_the_standard_input_cannot_be_marked(tmp_path: Path) -> None:
     text = write_killed_game(tmp_path).read_text()
     transcript = replace(read_transcript(tmp_path / "g.dmt"), path="/dev/stdin")
-    with pytest.raises(BadParameter, match="--peek: name the file, so that it can be marked"):
+    with pytest.raises(BadParameter, match="--peek: got standard input, expected a file"):
         disclose_transcript(transcript, dmplay.load_problem("crying-baby"), peek=True)
-    for words, message in (((), OPEN_GAME_MESSAGE), (("--peek",), "--peek: name the file")):
+    for words, message in (((), OPEN_GAME_MESSAGE), (("--peek",), "--peek: got standard input")):
         process = run_dmplay(tmp_path, "export", "-", "--csv", *words, stdin=text)
         assert (process.returncode, process.stdout) == (2, "")
         assert message in process.stderr
@@ -312,7 +314,7 @@ def test_a_saved_copy_is_marked_after_its_game_was_disclosed(tmp_path: Path) -> 
     run_line(controller, f"save {tmp_path / 'copy.dmt'}")
     with pytest.raises(BadParameter, match=OPEN_GAME_MESSAGE):
         run_line(controller, f"export {tmp_path / 'copy.dmt'} --csv")
-    with pytest.raises(BadParameter, match="--peek is for after this game"):
+    with pytest.raises(BadParameter, match="--peek shows hidden states"):
         run_line(controller, f"export {tmp_path / 'copy.dmt'} --csv --peek")
     run_line(controller, "play hexworld")
     run_line(controller, f"load {tmp_path / 'copy.dmt'}")
@@ -321,9 +323,9 @@ def test_a_saved_copy_is_marked_after_its_game_was_disclosed(tmp_path: Path) -> 
 
 def test_a_strict_game_with_hidden_information_cannot_be_copied(tmp_path: Path) -> None:
     controller = GameController(start_hidden_game(tmp_path, strict=True), interpret_command)
-    with pytest.raises(BadParameter, match=r"save: this game is strict, and has no copies"):
+    with pytest.raises(BadParameter, match=r"save: this game is strict, so no copy is written"):
         run_line(controller, f"save {tmp_path / 'copy.dmt'}")
-    assert run_line(controller, "save") == f"kept as you play: {tmp_path / 'g.dmt'}"
+    assert run_line(controller, "save") == f"saved as you play: {tmp_path / 'g.dmt'}"
 
 
 def test_a_branch_of_a_game_of_two_people_is_marked(tmp_path: Path) -> None:
@@ -351,7 +353,7 @@ def test_verify_review_and_export_report_the_mark(tmp_path: Path) -> None:
     resume_game(ResumeRequest(path)).finish()
     report = verify(path)
     assert format_reports([report], [True], json=False, quiet=False)[0] == (
-        f"ok {path} (1 turn; not re-asked: human; peeked)"
+        f"ok {path} (1 turn; not recomputed: human; peeked)"
     )
     data = json.loads(format_reports([report], [True], json=True, quiet=False)[0])
     assert (data["peeked"], data["help"]) == (True, {})
@@ -365,15 +367,15 @@ def test_verify_review_and_export_report_the_mark(tmp_path: Path) -> None:
 
 def test_the_list_of_saved_games_shows_marks_and_hint_counts() -> None:
     controller = GameController(cli_interpreter=interpret_command)
-    assert run_command_line(controller, "list", "games") == "no game is kept"
+    assert run_command_line(controller, "list", "games") == "no saved games"
     game = start_new_game(GameRequest("crying-baby", seed=7))
     for command in ("hint", "feed"):
         run_line(GameController(game), command)
-    expected = f"{game.transcript_path}: crying-baby, agent human; unfinished; help: agent 1"
+    expected = f"{game.transcript_path}: crying-baby, agent human; unfinished; hints: agent 1"
     assert run_command_line(controller, "list", "games") == expected
     game.finish()
     resume_game(ResumeRequest(game.transcript_path or Path())).finish()
-    expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; help: agent 1"
+    expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; hints: agent 1"
     assert run_command_line(controller, "list", "games") == expected
     (data,) = json.loads(run_command_line(controller, "list", "games", "--json"))["games"]
     assert (data["peeked"], data["help"], data["path"]) == (

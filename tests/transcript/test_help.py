@@ -46,7 +46,7 @@ def test_hints_and_overlays_stay_counted_after_undo(tmp_path: Path) -> None:
     controller.end_game()
     assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 3}
     assert read_values(tmp_path / "g.dmt", "help") == ['{"agent": 1}'] * 3
-    summary = "0 turns; not re-asked: human; help: agent 3"
+    summary = "0 turns; not recomputed: human; hints: agent 3"
     assert verify(tmp_path / "g.dmt").summary == summary
 
 
@@ -127,9 +127,9 @@ HINT_COUNT_LINE = 'help: {"agent": 1}\n'
 FINDING_BY_REPLACEMENT = {  # replacement of the line: expected finding
     "": "end: keys",
     'help: {"agent": 2}\n': "end: help",
-    'help: {"agnt": 1}\n': "inputs: help: expected some of agent",
-    'help: {"agent": 0}\n': "help: expected whole numbers, as 1",
-    "help: 1\n": "inputs: help: expected some of agent",
+    'help: {"agnt": 1}\n': "inputs: help: expected counts for one or more of agent",
+    'help: {"agent": 0}\n': "help: expected whole numbers of 1 or more",
+    "help: 1\n": "inputs: help: expected counts for one or more of agent",
 }
 
 
@@ -184,7 +184,9 @@ def test_an_overlay_is_counted_once_for_each_turn_that_shows_it(tmp_path: Path) 
 @pytest.mark.parametrize("command", ["hint", "values", "policy"])
 def test_a_game_may_forbid_hints(command: str, tmp_path: Path) -> None:
     controller = GameController(start_recorded_game(tmp_path, strict="hints"))
-    with pytest.raises(BadParameter, match=f"^{command}: this game is strict about help$"):
+    with pytest.raises(
+        BadParameter, match=rf"^{command}: this game forbids hints \(--strict=hints\)$"
+    ):
         run_line(controller, command)
     with pytest.raises(BadParameter, match="undo: this game is strict"):
         run_line(controller, "undo")
@@ -200,8 +202,8 @@ def test_the_screen_of_a_game_that_forbids_hints_shows_none(tmp_path: Path) -> N
     screen = play_keys(game, "tab", "V")
     assert "hint" not in screen.frames[0]
     assert "? help  q quit  : command" in screen.frames[0]
-    assert "hint: this game is strict about help" in screen.frames[1]
-    assert "overlay: this game is strict about help" in screen.last
+    assert "hint: this game forbids hints (--strict=hints)" in screen.frames[1]
+    assert "overlay: this game forbids hints (--strict=hints)" in screen.last
     assert not game.session.hint_counts
 
 

@@ -9,7 +9,7 @@ from dmplay.game.transcript_files import rewrite_file, verify
 from tests.support.games import record_game
 from tests.support.programs import run_dmplay
 
-REMARK = "line ends changed, as by mail or an editor"
+REMARK = "line ends changed, for example by mail or an editor"
 CHANGES = {
     "CRLF": lambda raw: raw.replace(b"\n", b"\r\n"),
     "mixed": lambda raw: raw.replace(b"\n", b"\r\n", 5),
@@ -59,7 +59,7 @@ def test_a_game_with_other_line_ends_is_resumed(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes().replace(b"\n", b"\r\n"))
     run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
     assert b"\r" not in path.read_bytes()
-    assert verify(path).summary == "2 turns; not re-asked: human"
+    assert verify(path).summary == "2 turns; not recomputed: human"
 
 
 @pytest.mark.parametrize("added", [b"\n", b"\n\n", b"  \n", b"\r\n\r\n"])
@@ -73,7 +73,7 @@ def test_an_unfinished_game_with_blank_lines_at_its_end_is_resumed(
     path.write_bytes(raw[: raw.index(b"end:")] + added)
     run_dmplay(tmp_path, "resume", "g.dmt", stdin="ne\nquit\n")
     report = verify(path)
-    assert (report.findings, report.summary) == ([], "2 turns; not re-asked: human")
+    assert (report.findings, report.summary) == ([], "2 turns; not recomputed: human")
 
 
 def test_a_note_below_the_end_keeps_its_spaces(tmp_path: Path) -> None:
@@ -95,7 +95,7 @@ def test_a_line_after_an_empty_one_below_the_end_is_refused_by_its_reason(tmp_pa
     content = record_game(path, "hexworld", "random", turns=2)
     path.write_text(f"{content}\n# a note\n")
     (finding,) = verify(path).findings
-    assert "got lines after an empty one below the end, expected only notes" in str(finding)
+    assert "got lines after the end of the game, expected only notes" in str(finding)
 
 
 @pytest.mark.parametrize("ending", ['end: {"reason": "turn', "# a note"])

@@ -78,7 +78,9 @@ def test_a_folder_cannot_be_resumed(tmp_path: Path) -> None:
 def test_a_game_that_is_being_recorded_cannot_be_resumed(tmp_path: Path) -> None:
     path = tmp_path / "game.dmt"
     game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
-    with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
+    with pytest.raises(
+        BadParameter, match=r"game\.dmt: this game is running, here or in another dmplay process"
+    ):
         Recorder.resume(path, "", game.session)
     assert path.read_text().startswith("dmplay: 1\n")
 

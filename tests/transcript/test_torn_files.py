@@ -11,7 +11,7 @@ from dmplay.transcript.reader import read_transcript
 from tests.support.games import record_game
 from tests.support.programs import run_dmplay
 
-TORN_MESSAGE = "torn before its first turn; dmplay resume begins it"
+TORN_MESSAGE = "cut off before its first turn; dmplay resume starts the game"
 
 
 @pytest.fixture

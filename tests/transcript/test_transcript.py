@@ -115,7 +115,7 @@ def test_unchecked_players_are_reported(
 ) -> None:
     record_game(tmp_path / "game.dmt", problem, agent, turns=1)
     report = verify(tmp_path / "game.dmt")
-    summary = f"1 turn; not re-asked: {unchecked[0]}" if unchecked else "1 turn"
+    summary = f"1 turn; not recomputed: {unchecked[0]}" if unchecked else "1 turn"
     assert (report.is_ok, report.unchecked_players, report.summary) == (True, unchecked, summary)
 
 
@@ -133,14 +133,15 @@ def test_a_changed_uniform_violates_the_seed_but_not_the_rules(transcript_path: 
     replace_in_file(transcript_path, "0.453917248", "0.453917247")
     assert list_findings(transcript_path) == [
         "game.dmt:18: turn 2: draws: expected [0.453917247], got [0.453917248]",
-        "game.dmt: the rules hold, but the inputs are not those of the seed and the agents",
+        "game.dmt: the results follow from the recorded draws and actions, but these do not all "
+        "follow from the seed and the agents",
     ]
 
 
 def test_a_wrong_seed_is_reported_if_every_uniform_differs(transcript_path: Path) -> None:
     replace_in_file(transcript_path, "seed: 2", "seed: 12")
     assert list_findings(transcript_path)[0].startswith(
-        "game.dmt:4: every turn: seed: expected the seed of these"
+        "game.dmt:4: every turn: seed: expected the seed that produces these"
     )
 
 
@@ -181,7 +182,7 @@ def test_notes_may_be_added_anywhere(transcript_path: Path) -> None:
 @pytest.mark.parametrize("row", ["#unspaced", "#", "# a note"])
 def test_the_text_of_a_note_follows_a_space(transcript_path: Path, row: str) -> None:
     transcript_path.write_text(f"{row}\n{transcript_path.read_text()}")
-    expected = "expected 'key: value', '| frame', '# note' or nothing"
+    expected = "expected 'key: value', '| frame', '# note' or an empty line"
     expected_findings = [f"game.dmt:1: form: column 1: {expected}"] if row == "#unspaced" else []
     assert list_findings(transcript_path) == expected_findings
 
@@ -231,7 +232,7 @@ def test_a_game_with_a_torn_tail_is_resumed_to_the_same_text(tmp_path: Path) -> 
 
 def test_a_game_torn_before_its_first_turn_is_rejected(transcript_path: Path) -> None:
     transcript_path.write_text(transcript_path.read_text()[:20])
-    with pytest.raises(BadTranscript, match="torn before its first turn"):
+    with pytest.raises(BadTranscript, match="cut off before its first turn"):
         read_transcript(transcript_path)
 
 
@@ -285,9 +286,13 @@ def test_a_game_is_written_by_one_process_at_a_time(tmp_path: Path) -> None:
     game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))
     game.choose(0)
     before = path.read_bytes()
-    with pytest.raises(BadParameter, match=r"game\.dmt: somebody plays this game now"):
+    with pytest.raises(
+        BadParameter, match=r"game\.dmt: this game is running, here or in another dmplay process"
+    ):
         resume_game(ResumeRequest(path))
-    with pytest.raises(BadParameter, match="somebody plays this game now"):
+    with pytest.raises(
+        BadParameter, match="this game is running, here or in another dmplay process"
+    ):
         start_new_game(GameRequest("hexworld", seed=7, record_path=path, force=True))
     assert path.read_bytes() == before
     game.finish("quit")
@@ -332,7 +337,7 @@ def test_undo_and_reroll_are_recorded_and_verified(tmp_path: Path) -> None:
 
 def test_an_existing_file_is_not_overwritten_without_force(transcript_path: Path) -> None:
     before = transcript_path.read_bytes()
-    with pytest.raises(BadParameter, match="exists; give another name, or --force"):
+    with pytest.raises(BadParameter, match="exists; give another name or use --force"):
         start_new_game(GameRequest("hexworld", seed=7, record_path=transcript_path))
     assert transcript_path.read_bytes() == before
     start_new_game(GameRequest("hexworld", seed=7, record_path=transcript_path, force=True))
@@ -417,7 +422,7 @@ TURN_0 = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
     ("text", "message"),
     [
         ("", "t:1: empty, expected 'dmplay: 1'"),
-        ("hello\n\n", "t:1:1: expected 'key: value', '| frame', '# note' or nothing"),
+        ("hello\n\n", "t:1:1: expected 'key: value', '| frame', '# note' or an empty line"),
         ("dmplay: 2\n" + HEADER[10:] + TURN_0, "t:1: dmplay: expected format 1"),
         (HEADER.replace("seed: 7", "seed: -7") + TURN_0, "t:4: seed: expected a whole number"),
         (HEADER.replace("seed: 7", "seed: 7.5") + TURN_0, "t:4: seed: expected a whole number"),
@@ -426,19 +431,19 @@ TURN_0 = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER.replace('"human"', "7") + TURN_0, "t:3: seats: expected names"),
         (HEADER.replace("seats", 'set: [1]\nseats') + TURN_0, "t:3: set: expected values"),
         (HEADER + "strict: 1\n" + TURN_0, "t:5: strict: expected true or false"),
-        (HEADER.replace('"hexworld"', r'"\ud800"') + TURN_0, "t:2: half a character"),
+        (HEADER.replace('"hexworld"', r'"\ud800"') + TURN_0, "t:2: half of a surrogate pair"),
         (HEADER + "turns: 0.5\n" + TURN_0, "t:5: turns: expected a whole number"),
-        (HEADER + "seed: 8\n" + TURN_0, "t:5:1: seed stands twice in this block"),
+        (HEADER + "seed: 8\n" + TURN_0, "t:5:1: seed occurs twice in this block"),
         (HEADER + "sead: 8\n" + TURN_0, "t:5:1: unknown key 'sead'; did you mean seed"),
         (HEADER + TURN_0 + "trun: 1\n\n", "t:10:1: unknown block 'trun'; did you mean turn"),
         ("seed: 7\n" + HEADER.replace("seed: 7\n", "") + TURN_0, "t:1:1: unknown block 'seed'"),
-        (HEADER + "\nundo: 1\n\n", "t:6: got undo, expected the opening, 'turn: 0'"),
+        (HEADER + "\nundo: 1\n\n", "t:6: got undo, expected the start, 'turn: 0'"),
         (HEADER + TURN_0 + HEADER + "\n", "t:10: got dmplay, expected a turn, an undo"),
-        (HEADER + TURN_0.replace("draws", "state: 1\ndraws"), "t:9:1: state stands twice"),
+        (HEADER + TURN_0.replace("draws", "state: 1\ndraws"), "t:9:1: state occurs twice"),
         (HEADER + '\nstate: "(7,2)"\nturn: 0\n\n', "t:6:1: unknown block 'state'"),
         (HEADER + '\nturn: 0\nstate: "(7,2)"\ndraws: [0.1]\n\n', "t:6: keys out of order"),
         (HEADER + "\n| frame\n\n" + TURN_0, "t:7: a frame without a turn"),
-        (HEADER + TURN_0[:-1] + "| x\nbelief: 1\n\n", "t:10:1: belief after the frame"),
+        (HEADER + TURN_0[:-1] + "| x\nbelief: 1\n\n", "t:10:1: got belief after the frame"),
         (HEADER + "\nturn: 0\ndraws: [NaN]\n\n", "t:7:8: NaN is not a number"),
         (HEADER + "\nturn: 0\ndraws: \n\n", "t:7:8: expecting value"),
         (HEADER + "\nturn: 0\ndraws: [0.1] 2\n\n", "t:7:14: extra data"),
@@ -447,9 +452,9 @@ TURN_0 = '\nturn: 0\ndraws: [0.635716]\nstate: "(7,2)"\n\n'
         (HEADER + "\nturn: 0\ndraws: " + "[" * 100_000 + "\n\n", "t:7:8: nested too deeply"),
         (HEADER + f"\nturn: 0\ndraws: [{'9' * 400}]\n\n", "t:7:8: 999"),
         (HEADER + f"\nturn: 0\nstate: {'[' * 33}{']' * 33}\n\n", "t:7:8: nested too deeply"),
-        (HEADER + '\nturn: 0\nstate: {"a": 1, "a": 2}\n\n', "t:7:8: 'a' stands twice"),
-        (HEADER + "# " + "x" * 1_000_001 + TURN_0, "t:5:1000001: a line of over a million"),
-        (HEADER.replace("\n", "\r") + TURN_0, "t:1: a carriage return"),
+        (HEADER + '\nturn: 0\nstate: {"a": 1, "a": 2}\n\n', "t:7:8: the key 'a' occurs twice"),
+        (HEADER + "# " + "x" * 1_000_001 + TURN_0, "t:5:1000001: line longer than 1,000,000"),
+        (HEADER.replace("\n", "\r") + TURN_0, "t:1: carriage return"),
     ],
 )  # fmt: skip
 def test_a_format_error_is_reported_with_line_and_column(text: str, message: str) -> None:
@@ -468,13 +473,13 @@ def test_errors_are_reported_correctly_for_unusual_file_names(tmp_path: Path, na
         str(path),
         5,
         "form",
-        "column 1: seed stands twice in this block",
+        "column 1: seed occurs twice in this block",
     )
     with pytest.raises(BadTranscript) as exc_info:
         read_transcript(path)
     error = pickle.loads(pickle.dumps(exc_info.value))
     assert (error.path, error.line, error.column) == (str(path), 5, 1)
-    assert str(error) == f"{path}:5:1: seed stands twice in this block"
+    assert str(error) == f"{path}:5:1: seed occurs twice in this block"
 
 
 def test_a_map_that_cannot_be_drawn_is_a_finding(tmp_path: Path) -> None:
@@ -490,7 +495,7 @@ def test_a_map_that_cannot_be_drawn_is_a_finding(tmp_path: Path) -> None:
     far_hexes = [[-1000, 0], *([1000, r] for r in range(300))]
     replace_in_file(path, "[[0, 0], [1, 0]]", json.dumps(far_hexes))
     assert any(
-        "frame: expected" in finding and "got need 4300x300;" in finding
+        "frame: expected" in finding and "got board needs 4300x300;" in finding
         for finding in list_findings(path)
     )
     replace_in_file(path, json.dumps(far_hexes), "[[0, 0], [50000000, 0]]")
@@ -509,7 +514,7 @@ def test_a_drawing_that_exceeds_its_limit_is_a_finding(
     # a map that is not cached
     replace_in_file(path, "[[0, 0], [1, 0]]", "[[0, 0], [1, 0], [2, 0], [0, 1]]")
     monkeypatch.setattr(canvas, "MAX_CELLS", 50)  # below the number of cells of this map
-    message = "a drawing: more than 5e+01 operations; try a smaller map"
+    message = "drawing: more than the limit of 5e+01 operations; try a smaller map"
     assert list_findings(path) == [f"game.dmt:1: frame: {message}"]
 
 
@@ -522,7 +527,10 @@ def test_bytes_that_are_not_utf_8_are_reported_with_line_and_column() -> None:
     ("block", "message"),
     [
         ('turn: 1\nactions: {"agent": "e"}\ndraws: [1.0]\n', "12: draws: expected numbers from 0"),
-        ('turn: 1\nactions: {"agent": "e"}\ndraws: [0.1, 0.2]\n', "12: draws: got 2, expected 1"),
+        (
+            'turn: 1\nactions: {"agent": "e"}\ndraws: [0.1, 0.2]\n',
+            "12: draws: got 2 numbers, expected 1",
+        ),
         ('turn: 1\nactions: {"agent": "e"}\ndraws: [true]\n', "12: draws: expected numbers"),
         ('turn: 1\nactions: {"agent": "east by east"}\ndraws: [0.1]\n', "11: actions: agent: unkn"),
         ('turn: 1\nactions: {"agent": 1}\ndraws: [0.1]\n', "11: actions: agent: got 1"),
@@ -530,7 +538,7 @@ def test_bytes_that_are_not_utf_8_are_reported_with_line_and_column() -> None:
         ("turn: 1\ndraws: [0.1]\n", "10: actions: expected one for each of agent"),
         ('turn: 3\nactions: {"agent": "e"}\ndraws: [0.1]\n', "10: got turn 3, expected 1"),
         ("undo: 1\n", "10: undo 1: 0 turns were played"),
-        ("undo: 0\n", "10: undo: expected a whole number, as 1"),
+        ("undo: 0\n", "10: undo: expected a whole number of 1 or more"),
         ("reroll: 1\n", "10: undo 1: 0 turns were played"),
     ],
 )
@@ -549,7 +557,9 @@ def test_a_real_action_must_be_a_number_not_text(tmp_path: Path) -> None:
     record_game(path, "simple-regulator", "script:1.5,-0.25", turns=2)
     assert verify(path).is_ok
     replace_in_file(path, '"agent": 1.5', '"agent": "1.5"')
-    assert list_findings(path) == ['game.dmt:12: inputs: actions: agent: got "1.5"']
+    assert list_findings(path) == [
+        'game.dmt:12: inputs: actions: agent: got "1.5", expected a number'
+    ]
 
 
 def test_seats_of_another_problem_are_reported(tmp_path: Path) -> None:
@@ -571,7 +581,7 @@ def test_a_problem_that_a_file_names_is_not_imported_without_trust(tmp_path: Pat
     path.write_text(HEADER.replace("hexworld", f"{tmp_path}/evil.py:Problem") + TURN_0)
     report = str(verify(path))
     assert ":2: " in report
-    assert "if it is yours, add --trust" in report
+    assert "if you trust its code, add --trust" in report
 
 
 def test_missing_and_extra_facts_are_reported(transcript_path: Path) -> None:
@@ -586,7 +596,7 @@ def test_missing_and_extra_facts_are_reported(transcript_path: Path) -> None:
     ("old", "new", "finding"),
     [
         ('"quit"', '"terminal"', "22: end: reason: expected terminal, got null"),
-        ('"quit"', "null", "22: end: no reason"),  # an end without a reason
+        ('"quit"', "null", "22: end: no reason, because the game is not over"),
         # a game without a turn limit
         ('"quit"', '"turn limit"', "22: end: reason: expected turn limit, got null"),
         # The boolean false does not equal the number 0.
@@ -662,7 +672,7 @@ def test_a_reroll_against_a_random_agent_verifies(tmp_path: Path, seed: int) -> 
         game.choose(0)
     game.undo(2)
     game.reroll()
-    with pytest.raises(BadParameter, match="nothing was taken back"):
+    with pytest.raises(BadParameter, match="no turn was undone"):
         game.redo()
     game.choose(1)
     game.finish()
@@ -679,9 +689,9 @@ def test_an_agent_that_a_file_names_is_not_imported_without_trust(
     game.choose(0)
     game.finish()
     replace_in_file(path, '"agent": "human"', f'"agent": "{agent.replace("./", f"{tmp_path}/")}"')
-    with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
+    with pytest.raises(BadParameter, match="is not built in; if you trust its code, add --trust"):
         resume_game(ResumeRequest(path))
-    with pytest.raises(BadParameter, match="is not built in; if it is yours, add --trust"):
+    with pytest.raises(BadParameter, match="is not built in; if you trust its code, add --trust"):
         branch_game(BranchRequest(path, turn=1, record_path=tmp_path / "other.dmt"))
 
 
@@ -695,7 +705,7 @@ def test_a_checked_agent_that_modifies_its_observations_is_a_finding(
         problem,
         [ObservationMutatingScript(problem, 0, (0, 0, 0))],
     )
-    assert "turn 2, agent: ObservationMutatingScript.update_memory writes into" in str(report)
+    assert "turn 2, agent: ObservationMutatingScript.update_memory modifies an array" in str(report)
 
 
 def test_a_long_list_of_short_lists_is_not_nested_too_deeply() -> None:

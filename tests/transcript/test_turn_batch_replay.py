@@ -274,7 +274,7 @@ def test_a_policy_that_modifies_its_observations_is_reported(tmp_path: Path) -> 
     problem = HexWorld(rewards=())
     transcript = record_transcript(tmp_path / "game.dmt", problem, [Anything(problem, 0)], 40)
     findings = verify_transcript(transcript, problem, [Scribbling(problem, 0)]).findings
-    assert "turn 2, agent: Scribbling.update_memory writes into" in findings[0].what
+    assert "turn 2, agent: Scribbling.update_memory modifies an array" in findings[0].what
 
 
 def test_sequential_games_and_turns_after_the_end_are_checked(tmp_path: Path) -> None:

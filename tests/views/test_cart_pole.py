@@ -18,14 +18,14 @@ def make_leaning_game() -> Session:
 @pytest.mark.parametrize(
     ("view", "outcome", "push", "numbers"),
     [
-        (make_leaning_game().view(0), "stands", "right",
-         "place +1.01 m, speed +0.59 m/s, lean +11.0 deg, swing +21 deg/s"),
+        (make_leaning_game().view(0), "upright", "right",
+         "position +1.01 m, speed +0.59 m/s, angle +11.0 deg, swing +21 deg/s"),
         (make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
-         "fell to the left", "right",
-         "place +1.01 m, speed +0.60 m/s, lean -12.1 deg, swing -54 deg/s"),
+         "the pole fell to the left", "right",
+         "position +1.01 m, speed +0.60 m/s, angle -12.1 deg, swing -54 deg/s"),
         (make_session_from_state("cart-pole:gym", [2.39, 1.0, 0.05, 0.6], [1]).view(0),
-         "off the track on the right", "right",
-         "place +2.41 m, speed +1.19 m/s, lean +3.6 deg, swing +19 deg/s"),
+         "the cart left the track on the right", "right",
+         "position +2.41 m, speed +1.19 m/s, angle +3.6 deg, swing +19 deg/s"),
     ],
 )  # fmt: skip
 def test_the_state_of_the_pole_is_described_first_and_its_limits_last(
@@ -33,15 +33,16 @@ def test_the_state_of_the_pole_is_described_first_and_its_limits_last(
 ) -> None:
     assert cart_pole.describe_turn(view) == f"{outcome}. pushed {push}. {numbers}."
     assert (
-        cart_pole.describe_situation(view) == f"{outcome}. {numbers}. fails past 2.4 m or 12 deg."
+        cart_pole.describe_situation(view)
+        == f"{outcome}. {numbers}. the game ends beyond 2.4 m or 12 deg."
     )
 
 
 def test_the_panel_shows_units_and_the_balanced_time() -> None:
     view = make_leaning_game().view(0)
     assert cart_pole.panel_rows(view) == [
-        ("place", "+1.01 m"), ("speed", "+0.59 m/s"), ("lean", "+11.0 deg"),
-        ("swings", "+21 deg/s"), ("stood", "0.02 s"), ("last", "right"), ("force", "10 N"),
+        ("x", "+1.01 m"), ("speed", "+0.59 m/s"), ("angle", "+11.0 deg"),
+        ("swing", "+21 deg/s"), ("time", "0.02 s"), ("last", "right"), ("force", "10 N"),
     ]  # fmt: skip
 
 

@@ -14,13 +14,13 @@ make_view_after = partial(games.make_view_after, "catch")
 
 def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
     assert catch.describe_situation(make_view_after()) == (
-        "no throw yet. belief in the proficiency: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
+        "no throw yet. belief about the proficiency: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
         "80 m 0.250. expected reward: 10 m 8.7, 20 m 16.0, 30 m 21.3, 40 m 24.4, 50 m 25.0, "
         "60 m 23.5, 70 m 20.2, 80 m 15.8, 90 m 11.3, 100 m 7.4."
     )
     assert (
         catch.describe_turn(make_view_after("50", "100"))
-        == "dropped. threw 100 m. proficiency likeliest 80 m 0.395."
+        == "dropped. threw 100 m. likeliest proficiency 80 m 0.395."
     )
 
 
@@ -38,9 +38,9 @@ FRAMES = {
 0.0 ┤                        2   2  24  24 246
     └─────────────────────────────────────────
 metres  10  20  30  40  50  60  70  80  90 100
-pays     9  17  23  26  26  24  20  15  10   7  expected
+reward   9  17  23  26  26  24  20  15  10   7  expected
 
-belief in the proficiency
+belief: proficiency
 20 m  ██▋················· 0.134
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
@@ -51,7 +51,7 @@ throws 50✓ 100✗ 60✗""",
         make_view_after("50", "100", "60"),
         DrawOptions(120, 24, ascii=True),
         """
-1.0 +   68  68   8   8                          p(caught) by    belief in the proficiency
+1.0 +   68  68   8   8                          p(caught) by    belief: proficiency
     |    4   4   6   6   8   8                  proficiency:    20 m  ###................. 0.134
     |    2       4       6       8              2 is 20 m,      40 m  ######.............. 0.318
 0.5 +        2       4       6       8          4 is 40 m ...   60 m  #######............. 0.373
@@ -60,7 +60,7 @@ throws 50✓ 100✗ 60✗""",
 0.0 +                        2   2  24  24 246
     +-----------------------------------------
 metres  10  20  30  40  50  60  70  80  90 100
-pays     9  17  23  26  26  24  20  15  10   7  expected
+reward   9  17  23  26  26  24  20  15  10   7  expected
 
 throws 50v 100x 60x""",
     ),
@@ -85,7 +85,7 @@ metres   10 20 30 40 50 60 70 80 90 100
 caught % 90 84 75 65 52 40 28 19 12   7
 expected  9 17 23 26 26 24 20 15 10   7
 20: 0.13  40: 0.32  60: 0.37  80: 0.18
-truly 80 m  throws 50v 100x 60x""",
+true skill 80 m  throws 50v 100x 60x""",
     ),
 }
 

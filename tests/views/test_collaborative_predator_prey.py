@@ -52,7 +52,7 @@ def test_the_belief_in_ascii_with_the_true_state() -> None:
    |@  3%|@  1%|@  6%|@  2%|@  3%|
      \ /   \ /   \ /   \ /   \ /
 sensed nothing. o prey, @ you
-truly predator1 (-1,1), predator2 (1,1), prey (3,1)"""[1:]
+true positions: predator1 (-1,1), predator2 (1,1), prey (3,1)"""[1:]
     )
 
 
@@ -128,7 +128,7 @@ def test_a_team_too_large_for_a_belief() -> None:
    │     │     │     │     │     │
    │     │     │     │     │     │
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-sensed nothing. belief too large"""
+sensed nothing. belief: too many states"""
     )
 
 
@@ -150,10 +150,10 @@ def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> Non
     assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
         "sensed nothing (2,0). prey likeliest at (0,2) 0.163, (-1,1) 0.153, (3,1) 0.149, "
         "(4,0) 0.149. you likeliest at (2,0) 1.000. at (2,0). E (3,0) prey 0.000. NE wall. NW "
-        "(1,1) prey 0.000. W (1,0) prey 0.000. SW wall. SE wall. predator2 is unseen and "
-        "believed to act uniformly at random."
+        "(1,1) prey 0.000. W (1,0) prey 0.000. SW wall. SE wall. predator2 is hidden; "
+        "the belief assumes uniformly random actions."
     )
     description = collaborative_predator_prey.describe_situation(
         make_view_after("e w e", predators=3)
     )
-    assert description.endswith("the belief is over too many states to be told.")
+    assert description.endswith("the belief is not computed; there are too many states.")

@@ -26,7 +26,7 @@ def make_collided_game() -> Session:
     )
 
 
-CLEAR_DESCRIPTION = "clear ahead: will pass 301 m above the intruder."
+CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
 
 
 @pytest.mark.parametrize(
@@ -34,17 +34,18 @@ CLEAR_DESCRIPTION = "clear ahead: will pass 301 m above the intruder."
     [
         (
             make_collided_game(),
-            "collision: passed 30 m below the intruder. kept climb. "
+            "collision: passed 30 m below the intruder. kept advice climb. "
             "height -30 m, rate -2.0 m/s, 0 s left.",
             "collision: passed 30 m below the intruder. "
-            "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
+            "height -30 m, rate -2.0 m/s, 0 s left. advice climb.",
         ),
         (
             make_session_from_state(
                 "collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]
             ),
-            f"{CLEAR_DESCRIPTION} changed to descend. height +301 m, rate +0.0 m/s, 18 s left.",
-            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
+            f"{CLEAR_DESCRIPTION} changed advice to descend. height +301 m, rate +0.0 m/s, "
+            "18 s left.",
+            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advice descend.",
         ),
     ],
 )
@@ -59,7 +60,7 @@ def test_collisions_and_reversed_advisories_are_described_first(
 def test_the_panel_shows_height_rate_time_and_advisory() -> None:
     view = make_advised_game().view(0)
     assert collision_avoidance.panel_rows(view) == [
-        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("left", "30 s"), ("advice", "none"),
+        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advice", "none"),
     ]  # fmt: skip
 
 

@@ -57,9 +57,9 @@ heard  crying
 
 sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
-history of hungry =#
+P(hungry) by turn =#
 
-expected reward  hunger  effort     sum  in the end
+expected reward  hunger  effort     sum  regret
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
@@ -76,17 +76,18 @@ heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
 hungry  ········································ 0.000
-history of hungry ▅▁··················
+P(hungry) by turn ▅▁··················
 
 expected reward  hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
 s sing            +0.00   -0.25   -0.25
 i ignore          +0.00   +0.00   +0.00
 
-a hungry baby cries 90%, sung to or not
-a sated one 0%, sung to or not; unfed, 50% get hungry
-truly sated
-caregiver1 is unseen: believed to act at random""",
+a hungry baby cries: 90%, with or without a song
+a sated baby cries: 0%, with or without a song
+an unfed sated baby gets hungry: 50%
+true state: sated
+the belief assumes that caregiver1 acts at random""",
     ),
     "the machine in ascii with what is lost and seen": (
         make_view_after("machine-replacement", "manufacture", "manufacture"),
@@ -99,14 +100,14 @@ saw  nondefective                            0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-history of a failure _.:                     /*m m m \
+P(failure) by turn _.:                       /*m m m \
                                             / m m m e \
-expected at once; in the end               / m m m e e \
+expected reward now  regret                / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
 e examine     +0.497 #....... -0.25      / i i i i i i i \
 i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
 r replace     -2.000 ######## -2.75    / i i i i i i r r r \
-truly 1 failed                        -----o-----------------
+true state: 1 failed                  -----o-----------------
 if you examine        0     1     2   1 failed       2 failed
  75% nondefective  0.71  0.27  0.03
  25% defective     0.00  0.78  0.22""",
@@ -115,7 +116,7 @@ if you examine        0     1     2   1 failed       2 failed
         make_view_after("catch", "50", "100", "60"),
         ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
         """
-skill believed throw  10  20  30  40  50  60  70  80  90 100
+skill belief   throw  10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6
@@ -123,9 +124,9 @@ skill believed throw  10  20  30  40  50  60  70  80  90 100
 
                           ::  ++  ##  ##  **  ==  ..
                       ++  ##  ##  ##  ##  ##  ##  ##  **  ==
-pays on average        9  17  23  26  26  24  20  15  10   7
+expected reward        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
-loses (* is best)      9 4.5 2.2   1   * 0.5 1.8   4   8  12
+regret (* best)        9 4.5 2.2   1   * 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 
@@ -151,7 +152,7 @@ agent1          D    D
 total -3        0   -3
 you             C    D
 total -7       -4   -3
-if defect: 0 against cooperate, -3 defect""",
+if defect: 0 against cooperate, -3 against defect""",
     ),
     "the hands in ascii with what is lost and paid": (
         make_view_after("rock-paper-scissors", "rock rock", "paper rock"),
@@ -173,7 +174,7 @@ you             R    P
 total 1         0    1
 agent2          R    R
 total -1        0   -1
-if paper: 1 against rock, 0 paper, -1 scissors""",
+if paper: 1 against rock, 0 against paper, -1 against scissors""",
     ),
     "the travelers in ascii with what is lost and paid": (
         make_view_after("travelers-dilemma", "60 99", seat=1),
@@ -193,14 +194,14 @@ agent1 v   agent2 (you) >   cells pay agent1, agent2
 2 +------------------------------o--------------------*+ 100
                                  agent1 60, paid 62
   #######******+++++++======-------::::::......._____*__
-* best 97; the worst -47.5
-if you claim 97: if equal 97, lower 99, higher theirs less 2""",
+* best 97; worst -47.5
+if you claim 97: 97 if equal, 99 if lower, else the other claim - 2""",
     ),
     "generic with a belief, what is lost and seen": (
         make_view_after("crying-baby", "ignore"),
         LARGE_OPTIONS._replace(regret=BABY_REGRET, forecast=BABY_FORECAST),
         """
-seen  crying
+observed  crying
 
 sated   ███▊···································· 0.093
 hungry  ████████████████████████████████████▎··· 0.907
@@ -219,7 +220,7 @@ if you sing  sated  hungry
             height=6, regret=BABY_REGRET, forecast=BABY_FORECAST._replace(is_sampled=True)
         ),
         """
-seen  crying
+observed  crying
 hint  sing best  feed ▌··· -0.4  ignore ████ -3.25
 if you sing (samples)  sated  hungry
  82% crying             0.00    1.00
@@ -249,7 +250,7 @@ if you left
         make_view_after("collaborative-predator-prey", "e w"),
         ASCII_OPTIONS._replace(height=40, forecast=CERTAIN_FORECAST),
         """
-seen  nothing
+observed  nothing
 
 (4,1) (-1,2) (1,1)  ........................................ 0.002
 (4,1) (0,0) (1,1)   ........................................ 0.002
@@ -328,7 +329,7 @@ def test_a_board_without_space_for_hints_stays_within_its_width(
     ("suggested_action", "labels"),
     [
         (None, ["best", "best", "-2"]),
-        (1, ["as good", "best", "-2"]),
+        (1, ["equal", "best", "-2"]),
         (2, ["best", "best", "-2"]),  # the suggested action is not optimal
     ],
 )
@@ -339,7 +340,7 @@ def test_the_suggested_action_is_the_best_of_equal_actions(
         regret=np.array([1e-12, 0.0, 2.0]), suggested_action=suggested_action
     )
     assert [format_regret(options, action, 12) for action in range(3)] == labels
-    assert format_regret(options, 0) == "best"  # too narrow for the longer label
+    assert format_regret(options, 0, 4) == "best"  # too narrow for the longer label
 
 
 def test_the_percentages_of_a_forecast_sum_to_a_hundred() -> None:

@@ -23,9 +23,9 @@ saw  nothing yet                                0 ●
 0 failed  ████████████████████ 1.000          ╱       ╲
 1 failed  ···················· 0.000        ╱           ╲
 2 failed  ···················· 0.000    1 ╱───────────────╲ 2
-history of a failure ▁
+P(failure) by turn ▁
 
-reward expected at once
+expected reward now
 m manufacture +0.902
 e examine     +0.652
 i interrupt   -0.500
@@ -47,9 +47,9 @@ saw  defective                                    0
 0 failed  .................... 0.000          /       \
 1 failed  ###########......... 0.550        /           \
 2 failed  #########........... 0.450    1 /------*--------\ 2
-history of a failure _.:-=++#
+P(failure) by turn _.:-=++#
 
-reward expected at once
+expected reward now
 m manufacture +0.374
 e examine     +0.124
 i interrupt   -1.950
@@ -71,7 +71,7 @@ saw  nondefective
 1 failed  ██████▏············· 0.308
 2 failed  ▊··················· 0.036
 m +0.75  e +0.50  i -0.88  r -2.00
-truly 1 failed"""
+true state: 1 failed"""
     )
 
 
@@ -89,5 +89,5 @@ def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     )
     assert machine_replacement.describe_situation(make_view_after()) == (
         "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
-        "at once: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
+        "now: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
     )

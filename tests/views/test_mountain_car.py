@@ -16,18 +16,18 @@ def make_rolling_game() -> Session:
 
 def test_a_rolling_car_is_described_with_its_goal() -> None:
     view = make_rolling_game().view(0)
-    assert mountain_car.describe_turn(view) == "rolls left at -0.0477, place -0.948. coasted."
+    assert mountain_car.describe_turn(view) == "rolls left at -0.0477, position -0.948. coasted."
     assert mountain_car.describe_situation(view) == (
-        "rolls left at -0.0477, place -0.948. height -0.29. goal x >= 0.6."
+        "rolls left at -0.0477, position -0.948. height -0.29. goal x >= 0.6."
     )
 
 
 def test_the_description_says_that_a_car_is_at_its_goal() -> None:
     view = make_session_from_state("mountain-car", [0.58, 0.05], [2]).view(0)
-    assert mountain_car.describe_turn(view) == "at the goal, place +0.600. drove right."
+    assert mountain_car.describe_turn(view) == "at the goal, position +0.600. drove right."
     assert (
         mountain_car.describe_situation(view)
-        == "at the goal, place +0.600. height +0.97. goal x >= 0.6."
+        == "at the goal, position +0.600. height +0.97. goal x >= 0.6."
     )
 
 
@@ -52,7 +52,7 @@ def test_a_car_at_the_left_wall_of_gym_stops() -> None:
 def test_the_panel_shows_the_state() -> None:
     view = make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
     assert mountain_car.panel_rows(view) == [
-        ("place", "-1.200"), ("speed", "+0.0000"), ("height", "+0.44"), ("last", "left"),
+        ("position", "-1.200"), ("speed", "+0.0000"), ("height", "+0.44"), ("last", "left"),
     ]  # fmt: skip
 
 

@@ -22,8 +22,8 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-history of hungry ▅█▁·················
-caregiver1 is unseen: believed to act at random"""
+P(hungry) by turn ▅█▁·················
+the belief assumes that caregiver1 acts at random"""
     )
 
 
@@ -38,13 +38,13 @@ heard  quiet
 
 sated   ##################.. 0.909
 hungry  ##.................. 0.091
-history of hungry =_
-caregiver2: believed to act at random"""
+P(hungry) by turn =_
+belief assumes a random caregiver2"""
     )
 
 
 def test_the_description_states_the_assumed_policy_of_the_other_caregiver() -> None:
     assert multicaregiver_crying_baby.describe_situation(make_view_after()) == (
-        "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is unseen and believed "
-        "to act uniformly at random."
+        "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is hidden; the belief "
+        "assumes uniformly random actions."
     )

@@ -94,7 +94,7 @@ def test_the_glyphs_of_a_crowded_hex_are_truncated() -> None:
     assert "│@Bo1…│" in fit_board(predator_prey, crowded_view, DrawOptions(80, 24)).plain
     assert ("* (1,2)", "A B o1 o2 o3") in predator_prey.panel_rows(crowded_view)
     assert predator_prey.describe_situation(crowded_view).startswith(
-        "at (1,2), you are predator1. you feed: any action stays here."
+        "at (1,2), you are predator1. the prey is here: any action eats it and stays."
     )
 
 
@@ -110,7 +110,7 @@ def test_the_panel_shows_both_scores_and_constant_glyphs() -> None:
     facts = dict(predator_prey.panel_rows(predator_view))
     assert facts.items() >= {
         "A you": "(1,0)", "o prey": "(-1,2)", "score A": "0.1", "score o": "-100",
-        "slips aside": "0.15 each", "discount": "0.90 (gamma)",
+        "slip": "0.15 each side", "discount": "0.90 (gamma)",
     }.items()  # fmt: skip
     prey_view = dataclasses.replace(predator_view, seat=1, actions=(3, 0), rewards=(-100.0, 0.0))
     facts = dict(predator_prey.panel_rows(prey_view))
@@ -128,11 +128,12 @@ def test_a_capture_is_described_to_both_sides() -> None:
         joint_actions=(np.array([0, 3]),),
     )
     assert predator_prey.describe_turn(predator_view) == (
-        "at (2,0). chose E, fed, stayed. prey chose W, was devoured, born again at (-1,2)."
+        "at (2,0). chose E, ate the prey, stayed. prey chose W, was caught, reappeared at (-1,2)."
     )
     prey_view = dataclasses.replace(predator_view, seat=1, actions=(3,))
     assert predator_prey.describe_turn(prey_view) == (
-        "at (-1,2). chose W, was devoured, born again. predator chose E, fed, stayed at (2,0)."
+        "at (-1,2). chose W, was caught, reappeared. predator chose E, ate the prey, "
+        "stayed at (2,0)."
     )
 
 
@@ -171,7 +172,7 @@ def test_the_description_is_relative_to_the_hex_of_the_player() -> None:
     )
     assert (
         predator_prey.describe_turn(make_view_after("sw e"))
-        == "at (1,1). chose SW, moved SW. prey chose E, bumped, stayed at (2,0)."
+        == "at (1,1). chose SW, moved SW. prey chose E, slipped, bumped, stayed at (2,0)."
     )
 
 

@@ -80,7 +80,7 @@ FRAMES = {
 │     │     │  ✗  │     │     │     │     │     │     │  @  │
 │     │     │ -10 │     │     │     │     │     │     │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-any key collects +10"""),
+any action collects +10"""),
     "the prey has the same glyph for itself": (
         get_view(HUNT_GAME, 1),
         SMALL_OPTIONS._replace(show_keys=True),
@@ -133,8 +133,8 @@ any key collects +10"""),
    │█████│█████│▆▆▆▆▆│▆▆▆▆▆│█████│
    │▄▄▄▄▄│█17%█│█18%█│█████│▂▂▂▂▂│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-if you go SW, where the prey is
-upper if nothing, 95%; lower if prey, 5%"""),
+if you go SW: belief about the prey
+upper row after nothing (95%); lower row after prey (5%)"""),
     "who truly was where": (
         get_view(BLIND_HUNT_GAME),
         LARGE_OPTIONS._replace(width=60, revealed_state=np.array([3, 4, 5])),
@@ -149,7 +149,7 @@ upper if nothing, 95%; lower if prey, 5%"""),
    │     │     │     │     │     │
    │██9%█│█10%█│█████│█████│█████│
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-truly @ predator1, B predator2, o prey"""),
+true positions: @ predator1, B predator2, o prey"""),
     "the actions of the blind from the best down": (
         get_view(BLIND_HUNT_GAME),
         SMALL_OPTIONS._replace(regret=make_regrets(1.3, 1.04, 0.78, 0.52, 0.26, 0)),
@@ -194,8 +194,8 @@ hint  n best  b -0.26  h -0.52  y -0.78  u -1.04"""),
            -0.5 turns ← ┌─┴─┐ → best
                        →└o─o┘
    ╋━━━━━━━━━━━━━━━┷━━━━━━━━━━━━━━━╋
-place +1.01/2.4 m  speed +0.59 m/s
-lean +11.0/12 deg  swings +21 deg/s"""),
+position +1.01/2.4 m  speed +0.59 m/s
+angle +11.0/12 deg  swing +21 deg/s"""),
     "the cart says it where there is room": (
         get_view(CART_AT_EDGE_GAME),
         ASCII_OPTIONS._replace(regret=make_regrets(0.5, 0)),
@@ -207,8 +207,8 @@ lean +11.0/12 deg  swings +21 deg/s"""),
            < -0.5 turns  > best +-+-+
                                >+o-o+
    #===============^===============#
-place +2.21/2.4 m  speed +0.59 m/s
-lean +11.0/12 deg  swings +21 deg/s"""),
+position +2.21/2.4 m  speed +0.59 m/s
+angle +11.0/12 deg  swing +21 deg/s"""),
 }  # fmt: skip
 
 

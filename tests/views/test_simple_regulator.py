@@ -37,8 +37,8 @@ def test_a_push_is_described_with_its_target() -> None:
         == "number -0.102. pushed -0.526 by +0.250, aimed at -0.276."
     )
     assert simple_regulator.describe_situation(view) == (
-        "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of 0.1"
-        " comes on top."
+        "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of about "
+        "0.1 is added."
     )
 
 
@@ -104,8 +104,8 @@ def test_the_smallest_noise_is_drawn() -> None:
 def test_the_description_at_the_start_lists_the_possible_pushes() -> None:
     view = make_session_from_state("simple-regulator:undiscounted", [0.36]).view(0)
     assert simple_regulator.describe_situation(view) == (
-        "number +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of 0.1"
-        " comes on top."
+        "number +0.360. a turn here costs 0.130. push by a number from -10 to 10; noise of about "
+        "0.1 is added."
     )
 
 

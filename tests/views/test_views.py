@@ -205,15 +205,15 @@ def test_the_goal_depends_on_the_parameters_and_the_seat() -> None:
         )
 
     assert describe_start("hexworld") == (
-        "reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside"
+        "reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways"
     )
     assert describe_start("hexworld", slip=0.0, bump_cost=2.5, rewards=[[[0, 0], 3]]) == (
-        "reach +3; a bump costs 2.5"
+        "reach exit +3; a bump costs 2.5"
     )
     assert "feeding 2.5; singing 0.5" in describe_start("multicaregiver-crying-baby", 0)
     assert "feeding 5; singing 0.25" in describe_start("multicaregiver-crying-baby", 1)
     assert describe_start("predator-prey", 1, slip=0.0) == (
-        "keep away: to be caught costs 100; moving is free"
+        "avoid predators: being caught costs 100; moving is free"
     )
 
 
@@ -280,8 +280,8 @@ def test_a_problem_without_a_description_has_a_default_goal() -> None:
     )()
     view = Session(problem, SeededUniforms(7), turn_limit=1).view(0)
     assert generic.goal_lines(view) == [
-        "gather the largest sum of rewards",
+        "get the largest sum of rewards",
         "in 1 turn",
-        "what comes a turn later counts 0.9 as much",
+        "a reward one turn later counts 0.9 times as much",
     ]
     assert "You want the largest sum of rewards" in generic.lesson(view)

@@ -245,7 +245,9 @@ def test_a_belief_is_sent_only_if_the_program_wants_it_and_may_have_it() -> None
         assert program.heard[-1].get("belief") == (
             {"sated": sated, "hungry": hungry} if expects_belief else None
         )
-    with pytest.raises(Forfeit, match=r"wants \['belief'\], expected some of history"):
+    with pytest.raises(
+        Forfeit, match=r"got wants \['belief'\], expected a list of offers: history"
+    ):
         ScriptedProgram(hello_with_belief).seated("crying-baby").advance()
 
 
@@ -263,17 +265,19 @@ def test_an_outdated_answer_is_ignored() -> None:
 
 def test_an_invalid_answer_is_a_forfeit_with_a_message() -> None:
     for line, message in {
-        "[]": """garbled: said '[]': no object with a "type\"""",
-        "[" * 30_000: "garbled: said '[[[[",
+        "[]": """garbled: the bot sent '[]': expected a JSON object with a "type\"""",
+        "[" * 30_000: "garbled: the bot sent '[[[[",
         encode_act(1, "down"): "illegal: got down, expected one of ",
-        '{"type": "act", "id": 1, "action": 3}': "garbled: answered action 3",
-        '{"type": "act", "id": 1, "id": 1}': 'garbled: said \'{"type": "act", ',
-        '{"type": "act"}': "garbled: answered id None, expected 1",
+        '{"type": "act", "id": 1, "action": 3}': (
+            "garbled: got action 3, expected the name of an action"
+        ),
+        '{"type": "act", "id": 1, "id": 1}': 'garbled: the bot sent \'{"type": "act", ',
+        '{"type": "act"}': "garbled: got id None, expected 1",
     }.items():
         with pytest.raises(Forfeit, match=re.escape(f"agent forfeits, {message}")):
             ScriptedProgram(HELLO_LINE, line).seated("2048").advance()
     for invalid_field in ('"draws": -1', '"draws": true', '"wants": 1', '"wants": ["state"]'):
-        with pytest.raises(Forfeit, match=r"garbled: wants .*, expected "):
+        with pytest.raises(Forfeit, match=r"garbled: got .*, expected "):
             ScriptedProgram(f"{HELLO_LINE[:-1]}, {invalid_field}}}").seated("2048").advance()
 
 
@@ -290,9 +294,9 @@ def test_a_program_plays_several_games_simultaneously() -> None:
 
 def test_a_request_that_the_server_cannot_answer_is_an_error() -> None:
     for lines, message in {
-        ('{"type": "act"}',): "expected hello before act",
-        ('{"type": "hello", "protocol": 2}',): "protocol 2, expected 1",
-        ('{"type": "hello", "protocol": 1}',): "no 'parameters'",
+        ('{"type": "act"}',): "got act, expected hello first",
+        ('{"type": "hello", "protocol": 2}',): "protocol: got 2, expected 1",
+        ('{"type": "hello", "protocol": 1}',): "field 'parameters' is missing",
         ("hello",): "Expecting value",
     }.items():
         server = BotServer("random", make_seat_factory("random", "hexworld"))
@@ -329,7 +333,7 @@ def test_a_turn_without_the_actions_that_a_policy_reads_is_named() -> None:
     server.answer(json.dumps(hello))
     server.answer(json.dumps({"type": "turn", "turn": 0, "observation": ""}))
     turn = {"type": "turn", "turn": 1, "action": "cooperate", "observation": ""}
-    with pytest.raises(BadParameter, match=r"no 'actions'$"):
+    with pytest.raises(BadParameter, match=r"field 'actions' is missing$"):
         server.answer(json.dumps(turn))
 
 
@@ -349,12 +353,12 @@ A_COUNT, A_LABEL = "a whole number, 0 or more", "one of crying, quiet"
         (2, '"game": 0', '"game": null', f"game null, expected {A_COUNT}"),
         (2, '"game": 0', '"game": -1', f"game -1, expected {A_COUNT}"),
         (2, '"turn": 0', '"turn": "0"', f'turn "0", expected {A_COUNT}'),
-        (2, '"turn": 0, ', "", "no 'turn'"),
+        (2, '"turn": 0, ', "", "field 'turn' is missing"),
         (2, "null", "[0]", f"observation [0], expected {A_LABEL}"),
-        (3, '["feed", "sing", "ignore"]', "[]", "legal [], expected a list of some of feed, sing"),
-        (3, '["feed", "sing", "ignore"]', "null", "legal null, expected a list of some of feed"),
-        (3, '"ignore"', '"ignored"', 'legal ["feed", "sing", "ignored"], expected a list of some'),
-        (3, '"id": 1, ', "", "no 'id'"),
+        (3, '["feed", "sing", "ignore"]', "[]", "legal [], expected a list of one or more"),
+        (3, '["feed", "sing", "ignore"]', "null", "legal null, expected a list of one or more"),
+        (3, '"ignore"', '"ignored"', 'legal ["feed", "sing", "ignored"], expected a list of one'),
+        (3, '"id": 1, ', "", "field 'id' is missing"),
         (3, '"id": 1', '"luck": [0.5], "id": 1', "luck [0.5], expected a list of 0 numbers"),
         (4, '"quiet"', "null", f"observation null, expected {A_LABEL}"),
         (4, '"quiet"', '""', f'observation "", expected {A_LABEL}'),
@@ -362,11 +366,16 @@ A_COUNT, A_LABEL = "a whole number, 0 or more", "one of crying, quiet"
         (4, '"feed"', "null", "action null, expected one of feed, sing, ignore"),
         (4, '"feed"', "0", "action 0, expected one of feed, sing, ignore"),
         (4, '"feed"', '"fed"', "unknown action 'fed'; did you mean feed?"),
-        (4, '"game": 0', '"game": 7', "game 7, expected its turn 0 first"),
-        (4, '"action"', '"actions": [], "action"', "actions [], expected one each of agent"),
+        (4, '"game": 0', '"game": 7', "game 7 has no turn 0"),
+        (
+            4,
+            '"action"',
+            '"actions": [], "action"',
+            "actions [], expected an action for each of agent",
+        ),
         (4, '"action"', '"reward": true, "action"', "reward true, expected a number"),
         (5, '"game": 0', '"game": []', f"game [], expected {A_COUNT}"),
-        (5, '"game": 0', '"game": 1', "game 1, expected its turn 0 first"),
+        (5, '"game": 0', '"game": 1', "game 1 has no turn 0"),
         (5, '"type"', "'type'", "Expecting property name enclosed in double quotes, at column 2"),
     ],
 )
@@ -451,8 +460,8 @@ def test_the_uniforms_of_a_request_are_as_many_as_the_policy_wants() -> None:
 
 def test_an_invalid_program_is_rejected_before_the_game_starts() -> None:
     for name, message in {
-        "bot:": "expected a command, as bot:./player",
-        "bot:./nobody": "no program './nobody'",
+        "bot:": "expected a command, such as bot:./player",
+        "bot:./nobody": "program './nobody' not found",
         "bot:'sh": "no closing quotation",
         "bot:clock=soon,sh": "clock: got 'soon', expected a number",
         "bot:clock=0,sh": "clock: got 0, expected a number at least 1e-06",

@@ -47,7 +47,7 @@ def test_a_program_plays_the_same_game_as_an_equivalent_agent(folder: Path) -> N
     assert read_lines_without_seats(folder / "its.dmt") == read_lines_without_seats(
         folder / "ours.dmt"
     )
-    assert f"not re-asked: {BOT_AGENT}" in run_dmplay(folder, "verify", "its.dmt").stdout
+    assert f"not recomputed: {BOT_AGENT}" in run_dmplay(folder, "verify", "its.dmt").stdout
     (log,) = [Path(row[5:]) for row in result.stderr.splitlines() if row.startswith("log: ")]
     messages = [json.loads(row) for row in log.read_text().splitlines()]
     assert [message["type"] for message in messages] == [*["turn"] * 10, "over", "quit"]
@@ -64,7 +64,7 @@ def test_transcripts_and_project_settings_start_no_program_without_trust(folder:
                  "export game.dmt --csv"):  # fmt: skip
         assert run_dmplay(folder, *line.split()).returncode == 0
     error_output = run_dmplay(folder, "resume", "half.dmt").stderr
-    assert "is not built in; if it is yours, add --trust" in error_output
+    assert "is not built in; if you trust its code, add --trust" in error_output
     (folder / "dmplay.toml").write_text(f"[play]\nagent = {json.dumps(BOT_AGENT)}\n")
     assert "play.agent: a settings file applies" in run_dmplay(folder, "hexworld").stderr
     (folder / "dmplay.toml").unlink()
@@ -75,7 +75,7 @@ def test_transcripts_and_project_settings_start_no_program_without_trust(folder:
 
 def test_every_output_format_reports_a_forfeit(folder: Path) -> None:
     arguments = ("hexworld", "--seed", "7", "--agent", "bot:sh -c 'exit 3'")
-    reason = "agent forfeits, dead: ended with exit code 3"
+    reason = "agent forfeits, dead: the bot ended with exit code 3"
 
     def run_with_options(*options: str) -> CompletedProcess[str]:
         result = run_dmplay(folder, *arguments, *options)
@@ -109,4 +109,4 @@ def test_a_batch_with_a_program_is_the_same_with_one_worker_and_with_two(folder:
     assert one_worker.stdout == two_workers.stdout
     failing_options = ("--agent", "bot:sh -c 'exit 3'", "--workers", "2", "--episodes", "40")
     error_output = run_dmplay(folder, "run", "hexworld", *failing_options).stderr
-    assert error_output == "error: agent forfeits, dead: ended with exit code 3\n"
+    assert error_output == "error: agent forfeits, dead: the bot ended with exit code 3\n"

@@ -18,18 +18,18 @@ pytestmark = pytest.mark.slow
 MAX_POLLS = 10_000  # number of polls
 COMMAND = f"bot:clock=0.2,{shlex.quote(sys.executable)} -S -E {abuser.__file__}"
 EXPECTED_MESSAGES = {
-    "silent": "silent: did not answer in 0.2 s",
-    "deaf": "deaf: did not read what it was told in 0.2 s",
-    "dead": "dead: was ended by SIGKILL",
-    "late": "late: answered after more than 0.2 s",
-    "garbled": "garbled: said 'ne': Expecting value, at column 1",
+    "silent": "silent: the bot did not answer within 0.2 s",
+    "deaf": "deaf: the bot did not read its input within 0.2 s",
+    "dead": "dead: the bot was ended by signal SIGKILL",
+    "late": "late: the bot answered after more than 0.2 s",
+    "garbled": "garbled: the bot sent 'ne': Expecting value, at column 1",
     "illegal": "illegal: unknown action '101'; did you mean 11 or 10 or 100?",
-    "flooding": "garbled: said 1000 lines that answer nothing",
-    "forking": "dead: ended with exit code 0",
-    "endless line": "garbled: said a line of over 65536 characters",
-    "wrong id": "garbled: answered id 77, expected 1",
-    "wrong version": "garbled: speaks protocol 2, expected 1",
-    "exits early": r"dead: ended with exit code 3; it says 'this'",
+    "flooding": "garbled: the bot sent 1000 lines without an answer",
+    "forking": "dead: the bot ended with exit code 0",
+    "endless line": "garbled: the bot sent a line of more than 65536 characters",
+    "wrong id": "garbled: got id 77, expected 1",
+    "wrong version": "garbled: got protocol 2, expected 1",
+    "exits early": r"dead: the bot ended with exit code 3; its stderr ends with 'this'",
 }
 
 

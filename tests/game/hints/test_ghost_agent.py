@@ -108,7 +108,7 @@ def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
         describe_ghost_result(session, [0], ["human"], None)
-        == "optimal:horizon=2 on the same dice: -19; you -19.95"
+        == "same random numbers: optimal:horizon=2 -19, you -19.95"
     )
 
 
@@ -133,14 +133,14 @@ def test_there_is_no_ghost_result_if_people_play_against_each_other() -> None:
 def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     session = play_actions("prisoners-dilemma", "cooperate", limit=1)
     message = describe_ghost_result(session, [0], ["human", "random"], None)
-    assert message == "best-response on the same dice: -3; you -4"
+    assert message == "same random numbers: best-response -3, you -4"
 
 
 @pytest.mark.parametrize(
     ("name", "human_seats", "agent", "message"),
     [
-        ("hexworld", [], "optimal", "--ghost: it plays beside a person, and here agents play"),
-        ("prisoners-dilemma", [0, 1], "grim", "--ghost: it plays beside one person, and here"),
+        ("hexworld", [], "optimal", "--ghost: needs a human player; only agents play"),
+        ("prisoners-dilemma", [0, 1], "grim", "--ghost: needs one human player; several"),
         ("hexworld", [0], "human", "--ghost: got 'human', expected one of optimal, "),
         ("hexworld", [0], "script:e", "--ghost: got 'script:e', expected one of optimal, "),
     ],

@@ -154,8 +154,8 @@ def test_a_hint_plans_only_to_the_turn_limit(
         ("flee", "hint (best-response): "),
         ("random", "hint (best-response:to=random): "),
         ("chase", "hint (best-response:to=chase): "),
-        ("equilibrium", "hint (best-response, if the other plays flee): "),
-        ("human", "hint (best-response, if the other plays flee): "),
+        ("equilibrium", "hint (best-response, if the other agent plays flee): "),
+        ("human", "hint (best-response, if the other agent plays flee): "),
     ],
 )
 def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hint: str) -> None:

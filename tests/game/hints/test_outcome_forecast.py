@@ -153,7 +153,9 @@ def test_continuous_outcomes_are_forecast_from_samples_and_labelled_as_samples()
 
 def test_other_agents_are_assumed_random_and_the_forecast_says_so() -> None:
     before = create_session("prisoners-dilemma")
-    line = "if defect, the other at random: cooperate pays 0, defect pays -3; -1.5 on average"
+    line = (
+        "if defect, the other agent at random: reward 0 if cooperate, -3 if defect; -1.5 on average"
+    )
     assert format_forecast(before, 0, forecast_outcomes(before, 0, 1)) == line
 
 
@@ -191,7 +193,7 @@ def test_forecast_mode_shows_each_pressed_action_and_enter_plays_the_last() -> N
 
 
 def test_a_forecast_on_a_large_board_is_not_repeated_below_it() -> None:
-    expected = {(80, 24): "if se: Enter plays it, Esc leaves", (50, 14): "if se: 0.70 (8,1), 0.15 "}
+    expected = {(80, 24): "if se: Enter plays it, Esc cancels", (50, 14): "if se: 0.70 (8,1), 0.15 "}
     for size, text in expected.items():
         assert text in play_keys(make_game("hexworld"), "W", "n", size=size).last
 
@@ -240,9 +242,9 @@ def test_a_game_with_strict_hints_shows_no_forecast() -> None:
         "hexworld", session, ["human"], GameRequest("hexworld", strict="hints")
     )
     frames = play_keys(strict_game, "W", "n").frames
-    assert "strict about help" in frames[1]
+    assert "this game forbids hints" in frames[1]
     assert len(session.turns) == 1
-    with pytest.raises(BadParameter, match="strict about help"):
+    with pytest.raises(BadParameter, match="this game forbids hints"):
         run_line(GameController(strict_game), "whatif e")
 
 

@@ -15,12 +15,12 @@ def test_the_worst_actions_come_first_and_equal_ones_in_order_of_turns() -> None
         make_reviewed_action(3, "agent", "d", 2.0),
     ]
     assert format_table([*actions, make_reviewed_action(4, "agent", "left", 0.0)]) == [
-        "turn  yours  best        regret",
-        "3     d      left or up  2.00 ####################",
-        "2     right  left or up  0.50 #####",
-        "1     up     left or up  0.00",
-        "4     left   left or up  0.00",
-        "review: 2 of 4 moves the best, regret 2.50 in all, most in turn 3",
+        "turn  chosen  best        regret",
+        "3     d       left or up  2.00 ####################",
+        "2     right   left or up  0.50 #####",
+        "1     up      left or up  0.00",
+        "4     left    left or up  0.00",
+        "review: best action 2 of 4 times, total regret 2.50 (largest in turn 3)",
     ]
 
 
@@ -28,7 +28,7 @@ def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() ->
     action = make_reviewed_action(1, "agent", "down", 1.69)._replace(
         values={"left": 1.0, "up": 1.0}
     )
-    assert format_table([action])[1] == "1     down   any   1.69 ####################"
+    assert format_table([action])[1] == "1     down    any   1.69 ####################"
 
 
 def test_a_review_of_several_people_has_a_seat_column() -> None:
@@ -38,9 +38,9 @@ def test_a_review_of_several_people_has_a_seat_column() -> None:
             make_reviewed_action(1, "agent2", "down", 1.0),
         ]
     )
-    assert lines[0] == "turn  seat    yours  best        regret"
-    assert lines[1] == "1     agent2  down   left or up  1.00 ####################"
+    assert lines[0] == "turn  seat    chosen  best        regret"
+    assert lines[1] == "1     agent2  down    left or up  1.00 ####################"
 
 
 def test_a_review_without_values_has_no_columns() -> None:
-    assert format_table([]) == ["review: no agent here knows the values of these moves"]
+    assert format_table([]) == ["review: no agent can compute the values of these actions"]

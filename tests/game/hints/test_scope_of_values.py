@@ -23,7 +23,7 @@ from tests.support.random_problems import RandomGame
 from tests.support.screens import make_game
 
 BABY = "crying-baby"
-BEST_REPLY = "best reply to what the other's play suggests"
+BEST_REPLY = "best response to the opponent's past actions"
 
 
 def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = ()) -> str:
@@ -73,22 +73,22 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
     [
         ("hexworld", None, "hint (optimal): "),
         ("hexworld", 2, "hint (optimal:horizon=2): "),
-        ("crying-baby", 101, "hint (optimal, without end): "),
+        ("crying-baby", 101, "hint (optimal, infinite horizon): "),
         ("2048", None, "hint (expectimax): "),
-        ("2048", 3, "hint (expectimax, without end): "),
-        ("mountain-car", 3, "hint (optimal, without end): "),
+        ("2048", 3, "hint (expectimax, infinite horizon): "),
+        ("mountain-car", 3, "hint (optimal, infinite horizon): "),
         ("collision-avoidance", None, "hint (optimal): "),
-        ("collision-avoidance", 3, "hint (optimal, without end): "),
+        ("collision-avoidance", 3, "hint (optimal, infinite horizon): "),
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
         ("catch", None, "hint (optimal): "),
         ("catch", 11, "hint (optimal:horizon=11): "),
         ("catch", 21, "hint (optimal, in plans of 10 turns): "),
         ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
-        ("predator-prey", 2, "hint (best-response:horizon=2, if the other plays flee): "),
+        ("predator-prey", 2, "hint (best-response:horizon=2, if the other agent plays flee): "),
         (
             "collaborative-predator-prey",
             None,
-            "hint (qmdp, as if the team saw all from the next turn on, without end): ",
+            "hint (qmdp, assuming a visible state from the next turn on, infinite horizon): ",
         ),
         ("prisoners-dilemma", None, f"hint ({BEST_REPLY}, for one round): "),
         ("prisoners-dilemma", 1, f"hint ({BEST_REPLY}): "),
@@ -104,7 +104,11 @@ def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
     ("name", "turns", "hint"),
     [
         (BABY, 2000, "hint (plan, 10 turns ahead): "),
-        ("multicaregiver-crying-baby", 20, "hint (joint plan that both follow, 4 turns ahead): "),
+        (
+            "multicaregiver-crying-baby",
+            20,
+            "hint (joint plan that both agents follow, 4 turns ahead): ",
+        ),
     ],
 )
 def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, hint: str) -> None:
@@ -116,7 +120,7 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
     provider = HintProvider(session, 0, ["human", "human"])
-    assert provider.create_hint().startswith("hint (equilibrium, without end): ")
+    assert provider.create_hint().startswith("hint (equilibrium, infinite horizon): ")
     overlay = provider.build_overlay("values")
     assert overlay is not None
     assert np.isfinite(overlay.action_values).any()
@@ -152,7 +156,7 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
 
 def test_listed_values_say_what_they_are_about() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
-    assert HintProvider(session, 0).describe_values().startswith("values without end: feed ")
+    assert HintProvider(session, 0).describe_values().startswith("values (infinite horizon): feed ")
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     assert HintProvider(session, 0).describe_values().startswith("values: feed ")
 
@@ -163,13 +167,14 @@ def test_no_move_has_a_regret_against_an_opponent_who_remembers(opponent: str) -
     reviewed = list(review_actions(session, [0], ["human", opponent]))
     assert {move.regret for move in reviewed} == {None}
     assert str(reviewed[0]) == (
-        "turn 1, agent1: chose cooperate, best for one round defect. "
+        "turn 1, agent1: chose cooperate, best action (for one round): defect. "
         "values: cooperate -2.50, defect -1.50"
     )
     assert format_summary(reviewed) == (
-        "review: 0 of 10 moves the best for one round; no regret, as the other's play is a guess"
+        "review: best action (for one round) 0 of 10 times; "
+        "no regret, because the values assume how the other agent plays"
     )
-    assert format_table(reviewed)[0].split() == ["turn", "yours", "best", "for", "one", "round"]
+    assert format_table(reviewed)[0].split() == ["turn", "chosen", "best", "(for", "one", "round)"]
 
 
 @pytest.mark.parametrize(
@@ -197,8 +202,8 @@ def test_values_that_guess_the_other_player_give_no_regret(
     [
         ("predator-prey", "flee", ""),
         ("predator-prey", "random", ""),
-        ("predator-prey", "human", "if the other plays flee"),
-        ("predator-prey", "equilibrium", "if the other plays flee"),
+        ("predator-prey", "human", "if the other agent plays flee"),
+        ("predator-prey", "equilibrium", "if the other agent plays flee"),
         ("multicaregiver-crying-baby", "random", ""),
         ("multicaregiver-crying-baby", "feed-when-crying", "with a random partner"),
         ("multicaregiver-crying-baby", "human", "with a random partner"),
@@ -212,7 +217,7 @@ def test_hint_values_and_review_name_players_that_are_only_assumed(
     provider = HintProvider(session.copy_at_start(), 0, players)
     by, _, _ = provider.create_hint().partition("): ")
     assert by.endswith(f", {scope}") if scope else ", " not in by.replace(",to=", "")
-    assert provider.describe_values().startswith(f"values {scope}:" if scope else "values:")
+    assert provider.describe_values().startswith(f"values ({scope}):" if scope else "values:")
     (first, *_) = review_actions(session, [0], players)
     assert first.scope == scope
 
@@ -220,11 +225,11 @@ def test_hint_values_and_review_name_players_that_are_only_assumed(
 def test_a_prey_is_assumed_to_be_chased() -> None:
     hint_agent = find_hint_provider(dmplay.load_problem("predator-prey"), 1, 5, ("human", "human"))
     assert hint_agent is not None
-    assert hint_agent.scope == "if the other plays chase"
+    assert hint_agent.scope == "if the other agent plays chase"
     two_prey = dmplay.load_problem("predator-prey", prey=2)
     policy = dmplay.load_agent(two_prey, 0, "best-response")
     assert isinstance(policy, SeatPolicy)
-    assert policy.describe_assumed_players(["flee", "search"]) == "if the others play flee"
+    assert policy.describe_assumed_players(["flee", "search"]) == "if the other agents play flee"
     assert policy.describe_assumed_players(["flee", "flee"]) == ""
 
 
@@ -246,7 +251,7 @@ def test_review_and_grade_report_no_regret_in_a_repeated_game(
     assert [action["scope"] for action in data["actions"]] == ["for one round"] * 2
     (grade,) = grade_files([file]).grades
     assert grade.regret is None
-    assert "no regret because the other's play is a guess" in grade.remarks
+    assert "no regret, because the values assume how the other agent plays" in grade.remarks
 
 
 def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
@@ -272,5 +277,5 @@ def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
 def test_the_board_says_what_a_song_does() -> None:
     single, double = (make_game(name) for name in (BABY, "multicaregiver-crying-baby"))
     texts = [str(game.view_module.lesson(game.view())) for game in (single, double)]
-    assert "a song makes its crying tell you more" in texts[0]
-    assert "song" not in texts[1]
+    assert "singing makes its crying a better clue" in texts[0]
+    assert "singing makes" not in texts[1]

@@ -70,7 +70,7 @@ def test_a_client_may_take_any_seat_against_built_in_agents(folder: Path) -> Non
     for others in ("nobody", "human", "mcp", "script:feed", "bot:sh", "./evil.py:X"):
         with pytest.raises(DmplayError, match=r"^unknown agent"):
             games.start_game("prisoners-dilemma", others=others)
-    with pytest.raises(DmplayError, match="expected none: there is one seat only"):
+    with pytest.raises(DmplayError, match="expected none: there is only one seat"):
         games.start_game("catch", others="greedy")
     assert games.start_game("travelers-dilemma")["seat"] == "agent1"
     assert isinstance(games.play_action("g2", "50")["turns"][0]["reward"], float)
@@ -115,7 +115,7 @@ def test_the_number_of_games_is_limited_and_the_first_finished_game_is_removed(
         games.start_game("hexworld")
     for _ in range(3):
         with pytest.raises(
-            BadParameter, match=f"new: {MAX_GAMES} games are played; end one of them"
+            BadParameter, match=f"new: {MAX_GAMES} games are running; end one of them"
         ):
             games.start_game("hexworld")
     games.end_game("g3")
@@ -158,7 +158,7 @@ def test_a_disconnected_client_leaves_a_complete_and_sealed_transcript(
     games.end_all_games()
     assert '"reason": "interrupted"' in read_values(assert_verified(path), "end")[0]
     assert read_values(path, "strict") == ['"hints"']
-    with pytest.raises(BadParameter, match="this game can still be played on"):
+    with pytest.raises(BadParameter, match="this game can still be continued"):
         disclose_transcript(read_transcript(path), find_pair("crying-baby", 0).problem, peek=False)
     with pytest.raises(BadParameter, match="a seat was played by a language model"):
         start_game(ResumeRequest(path))

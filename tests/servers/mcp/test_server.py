@@ -181,12 +181,12 @@ def test_invalid_calls_return_one_line_errors_and_the_game_continues(tmp_path: P
             for _ in range(error_count):
                 error = session.heard()["error"]
                 assert isinstance(error, dict)
-                assert error["message"].endswith("expected a message of JSON-RPC 2.0")
+                assert error["message"].endswith("expected a JSON-RPC 2.0 message")
         for _ in range(MAX_GAMES - 1):
             session.call("new", problem="catch")
         for _ in range(300):
             message = session.fault("new", problem="catch")
-            assert message == f"new: {MAX_GAMES} games are played; end one of them by over"
+            assert message == f"new: {MAX_GAMES} games are running; end one of them with over"
         assert not session.call("act", game="g1", action="left")["isError"]
         session.call("over", game="g1")
         assert session.fault("act", game="g1", action="left") == "the game is over (quit)"
@@ -226,7 +226,7 @@ def test_output_and_errors_of_a_problem_are_not_sent_to_the_client(tmp_path: Pat
         assert not session.call("new", problem="loud:Loud")["isError"]
         (tmp_path / "bad").touch()
         message = session.fault("act", game="g1", action="listen")
-        assert message == "unexpected ZeroDivisionError; whoever runs dmplay can read where"
+        assert message == "unexpected ZeroDivisionError; dmplay mcp printed its location to stderr"
         code, errors = session.gone()
         assert code == 0
         assert "loud" in errors

@@ -114,6 +114,7 @@ def test_a_dominated_plan_is_dropped() -> None:
 
 def test_too_many_plans_to_compare_are_rejected() -> None:
     with pytest.raises(
-        BudgetExceeded, match=r"^pairs of plans: .* MB, more than 153; try fewer turns$"
+        BudgetExceeded,
+        match=r"^comparing joint plans: .* MB, more than the limit of 153 MB; try fewer turns$",
     ):
         joint_plan_dynamic_programming.run_dynamic_programming(DEFAULT_PROBLEM, 5)

@@ -95,8 +95,8 @@ class Dilemma(RandomGame):
 def test_both_players_defect_and_the_report_shows_no_regret() -> None:
     dilemma = Dilemma(ends=False)
     report = solve_problem(dilemma)
-    assert report.method == "best replies over 5 states, 1 round"
-    expected = "value 10 to one, 10 to two at the start; to be gained by another policy: "
+    assert report.method == "best responses over 5 states, 1 round"
+    expected = "value 10 for one, 10 for two at the start; gain by another policy: "
     assert report.result.startswith(expected)
     assert {row["one"] for row in report.rows} == {"a"}
     agents = [load_agent(dilemma, seat, "equilibrium") for seat in range(2)]

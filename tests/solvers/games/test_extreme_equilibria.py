@@ -71,6 +71,6 @@ def test_infinitely_many_equilibria_are_reported_by_their_extreme_points() -> No
     table = PayoffTable(("a", "b"), labels, parse_payoffs("1,1 1,1", "1,1 1,1"), "")
     report = solve_problem(NormalFormGame(payoff_table=table))
     assert report.method == "vertex enumeration"
-    expected = "4 extreme Nash equilibria of one round; all others are mixtures of these"
+    expected = "4 extreme Nash equilibria of one round; the others are mixtures of these"
     assert report.result == expected
     assert len(report.rows) == 4

@@ -49,6 +49,7 @@ def test_a_game_too_large_to_list_is_rejected(predators: int) -> None:
     hunt = PredatorPrey(predators=predators)
     policies = [np.full((12 ** (predators + 1), 6), 1 / 6)] * (predators + 1)
     with pytest.raises(
-        BudgetExceeded, match=r"^a best response: .* MB, more than 512; try fewer states"
+        BudgetExceeded,
+        match=r"^best response: .* MB, more than the limit of 512 MB; try fewer states",
     ):
         induced_mdp.build_induced_mdp(hunt, 0, policies)

@@ -49,10 +49,8 @@ def test_small_games_have_an_equilibrium_that_support_enumeration_lists(scale: f
 def test_a_large_game_is_solved_and_played() -> None:
     game = Large()
     report = solve_problem(game)
-    assert report.method == "Lemke and Howson's pivoting"
-    assert report.result.startswith(
-        "a Nash equilibrium of one round; by another action nobody gains"
-    )
+    assert report.method == "Lemke-Howson algorithm"
+    assert report.result.startswith("a Nash equilibrium of one round; no agent gains")
     (row,) = report.rows
     agents = [load_agent(game, seat, "nash") for seat in range(2)]
     returns = rollout(game, agents, episodes=100, turn_limit=10).returns[:, 0] / 10

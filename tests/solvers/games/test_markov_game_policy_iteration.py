@@ -65,7 +65,7 @@ def test_the_iteration_reports_its_progress() -> None:
     [
         ("predator-prey", {"predators": 2}, "got 3 agents"),
         ("predator-prey", {"discount": 1.0}, "below 1"),
-        ("multicaregiver-crying-baby", {}, "who see the state"),
+        ("multicaregiver-crying-baby", {}, "expected 2 that both see the state"),
         ("prisoners-dilemma", {"discount": 0.9}, "rewards that are not opposed"),
         ("predator-prey", {"hexes": [[q, 0] for q in range(23)]}, "got 529 states"),
     ],

@@ -74,7 +74,9 @@ def test_the_reported_regret_is_never_rounded_down() -> None:
     assert regret_matching.find_equilibrium(UNEVEN_PAYOFFS).regrets.max() == pytest.approx(
         0.20246, abs=1e-5
     )
-    assert solve_problem(UnevenGame()).result.endswith("nobody gains more than 0.3")
+    assert solve_problem(UnevenGame()).result.endswith(
+        "no agent gains more than 0.3 by another action"
+    )
     assert [
         format_upper_bound(0.2, 2),
         format_upper_bound(1e-9),
@@ -86,7 +88,7 @@ def test_three_player_games_have_an_equilibrium_agent_and_a_reported_regret() ->
     game = ThreePennies()
     assert [*load_roster(game).agents] == ["equilibrium", "random", "search"]
     report = solve_problem(game)
-    assert report.result == "one round; by another action nobody gains anything"
+    assert report.result == "one round; no agent gains by another action"
     assert report.rows[0]["one"] == "heads 0.5 tails 0.5"
     agents = [load_agent(game, seat, "equilibrium") for seat in range(3)]
     returns = rollout(game, agents, episodes=300, turn_limit=10).returns

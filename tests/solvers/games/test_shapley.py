@@ -62,7 +62,7 @@ def test_the_turn_limit_determines_the_value() -> None:
         values = np.zeros(5)
         for _ in range(4):
             values = backup_values(problem, values)
-        expected = f"value {values[0]:.6g} to one, "
+        expected = f"value {values[0]:.6g} for one, "
         assert solve_problem(problem).result.startswith(expected)
         with use_solve_options(SolveOptions(turns=4)):
             assert solve_problem(
@@ -92,8 +92,8 @@ def test_soccer_is_symmetric_and_the_optimal_policies_secure_its_value() -> None
         error = returns.std(ddof=1) / 100**0.5
         assert abs(returns.mean()) < 3 * error if opponent == "optimal" else returns.mean() > 0.3
     report = solve_problem(field)
-    assert report.method == "Shapley's iteration over 760 states, without end"
-    assert report.result.startswith("value 0 to left, 0 to right at the start, at most ")
+    assert report.method == "Shapley's iteration over 760 states, infinite horizon"
+    assert report.result.startswith("value 0 for left, 0 for right at the start, error at most ")
 
 
 def test_no_best_response_gains_against_the_solution() -> None:
@@ -125,5 +125,7 @@ def test_games_that_are_not_zero_sum_are_rejected() -> None:
     explored = transition_graph.build_reachable_graph(RandomGame())
     with pytest.raises(BadPolicy, match="got rewards that are not opposed"):
         shapley.run_shapley_iteration(RandomGame(), explored, None)
-    with pytest.raises(BadPolicy, match="expected a discount below 1, or a last turn: --turns N"):
+    with pytest.raises(
+        BadPolicy, match="expected a discount below 1, or a turn limit \\(--turns N"
+    ):
         shapley.run_shapley_iteration(RandomRivalGame(discount=1.0), explored, None)

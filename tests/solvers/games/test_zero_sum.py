@@ -65,7 +65,8 @@ def test_games_are_solved_in_blocks_and_one_too_large_for_memory_is_rejected(
     for field, expected_field in zip(zero_sum.solve_matrix_games(games), expected, strict=True):
         assert field.tobytes() == expected_field.tobytes()
     with pytest.raises(
-        BudgetExceeded, match="matrix games: 2,291 MB, more than 512; try fewer actions"
+        BudgetExceeded,
+        match="matrix games: 2,291 MB, more than the limit of 512 MB; try fewer actions",
     ):
         zero_sum.solve_matrix_games(np.zeros((1, 10_000, 8)))
 

@@ -96,8 +96,8 @@ def test_the_player_to_move_wins_nim_unless_the_nim_sum_is_zero() -> None:
     np.testing.assert_array_equal(result.values_by_turns_left[-1], np.stack([sign, -sign], axis=1))
     assert result.gap == 0
     report = solve_problem(ThreeHeapNim(three=2))
-    assert report.method == "backward induction over 88 states, without end"
-    assert report.result == "value 1 to left, -1 to right at the start, exact"
+    assert report.method == "backward induction over 88 states, infinite horizon"
+    assert report.result == "value 1 for left, -1 for right at the start, exact"
     first_row = {"value left": 1.0, "value right": -1.0, "to decide": "left", "best": "a2 b2 c2"}
     assert report.rows[0] == {"state": "3 3 2 0"} | first_row
 
@@ -105,8 +105,8 @@ def test_the_player_to_move_wins_nim_unless_the_nim_sum_is_zero() -> None:
 def test_optimal_players_never_lose_tic_tac_toe() -> None:
     toe = Toe()
     report = solve_problem(toe)
-    assert report.method == "backward induction over 5478 states, without end"
-    assert report.result == "value 0 to x, 0 to o at the start, exact"
+    assert report.method == "backward induction over 5478 states, infinite horizon"
+    assert report.result == "value 0 for x, 0 for o at the start, exact"
     assert report.rows[0]["best"] == " ".join(f"cell{n}" for n in range(1, 10))
     optimal_agents = [load_agent(toe, seat, "optimal") for seat in range(2)]
     random_agents = [load_agent(toe, seat, "random") for seat in range(2)]
@@ -234,11 +234,13 @@ def test_a_game_that_need_not_end_is_solved_only_if_its_values_converge() -> Non
     assert result.returns.tolist() == [[1.0, 0.0]]
     assert result.turn_counts.tolist() == [1]
     with pytest.raises(
-        BudgetExceeded, match="after 50 turns; games need not end; give a discount bel"
+        BudgetExceeded, match="after 50 turns; a game may never end; set a discount bel"
     ):
         solve_problem(DelayGame(tip=1.0))
     endless = solve_problem(DelayGame(tip=1.0, discount=0.9)).result
-    assert endless.startswith("value 5.26316 to holder, 0 to other at the start, at most ")
+    assert endless.startswith(
+        "value 5.26316 for holder, 0 for other at the start, longer games differ by at most "
+    )
 
 
 @dataclass(frozen=True)
@@ -294,7 +296,7 @@ def test_the_optimal_agent_gives_hints_and_rejects_simultaneous_games() -> None:
     values = optimal.action_values(optimal.initial_memory(np.array([12])))
     assert values is not None
     assert np.isinf(values).all()
-    with pytest.raises(BadPolicy, match="got agents who act at once"):
+    with pytest.raises(BadPolicy, match="got a state in which several agents choose"):
         solve_by_backward_induction(RandomGame(), 3)
 
 
@@ -303,7 +305,7 @@ def test_a_match_with_a_turn_limit_plans_that_many_turns() -> None:
     assert make_lineup(match).agent_names == ["optimal:horizon=5"]
     assert make_lineup(match._replace(turn_limit=None)).agent_names == ["optimal"]
     assert [*load_roster(RandomProblem(turns=9)).agents][:2] == ["optimal", "plan"]
-    assert solve_problem(RandomProblem(turns=9)).result.endswith(" at the start of 9 turns")
+    assert solve_problem(RandomProblem(turns=9)).result.endswith(" at the start with 9 turns")
 
 
 @dataclass(frozen=True)
@@ -355,8 +357,7 @@ def test_actions_of_equal_value_end_an_undiscounted_game_soonest(
 def test_a_hint_says_that_it_is_the_one_of_equals_that_ends_soonest() -> None:
     hint = HintProvider(Session(Pond(), SeededUniforms(1)), 0, ["human"]).create_hint()
     assert hint == (
-        "hint (optimal, of equals the one that ends soonest): on. "
-        "values: back 1.00, on 1.00, dive 0.00"
+        "hint (optimal, tie broken by earliest end): on. values: back 1.00, on 1.00, dive 0.00"
     )
     tight = HintProvider(Session(Pond(turns=5), SeededUniforms(1)), 0, ["human"]).create_hint()
     assert tight.startswith("hint (optimal): on. ")

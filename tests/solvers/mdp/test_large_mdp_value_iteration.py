@@ -222,7 +222,7 @@ class FreeStairs(Stairs):
 def test_a_problem_without_finite_values_raises_a_one_line_error() -> None:
     problem, message = (
         RewardedStairs(steps=4),
-        r"^value iteration: .* give a discount below 1, or a last turn: --turns N,",
+        r"^value iteration: .* set a discount below 1, or a turn limit \(--turns N,",
     )
     with pytest.raises(BudgetExceeded, match=message):
         solve_problem(problem)
@@ -235,8 +235,8 @@ def test_a_problem_without_finite_values_raises_a_one_line_error() -> None:
 
 def test_a_solution_with_many_states_reports_only_the_start() -> None:
     report = solve_problem(Stairs(steps=1100))
-    assert report.method == "value iteration over 1101 states, backwards from where games end"
-    assert report.result.startswith("value -2200 at the start, the last change 0, ")
+    assert report.method == "value iteration over 1101 states, backward from the terminal states"
+    assert report.result.startswith("value -2200 at the start, last change 0, ")
     assert report.rows == [{"state": "0", "value": pytest.approx(-2200), "best": "up"}]
     heap_result = large_mdp_value_iteration.run_backward_value_iteration(
         transition_graph.build_full_graph(Heap()), 0.9
@@ -264,7 +264,9 @@ def test_a_field_defined_by_functions_equals_one_defined_by_tables() -> None:
         transition_graph.build_full_graph(Field(side=32)), 0.99
     )
     report = solve_problem(InRows(side=32))
-    assert report.result.startswith(f"value {function_result.values[0]:.6g} at the start, at most ")
+    assert report.result.startswith(
+        f"value {function_result.values[0]:.6g} at the start, error at most "
+    )
     assert report.rows == [
         {"state": "0", "value": pytest.approx(function_result.values[0]), "best": "east south"}
     ]

@@ -183,13 +183,13 @@ def test_the_game_of_the_day_is_that_of_utc_in_every_time_zone(
 
 def test_a_small_terminal_shows_the_full_daily_seed_and_goal() -> None:
     rows = render_gallery_rows(make_gallery(), 50, 14)
-    assert rows[0].strip() == f"dmplay  15 problems   today's seed {make_gallery().daily_seed}"
+    assert rows[0].strip() == f"dmplay  15 problems   daily seed {make_gallery().daily_seed}"
     assert not any("…" in row for row in rows)
 
 
 def test_a_narrow_key_row_shows_the_most_important_keys() -> None:
     assert "Enter play" in render_gallery_rows(make_gallery(), 80)[-1]
-    assert "c go on" in render_gallery_rows(make_gallery(), 80)[-1]
+    assert "c resume" in render_gallery_rows(make_gallery(), 80)[-1]
     assert render_gallery_rows(make_gallery(), 30)[-1].split() == [
         "Enter",
         "play",
@@ -228,14 +228,14 @@ def test_the_list_is_drawn_before_the_preview() -> None:
 def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
     gallery = press_keys("/", *"HEX", "enter")
     assert [entry.name for entry in gallery.visible_entries] == ["hexworld"]
-    assert "only 'HEX'; Esc shows all" in gallery.frames[-1]
+    assert "filter 'HEX'; Esc shows all" in gallery.frames[-1]
     gallery = press_keys("/", *"pomdp")
     assert len(gallery.visible_entries) == 4
     gallery = press_keys("/", *"hexx", "backspace", "escape")
     assert len(gallery.visible_entries) == len(list_problem_entries())
     assert gallery.selected_problem == "hexworld"
     gallery = press_keys("/", *"nothing", "enter", "enter")
-    assert "nothing of this name or kind" in gallery.frames[-1]
+    assert "no problem matches" in gallery.frames[-1]
     assert gallery.pending_command == ()
 
 
@@ -258,7 +258,7 @@ def test_keys_play_watch_open_the_shell_and_quit(keys: list[str], command: tuple
 
 def test_c_resumes_an_unfinished_game_of_the_selected_problem_first() -> None:
     assert press_keys("c").pending_command == ()
-    assert "no game is unfinished" in press_keys("c").frames[-1]
+    assert "there is no unfinished game" in press_keys("c").frames[-1]
     hexworld, car = play_game("hexworld", "e"), play_game("mountain-car", "left", "left")
     assert hexworld.game.transcript_path
     assert car.game.transcript_path
@@ -269,7 +269,7 @@ def test_c_resumes_an_unfinished_game_of_the_selected_problem_first() -> None:
         car.game.transcript_path,
     )
     gallery = press_keys("down", "down", "down", "down", "c")
-    assert "left after 2 turns; c goes on" in gallery.frames[-1]
+    assert "unfinished after 2 turns; c resumes it" in gallery.frames[-1]
     assert gallery.pending_command == ("resume", str(car.game.transcript_path))
 
 
@@ -277,7 +277,7 @@ def test_the_preview_shows_your_best_and_last_results() -> None:
     assert "best -" not in "\n".join(render_gallery_rows(make_gallery(chosen="prisoners-dilemma")))
     play_game("prisoners-dilemma", *["c"] * 10)
     text = "\n".join(render_gallery_rows(make_gallery(chosen="prisoners-dilemma")))
-    assert "best -10 in 10 turns, seed 7" in text
+    assert "record -10 in 10 turns, seed 7" in text
     assert "last" not in text
     play_game("prisoners-dilemma", *["d"] * 10)
     assert "last -27 in 10 turns, seed 7" in "\n".join(
@@ -297,11 +297,12 @@ def test_the_side_panel_of_a_game_shows_the_best_earlier_result() -> None:
     rows = compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain.split(
         "\n"
     )
-    assert any(row.split()[-2:] == ["best", f"{record.best.discounted_return:g}"] for row in rows)
+    assert any(row.split()[-2:] == ["record", f"{record.best.discounted_return:g}"] for row in rows)
     controller.set_game(start_game(GameRequest("2048", seed=8)))
     screen.log_new_turns()
     assert (
-        "best" not in compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain
+        "record"
+        not in compose_frame(controller.game, Viewport(80, 24), screen.frame_state, []).plain
     )
 
 
@@ -315,8 +316,8 @@ def test_the_help_lists_every_key_and_any_key_closes_it() -> None:
 
 def test_the_help_of_a_small_screen_is_split_into_pages_without_loss() -> None:
     gallery = press_keys("?", *["space"] * 3, size=(50, 14))
-    pages = [frame.split("\n") for frame in gallery.frames if " of 3. " in frame]
-    assert [rows[-3].split(". ")[0] for rows in pages] == [f" part {n} of 3" for n in (1, 2, 3)]
+    pages = [frame.split("\n") for frame in gallery.frames if " of 3; " in frame]
+    assert [rows[-3].split("; ")[0] for rows in pages] == [f" page {n} of 3" for n in (1, 2, 3)]
     assert {rows[-2] for rows in pages} == {""}
     text = " ".join(" ".join(row.strip() for row in rows[1:-3]) for rows in pages)
     for key in module.GALLERY_KEYS:
@@ -333,7 +334,7 @@ def test_a_broken_installed_problem_is_listed_last_and_shows_its_error(
     entries = list_problem_entries()
     assert entries[-1] == ProblemEntry("maze", INSTALLED_HEADING)
     gallery = make_gallery(entries=entries, chosen="maze")
-    assert "maze offers no Problem" in "\n".join(render_gallery_rows(gallery))
+    assert "maze defines no Problem" in "\n".join(render_gallery_rows(gallery))
     with pytest.raises(PlayerQuit):
         gallery.handle_key("enter")
     assert gallery.pending_command == ("play", "maze")
@@ -348,7 +349,7 @@ def test_the_gallery_returns_after_a_game_and_shows_its_result(working_folder: P
         for turn in range(1, 11):
             terminal.press("c", f"turn {turn}/10")
         terminal.press("q", "prisoners-dilemma: turn limit after 10 turns. agent1 score -10").calm()
-        assert "best -10 in 10 turns" in terminal.text
+        assert "record -10 in 10 turns" in terminal.text
         terminal.press("d", "seed 2").calm().press("q", "> prisoners-dilemma").calm()
         assert terminal.press("q").ended() == 0
         assert terminal.left_clean()
@@ -404,7 +405,7 @@ def test_the_shell_starts_on_terminals_without_full_screen_support(
     working_folder: Path, env: dict[str, str]
 ) -> None:
     with Terminal(folder=working_folder, env=env) as terminal:
-        terminal.until("dmplay>").press("list games\r", "no game is kept").press(CTRL_D)
+        terminal.until("dmplay>").press("list games\r", "no saved games").press(CTRL_D)
         assert terminal.ended() == 0
         assert "\x1b[?1049h" not in terminal.printed
 

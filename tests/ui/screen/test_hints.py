@@ -44,7 +44,7 @@ def test_a_narrow_ranked_footer_drops_labels_then_numbers_but_never_help(
 
 def test_the_panel_shows_action_values_after_a_hint() -> None:
     rows = play_keys(make_game("hexworld"), "tab").last.split("\n")
-    heading_index = next(number for number, row in enumerate(rows) if row.endswith("worth"))
+    heading_index = next(number for number, row in enumerate(rows) if row.endswith("values"))
     assert [row.split()[-2:] for row in rows[heading_index + 1 : heading_index + 4]] == [
         ["se", "7.04"], ["sw", "6.28"], ["e", "6.27"],
     ]  # fmt: skip

@@ -187,11 +187,11 @@ def test_plain_mode_hands_over_between_players_with_different_observations(tmp_p
     arguments = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3", "--plain")
     with Terminal(*arguments, folder=tmp_path) as terminal:
         terminal.until("caregiver1 action>").press(f"feed; belief{ENTER}")
-        terminal.until("caregiver2 is next: nobody else should look now. Enter goes on.")
+        terminal.until("pass the keyboard to caregiver2; press Enter when ready.")
         assert "feed" not in terminal.text
         assert "caregiver1" not in terminal.text  # the first caregiver's output is cleared
         terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
-        terminal.until("caregiver1 is next").press(ENTER)
+        terminal.until("pass the keyboard to caregiver1").press(ENTER)
         terminal.until("turn 1. quiet. chose feed.").calm().press(f"{CTRL_D}")
         assert terminal.ended() == 0
 
@@ -200,14 +200,16 @@ def test_the_shell_hands_over_between_players_with_different_observations(tmp_pa
     with Terminal("shell", folder=tmp_path) as terminal:
         command = "play multicaregiver-crying-baby --vs human --seed 3"
         terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
-        terminal.press(f"feed; belief{ENTER}", "caregiver2 is next: nobody else should look now.")
+        terminal.press(f"feed; belief{ENTER}", "pass the keyboard to caregiver2;")
         assert "heard" not in terminal.text  # the first caregiver's board is cleared
-        terminal.press(ENTER, "t0 caregiver2]>").calm().press(f"sing{ENTER}", "caregiver1 is next")
+        terminal.press(ENTER, "t0 caregiver2]>").calm().press(
+            f"sing{ENTER}", "pass the keyboard to caregiver1"
+        )
         assert "chose" not in terminal.calm().text
         terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
         terminal.press(f"undo{ENTER}", "undone. turn 0.").until("t0 caregiver1]>").calm()
-        terminal.press(f"feed{ENTER}", "caregiver2 is next").calm()
-        assert terminal.press(CTRL_C, "Ctrl-C once more").calm().press(CTRL_C).ended() == 130
+        terminal.press(f"feed{ENTER}", "pass the keyboard to caregiver2").calm()
+        assert terminal.press(CTRL_C, "to quit, press").calm().press(CTRL_C).ended() == 130
         assert terminal.left_clean()
 
 
@@ -215,9 +217,13 @@ def test_leaving_the_screen_for_the_shell_shows_nothing_of_the_next_player(tmp_p
     with Terminal("shell", folder=tmp_path) as terminal:
         command = "play multicaregiver-crying-baby --vs human --seed 3"
         terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
-        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press("i", "caregiver2 is next")
-        terminal.press(ENTER, "you: caregiver2").press("f", "caregiver1 is next").calm()
-        terminal.press("q", "caregiver1 is next: nobody else should look now. Enter goes on.")
+        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press(
+            "i", "pass the keyboard to caregiver2"
+        )
+        terminal.press(ENTER, "you: caregiver2").press(
+            "f", "pass the keyboard to caregiver1"
+        ).calm()
+        terminal.press("q", "pass the keyboard to caregiver1; press Enter when ready.")
         assert "heard" not in terminal.calm().text
         terminal.press(ENTER, "t1 caregiver1]>").press(CTRL_D)
         assert terminal.ended() == 0

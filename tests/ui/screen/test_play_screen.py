@@ -136,7 +136,7 @@ def test_a_panel_fact_that_is_too_long_continues_on_the_next_row() -> None:
 
 def test_the_first_arrow_of_a_diagonal_is_explained_and_other_keys_do_not_complete_it() -> None:
     result = play_keys(make_game("hexworld"), "up", "x", "down", "right")
-    assert "up, then left or right: a diagonal" in result.frames[1]
+    assert "up: now press left or right for a diagonal step" in result.frames[1]
     assert "x: no such key" in result.frames[2]
     assert "turn 1. " in result.last
     assert "chose SE" in result.last
@@ -149,9 +149,7 @@ def test_tab_shows_a_hint_without_playing() -> None:
 
 
 def test_reroll_is_refused_before_the_first_turn() -> None:
-    assert (
-        "reroll: no turn was played yet" in play_keys(make_game("2048"), ":", "reroll enter").last
-    )
+    assert "no turn has been played yet" in play_keys(make_game("2048"), ":", "reroll enter").last
 
 
 def test_a_rerolled_turn_is_logged() -> None:
@@ -160,8 +158,8 @@ def test_a_rerolled_turn_is_logged() -> None:
     rows = [row.strip() for row in screen_text.split("\n") if "slid left." in row]
     assert rows == [
         "turn 1. slid left. new 2 in row 3, column 2. reward 4. score 4.",
-        "turn 1, under other dice. slid left. new 2 in row 3, column 2. reward 4. score",
-        "turn 1, under other dice. slid left. new 4 in row 4, column 1. reward 4. score",
+        "turn 1, rerolled. slid left. new 2 in row 3, column 2. reward 4. score 4.",
+        "turn 1, rerolled. slid left. new 4 in row 4, column 1. reward 4. score 4.",
     ]
 
 
@@ -171,13 +169,13 @@ def test_undo_and_redo_have_keys(key: str) -> None:
     result = play_keys(current_game, "h", "h", key, "c-r")
     assert "undone. turn 1." in result.frames[3]
     assert "turn 2 " in result.last
-    assert "nothing was taken back" in play_keys(current_game, "c-r").last
+    assert "no turn was undone" in play_keys(current_game, "c-r").last
     assert "undo 1: 0 turns were played" in play_keys(make_game("hexworld"), key).last
 
 
 def test_turns_played_before_an_error_are_logged() -> None:
     result = play_keys(make_game("hexworld"), "h", "backspace", ":", "redo space 2 enter")
-    assert "redo: nothing was taken back" in result.last
+    assert "redo: no turn was undone" in result.last
     assert result.last.count("turn 1. ") == 2  # played, then redone
 
 
@@ -212,11 +210,11 @@ def test_a_typed_action_closes_the_help() -> None:
 def test_help_longer_than_the_screen_is_split_into_parts() -> None:
     result = play_keys(make_game("hexworld"), "?", *["space"] * 6, "h", size=(50, 14))
     for number in range(1, 7):
-        prompt = "Space goes on" if number < 6 else "any key goes back"
-        assert f"part {number} of 6. {prompt}" in result.frames[number]
+        prompt = "Space shows the next page" if number < 6 else "any key closes this page"
+        assert f"page {number} of 6; {prompt}" in result.frames[number]
     parts = "".join(result.frames[1:7])
     assert all(command.name in parts for command in COMMANDS)
-    assert "part" not in result.frames[7]
+    assert "page" not in result.frames[7]
     assert "turn 1 " in result.last
 
 
@@ -247,7 +245,7 @@ def test_a_board_without_overlays_says_so(problem: str, size: tuple[int, int]) -
 
 
 def test_a_key_without_a_meaning_says_so() -> None:
-    assert "z: no such key; ? shows them" in play_keys(make_game("crying-baby"), "z").last
+    assert "z: no such key; ? lists the keys" in play_keys(make_game("crying-baby"), "z").last
 
 
 def test_repainting_changes_nothing_on_the_screen() -> None:
@@ -317,25 +315,25 @@ def test_turns_played_by_one_command_are_all_logged() -> None:
 
 def test_keys_start_pause_and_change_the_speed_of_autoplay() -> None:
     result = play_keys(make_game("hexworld", "optimal"), "+", "+", "-", "P", "P")
-    assert "3 turns a second" in result.frames[1]
-    assert "4.5 turns a second" in result.frames[2]
-    assert "3 turns a second" in result.frames[3]
-    assert "paused; P goes on" in result.last
+    assert "3 turns per second" in result.frames[1]
+    assert "4.5 turns per second" in result.frames[2]
+    assert "3 turns per second" in result.frames[3]
+    assert "paused; P continues" in result.last
     assert "there is nothing to pause" in play_keys(make_game("hexworld"), "P").last
 
 
 def test_quitting_a_long_unsaved_game_needs_a_second_key() -> None:
     current_game = make_game("hexworld", parameters={"rewards": []})
     result = play_keys(current_game, *"hl" * 11, "q", "h", "q", "q", "h")
-    assert "22 turns are not kept; q once more leaves" in result.frames[23]
-    assert "23 turns are not kept; q once more leaves" in result.frames[25]
+    assert "22 turns are not saved; press q again to quit" in result.frames[23]
+    assert "23 turns are not saved; press q again to quit" in result.frames[25]
     assert len(result.frames) == 26
 
 
 def test_a_screen_too_small_for_the_board_is_played_in_text() -> None:
     result = play_keys(make_game("hexworld"), "h", size=(20, 6))
     assert result.frames[0].split("\n")[1:4] == [
-        "need 19x9",
+        "board needs 19x9",
         " at (7,2). E (8,2)",
         "   floor. NE wall.",
     ]
@@ -349,7 +347,7 @@ def test_a_screen_too_small_for_the_board_is_played_in_text() -> None:
         ("prisoners-dilemma", "grim", "agent1   -1"),
         ("hexworld", "optimal", "@ agent"),
         ("collaborative-predator-prey", "sweep", "@ where predator1 may be"),
-        ("collaborative-predator-prey", "sweep", "predator1 senses it from the next hex"),
+        ("collaborative-predator-prey", "sweep", "predator1 senses it at most one hex away"),
         ("simple-regulator", "optimal", "the push is added to it"),
         ("travelers-dilemma", "random", "agent1 ↓   agent2 →"),
     ],
@@ -394,7 +392,7 @@ def test_a_replay_shows_states_and_rewards(tmp_path: Path) -> None:
     )
     assert playback.narrator.describe_turn(playback.snapshot()) == expected
     screen_text = compose_frame(playback, Viewport(80, 24), FrameState(), []).plain
-    assert "truly hungry" in screen_text
+    assert "true state: hungry" in screen_text
     assert "reward   -10" in screen_text
 
 
@@ -461,15 +459,15 @@ def test_the_handover_screen_names_the_next_player_in_the_smallest_sizes(rows: i
     screen_text = compose_frame(
         make_game("multicaregiver-crying-baby"), Viewport(60, rows), frame_state, []
     ).plain
-    assert "caregiver2 is next" in screen_text
+    assert "pass the keyboard to caregiver2" in screen_text
     assert "heard" not in screen_text
 
 
 def test_the_log_begins_with_the_goal_when_the_goal_has_no_row() -> None:
     for rows in (19, 24):
         first_frame, second_frame = play_keys(make_game("hexworld"), "l", size=(80, rows)).frames
-        assert first_frame.count("reach +10 or +5") == 1
-        assert second_frame.count("reach +10 or +5") == (rows == 24)
+        assert first_frame.count("reach exit +10 or +5") == 1
+        assert second_frame.count("reach exit +10 or +5") == (rows == 24)
 
 
 @pytest.mark.parametrize("problem", PROBLEMS)
@@ -479,7 +477,7 @@ def test_the_smallest_screens_show_the_most_urgent_row(problem: str, rows: int) 
     result = play_keys(current_game, "L", "?", "x", "V", size=(60, rows))
     assert {len(frame.split("\n")) for frame in result.frames} == {rows}
     first_frame = " ".join(result.frames[0].split())
-    assert ("need " in first_frame and "; playing in text" in first_frame) or rows > 3
+    assert ("board needs " in first_frame and "; playing in text" in first_frame) or rows > 3
     assert current_game.narrator.describe_situation(current_game.snapshot())[:20] in " ".join(
         result.frames[1].split()
     )
@@ -489,9 +487,9 @@ def test_the_smallest_screens_show_the_most_urgent_row(problem: str, rows: int) 
 def test_a_terminal_of_one_row_shows_one_line_of_text() -> None:
     result = play_keys(make_game("hexworld"), "l", "e", "?", size=(40, 1))
     assert result.frames == [
-        " need 19x9; playing in text. at (7,2). …",
+        " board needs 19x9; playing in text. at …",
         " turn 1. at (8,2). chose E, moved E. re…",
-        " e: no such key; ? shows them",
+        " e: no such key; ? lists the keys",
         " You are @ and walk from hex to hex;",
     ]
 
@@ -516,8 +514,8 @@ def test_hidden_input_reveals_neither_its_letters_nor_its_length_nor_its_error()
         for word in ("rok", "scisors")
     )
     assert first.frames == second.frames
-    assert "\n :(what is typed is not shown)" in first.frames[1]
-    assert "that cannot be played; help and legal tell what can be typed" in first.last
+    assert "\n :(your typing is hidden)" in first.frames[1]
+    assert "not a legal action; type legal to list the legal actions, or help" in first.last
     games = make_game("travelers-dilemma"), make_game("travelers-dilemma")
     frames = [play_keys(games[0], "7").last, play_keys(games[1], "7", "5").last]
     assert frames[0] == frames[1]
@@ -541,18 +539,18 @@ def test_a_resumed_game_shows_its_last_turn(tmp_path: Path) -> None:
 def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     current_game = make_game("catch")
     result = play_keys(current_game, *keys.split(), "enter", "enter")
-    assert "60 throws 60 m: caught 39%, pays 23 on average   Enter plays it" in result.frames[-3]
+    assert "60 (60 m): caught 39%, expected reward 23   Enter plays it" in result.frames[-3]
     assert "→60←" in result.frames[-3]
     assert "threw 60 m." in result.frames[-2]
-    assert "no number is written yet" in result.last
-    assert "type a number, Enter plays it  ← → nudge it" in result.last
+    assert "type a number first" in result.last
+    assert "type a number, Enter plays it  ← → change it" in result.last
     assert len(current_game.session.turns) == 1
 
 
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        ("catch", "6", "6 throws 60 m: caught 39%, pays 23 on average   Enter plays it"),
+        ("catch", "6", "6 (60 m): caught 39%, expected reward 23   Enter plays it"),
         ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
         ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),
@@ -575,7 +573,7 @@ def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) ->
 def test_a_hint_in_a_simultaneous_game_states_its_assumption() -> None:
     screen_text = play_keys(make_game("prisoners-dilemma", "human", "grim"), "c", "tab").last
     assert (
-        " hint (best reply to what the other's play suggests, for one round): defect\n"
+        " hint (best response to the opponent's past actions, for one round): defect\n"
         in screen_text
     )
     assert "  ████ -1" not in screen_text  # no regret, as the other remembers
@@ -672,7 +670,7 @@ def test_two_players_at_one_keyboard_do_not_move_each_other() -> None:
     current_game = make_game("predator-prey", seed=1)
     result = play_keys(current_game, "l", "l", "h", "1", "h")
     assert current_game.session.turns == []
-    assert "prey chooses; the other choice stays hidden" in result.last
+    assert "prey chooses now; choices stay hidden" in result.last
     play_keys(current_game, "l", "d")
     actions = current_game.session.turns[0].actions
     assert [current_game.problem.format_action(seat, actions[seat]) for seat in (0, 1)] == [
@@ -693,14 +691,14 @@ def test_a_handover_screen_separates_players_with_different_observations() -> No
     first, hidden, *_ = result.frames
     assert "you: predator1" in first
     assert result.frames[1:4] == [hidden] * 3  # an action and a look have no effect
-    assert "predator2 is next: nobody else should look now. Enter shows the board." in hidden
+    assert "pass the keyboard to predator2; Enter shows the board." in hidden
     assert "│" not in hidden
     assert "saw" not in hidden
     assert "you: predator2" in result.frames[4]
-    assert "predator1 is next" in result.frames[5]
+    assert "pass the keyboard to predator1" in result.frames[5]
     assert "turn 1. " in result.frames[6]
     assert "you: predator1" in result.frames[6]
-    assert "predator2 is next" in result.frames[7]
+    assert "pass the keyboard to predator2" in result.frames[7]
     assert "turn 1. " in result.last
     assert "you: predator2" in result.last
 
@@ -726,7 +724,7 @@ def test_the_handover_screen_ignores_every_other_key_but_quit() -> None:
 def test_commands_after_a_choice_show_nothing_of_the_next_player() -> None:
     current_game = make_game("multicaregiver-crying-baby")
     result = play_keys(current_game, "f", "enter", "s", "enter", ":", "feed; belief", "enter")
-    assert "caregiver2 is next: nobody else should look now" in result.last
+    assert "pass the keyboard to caregiver2" in result.last
     assert "belief" not in result.last
     assert len(current_game.session.turns) == 1
 

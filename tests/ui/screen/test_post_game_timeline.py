@@ -54,43 +54,43 @@ def make_saved_game(folder: Path, **changes: object) -> Game:
 EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", (), LARGE_SIZE, False): """\
  hexworld  turn 4/4  score (discounted) -1.539  you: agent  turn limit
- reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
+ reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
-│     │     │     │     │     │     │  @  │     │     │     │  moved    bumped
+│     │     │     │     │     │     │  @  │     │     │     │  moved slip bump
 │     │     │     │     │     │     │     │     │     │     │  reward   -1.00
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    goes on  0.70
-   │  ◆  │     │     │     │     │           │     │     │     slips aside
-   │  +5 │     │     │     │     │           │     │     │       0.15 each
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
+   │  ◆  │     │     │     │     │           │     │     │     slip
+   │  +5 │     │     │     │     │           │     │     │       0.15 each side
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
-@ you, ◆ pays, ✗ costs
+@ you, ◆ reward, ✗ cost
 
  turn 1. at (6,2). chose W, moved W. reward 0. score 0.
  turn 2. at (5,2). chose W, moved W. reward 0. score 0.
  turn 3. at (5,2). chose SE, bumped, stayed. reward -1. score -0.81.
- turn 4. at (5,2). chose E, bumped, stayed. reward -1. score -1.539.
- review: 1 of 4 moves the best, regret 6.13 in all, most in turn 1
- optimal:horizon=4 on the same dice: 8.1; you -1.539
+ turn 4. at (5,2). chose E, slipped, bumped, stayed. reward -1. score -1.539.
+ review: best action 1 of 4 times, total regret 6.13 (largest in turn 1)
+ same random numbers: optimal:horizon=4 8.1, you -1.539
  over: turn limit after 4 turns. agent score (discounted) -1.539, total -2.
 
 
- Enter looks back  Tab hint  Bksp undo  ? help  q quit  : command""",
+ Enter review  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you: agent
- reach +10 or +5; keep off -10; a bump costs 1; 30% of steps slip aside
+ reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
 │     │     │     │     │     │  h  │  @  │  l  │     │     │  moved    W
 │     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    goes on  0.70
-   │  ◆  │     │     │     │     │           │     │     │     slips aside
-   │  +5 │     │     │     │     │           │     │     │       0.15 each
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
+   │  ◆  │     │     │     │     │           │     │     │     slip
+   │  +5 │     │     │     │     │           │     │     │       0.15 each side
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
-│     │     │ -10 │     │     │     │     │     │     │ +10 │  worth
+│     │     │ -10 │     │     │     │     │     │     │ +10 │  values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
-walls: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
+bumps: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
                                                                  sw     -1.10
@@ -101,7 +101,7 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
  turn 3 of 4: chose se; e or w was better by 0.62.
 
 
- ← → turns  Enter plays on  N new  ? help  q quit  : command""",
+ ← → turns  Enter play from here  N new  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  turn 2/4  score 0  you: agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
@@ -111,67 +111,67 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
  / \\ / \\ / \\ / \\   \\ / \\ / \\ / \\ / \\ / \\
 |   |   | x |   |   |   |   |   |   | + |
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
-* best, # loses most
+* best, # worst
 
  turn 3 of 4: chose se; e or w was better by
    0.62.
 
- < > turns  Enter plays on  ? help  q quit""",
+ < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
 heard  quiet
 
 sated   ███████████████████▊ 0.989
 hungry  ▎··················· 0.011
-history of hungry ▅▁▁▁▁▁··············
-truly sated
+P(hungry) by turn ▅▁▁▁▁▁··············
+true state: sated
 
    -19.423
  over: turn limit after 5 turns. agent score
    (discounted) -19.423, total -21.
  rows 25-27 of 27: PgUp PgDn Home End
 
- Enter looks back  ? help  q quit  : command""",
+ Enter review  Tab hint  ? help  q quit  : command""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
  crying-baby  turn 3/5  score -15.45  you: agent
 heard  quiet
 
 sated   ███████████████████▌ 0.973
 hungry  ▌··················· 0.027
-history of hungry ▅▁▁▁················
-truly sated
+P(hungry) by turn ▅▁▁▁················
+true state: sated
 hint  i best  s ▌··· -0.5  f ████ -3.88
 
  regret ▁▂▁[█]▂  worst: turn 4, 5, 2
  turn 4 of 5: chose feed; ignore was better by
    3.88.
 
- ← → turns  Enter plays on  ? help  q quit""",
+ ← → turns  Enter play from here  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
  crying-baby  turn 3/5  score (discounted) -15.45  you: agent
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                               reward   0
                                                            discount 0.90
-sated   #######################################. 0.973     worth
+sated   #######################################. 0.973     values
 hungry  #....................................... 0.027       ignore -1.38
-history of hungry =___                                       sing   -1.88
+P(hungry) by turn =___                                       sing   -1.88
                                                              feed   -5.27
-expected reward  hunger  effort     sum  in the end
+expected reward  hunger  effort     sum  regret
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
 
-a hungry baby cries 80%, sung to 90%
-a sated one 10%, sung to 0%; unfed, 10% get hungry
-truly sated
+a hungry baby cries: 80%, with a song 90%
+a sated baby cries: 10%, with a song 0%
+an unfed sated baby gets hungry: 10%
+true state: sated
 
  turn 3. quiet. chose ignore. belief: sated 0.973, hungry 0.027. reward 0.
    score -15.45.
  regret _._[#].  worst: turn 4, 5, 2
  turn 4 of 5: chose feed; ignore was better by 3.88.
 
-
- < > turns  Enter plays on  N new  R restart  ? help  q quit  : command""",
+ < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  you: agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
@@ -179,24 +179,24 @@ heard  quiet                                            reward   -0.5
                                                         discount 0.90
 sated   ███████████████████████████████████████▌ 0.989
 hungry  ▌······································· 0.011
-history of hungry ▅▁▁▁▁▁··············
+P(hungry) by turn ▅▁▁▁▁▁··············
 
 expected reward  hunger  effort     sum
 f feed            -0.11   -5.00   -5.11
 s sing            -0.11   -0.50   -0.61
 i ignore          -0.11   +0.00   -0.11
 
-a hungry baby cries 80%, sung to 90%
-a sated one 10%, sung to 0%; unfed, 10% get hungry
-truly sated
+a hungry baby cries: 80%, with a song 90%
+a sated baby cries: 10%, with a song 0%
+an unfed sated baby gets hungry: 10%
+true state: sated
 
-   [0.989, 0.01099].
- review: 2 of 5 moves the best, regret 4.53 in all, most in turn 4
- optimal:horizon=5 on the same dice: -15; you -19.423
+ review: best action 2 of 5 times, total regret 4.53 (largest in turn 4)
+ same random numbers: optimal:horizon=5 -15, you -19.423
  over: turn limit after 5 turns. agent score (discounted) -19.423, total -21.
- rows 16-19 of 19: PgUp PgDn Home End
+ rows 17-19 of 19: PgUp PgDn Home End
 
- Enter looks back  Tab hint  ? help  q quit  : command""",
+ Enter review  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
@@ -223,7 +223,7 @@ def test_keys_move_between_the_first_turn_and_the_end() -> None:
 
 def test_the_lookback_shows_the_hidden_facts_of_every_turn() -> None:
     screen_text = press_keys(play_to_end("crying-baby"), *["left"] * 5)
-    assert "truly hungry" in screen_text
+    assert "true state: hungry" in screen_text
     assert "score (discounted) 0 " in screen_text
     assert "reward -15.\n   score -15." in press_keys(play_to_end("crying-baby"), *["left"] * 4)
 
@@ -235,14 +235,14 @@ def test_the_lookback_is_not_available_before_the_end(key: str) -> None:
     )
     screen_text = press_keys(screen, "f", key)
     assert "of 20" not in screen_text
-    assert "truly" not in screen_text
-    assert "Enter plays on" not in screen_text
+    assert "true state" not in screen_text
+    assert "Enter play from here" not in screen_text
 
 
 def test_playing_on_from_an_earlier_turn_writes_a_branch_marked_as_peeked(tmp_path: Path) -> None:
     screen = play_to_end("crying-baby", current_game=make_saved_game(tmp_path))
     screen_text = press_keys(screen, "left", "left", "enter")
-    assert "on from turn 3. new game of crying-baby. " in screen_text
+    assert "branched at turn 3. new game of crying-baby. " in screen_text
     assert "turn 3/5" in screen_text
     press_keys(screen, "i", "i")
     screen.controller.end_game()
@@ -270,16 +270,16 @@ def test_a_strict_game_cannot_be_played_on(
 
 
 def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
-    assert "branch: no transcript is written" in press_keys(
+    assert "branch: this game is not recorded" in press_keys(
         play_to_end("hexworld"), "enter", "enter"
     )
 
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "optimal:horizon=4 on the same dice: 8.1; you -1.539" in press_keys(screen)
-    assert "same dice" not in press_keys(screen, "backspace")
-    assert "optimal:horizon=4 on the same dice: 8.1; you -0.81" in press_keys(screen, "u")
+    assert "same random numbers: optimal:horizon=4 8.1, you -1.539" in press_keys(screen)
+    assert "same random numbers" not in press_keys(screen, "backspace")
+    assert "same random numbers: optimal:horizon=4 8.1, you -0.81" in press_keys(screen, "u")
     assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
 
 
@@ -311,7 +311,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
         GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
     )
     end = press_keys(screen, "left")
-    assert "Enter looks back" in end
+    assert "Enter review" in end
     assert "left: the game is over" in press_keys(screen, "left")
     assert "what if: the game is over" in press_keys(screen, "W")
     assert "turn 1 of 1: chose w" in press_keys(screen, "enter")

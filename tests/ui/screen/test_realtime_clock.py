@@ -48,7 +48,7 @@ def test_a_key_without_an_action_starts_the_clock_but_plays_nothing() -> None:
     play_screen = make_screen_after_keys("x")
     for _ in range(6):
         tick_clock(play_screen)
-    assert (play_screen.message, count_turns(play_screen)) == ("press what to do", 0)
+    assert (play_screen.message, count_turns(play_screen)) == ("press an action key", 0)
     handle_key(play_screen, "right")
     tick_clock(play_screen)
     assert count_turns(play_screen) == 1

@@ -119,7 +119,7 @@ def test_the_wheel_scrolls_and_plays_nothing() -> None:
 def test_a_page_scrolls_back_and_forward() -> None:
     keys = ("?", "pagedown", "pageup", "end", "home", "wheelup", "wheeldown", "space", "space")
     result = play_keys(make_game("hexworld"), *keys, size=(80, 16))
-    parts = [re.search(r"part (\d) of \d", frame) for frame in result.frames]
+    parts = [re.search(r"page (\d) of \d", frame) for frame in result.frames]
     assert [part and part[1] for part in parts] == [None, *"12131123", None]
 
 

@@ -103,8 +103,8 @@ def test_a_screen_is_never_wider_than_the_terminal(tmp_path: Path) -> None:
 def test_without_motion_agents_play_only_when_stepped(tmp_path: Path) -> None:
     arguments = ("hexworld", "--agent", "optimal", "--seed", "7", "--no-motion")
     with Terminal(*arguments, folder=tmp_path) as terminal:
-        terminal.ready().press("P", "nothing moves by itself").press(" ", "turn 1 ")
-        terminal.press("A", "nothing moves by itself").press(":auto\r", "left by the exit +10")
+        terminal.ready().press("P", "motion is off").press(" ", "turn 1 ")
+        terminal.press("A", "motion is off").press(":auto\r", "took exit +10")
         terminal.press(" ", "over: terminal after 3 turns").press("q")
         assert terminal.ended() == 0
 
@@ -112,14 +112,17 @@ def test_without_motion_agents_play_only_when_stepped(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("command", "message"),
     [
-        ("hexworld --no-input", "--no-input: agent would be asked; let agents play every seat"),
-        ("prisoners-dilemma --agent grim --vs human --no-input", "--no-input: agent2 would be"),
+        ("hexworld --no-input", "--no-input: a person plays agent; give an agent to every seat"),
+        (
+            "prisoners-dilemma --agent grim --vs human --no-input",
+            "--no-input: a person plays agent2",
+        ),
         (
             "shell --no-input",
             "--no-input: no prompts are allowed; give commands with -e or through a pipe",
         ),
-        ("resume g.dmt --no-input", "--no-input: agent would be asked"),
-        ("branch g.dmt --at 1 -o b.dmt --no-input", "--no-input: agent would be asked"),
+        ("resume g.dmt --no-input", "--no-input: a person plays agent"),
+        ("branch g.dmt --at 1 -o b.dmt --no-input", "--no-input: a person plays agent"),
     ],
 )
 def test_no_input_refuses_games_that_need_a_person(
@@ -191,7 +194,7 @@ def test_a_replay_of_undone_turns_prints_lines(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "replay", "game.dmt")
     assert result.returncode == 0
     turns = [line.partition(".")[0] for line in result.stdout.splitlines()]
-    assert turns[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, under other dice"]
+    assert turns[1:-1] == ["turn 1", "undone", "turn 1", "turn 1, rerolled"]
     assert run_dmplay(tmp_path, "replay", "game.dmt", "--json").returncode == 0
 
 

@@ -75,7 +75,9 @@ def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(
         assert "state" not in terminal.text
         assert "return" not in terminal.text
         terminal.press("i", "turn limit after 3 turns")
-        terminal.press("\r", "truly sated").until("turn 3 of 3: chose ignore, the best.")
+        terminal.press("\r", "true state: sated").until(
+            "turn 3 of 3: chose ignore, the best action."
+        )
         assert terminal.press("q").ended() == 0
     actions = [
         json.loads(line)["agent"]
@@ -87,7 +89,7 @@ def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(
 def test_the_first_choice_of_two_players_can_be_undone(tmp_path: Path) -> None:
     arguments = ("prisoners-dilemma", "--vs", "human", "--seed", "7", "-o", "game.dmt")
     with Terminal(*arguments, folder=tmp_path) as terminal:
-        terminal.ready().press("d", "agent2 chooses").press(BACKSPACE, "your choice is taken back")
+        terminal.ready().press("d", "agent2 chooses").press(BACKSPACE, "your choice is undone")
         terminal.press("c", "agent2 chooses").press("c", "turn 1/10").press("q")
         assert terminal.ended() == 0
     assert read_values(tmp_path / "game.dmt", "actions") == [
@@ -193,7 +195,7 @@ def test_the_command_prompt_runs_commands_and_escape_closes_it(tmp_path: Path) -
 
 def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press("?", "part 1 of 2").press(" ", "commands, typed after ':'")
+        terminal.ready().press("?", "page 1 of 2").press(" ", "commands, typed after ':'")
         terminal.press("x", lambda: "commands, typed" not in terminal.text)
         assert "turn 0 " in terminal.text
         assert terminal.press(CTRL_D).ended() == 0

@@ -148,7 +148,7 @@ def test_a_game_can_be_quit_while_an_agent_thinks(key: str, stops_when_cancelled
 def test_an_agent_that_ignores_cancelling_is_abandoned_and_its_action_dropped() -> None:
     game = make_dilemma(SlowAgent(can_be_cancelled=False))
     last = press_with_waits(game, "c", "c-c").last
-    assert "cancelled, but it does not stop: it slows dmplay down until you leave" in last
+    assert "cancelled, but the computation still runs; it slows dmplay until you quit" in last
     RELEASE_EVENT.set()
     assert "turn 1/4" in play_keys(game, "d").last
     assert game.session.turns[0].actions[0] == 1
@@ -166,7 +166,7 @@ def test_autoplay_can_be_paused_while_an_agent_thinks() -> None:
 def test_a_hint_is_cancelled_by_playing_an_action() -> None:
     game = make_heap_game()
     result = press_with_waits(game, "tab", WAIT_FOR_PROGRESS, "tab", "1")
-    assert any("thinking of a hint ... 25%. Ctrl-C cancels" in frame for frame in result.frames)
+    assert any("computing a hint ... 25%. Ctrl-C cancels" in frame for frame in result.frames)
     assert "turn 1/2" in result.last
     assert len(game.session.turns) == 1
 
@@ -187,15 +187,15 @@ def test_a_command_can_be_typed_while_a_hint_is_computed() -> None:
 
 def test_a_hint_requested_by_command_can_be_cancelled() -> None:
     result = press_with_waits(make_heap_game(), ":", "hint enter", WAIT_FOR_PROGRESS, "c-c")
-    assert any("thinking of a hint ... 25%" in frame for frame in result.frames)
+    assert any("computing a hint ... 25%" in frame for frame in result.frames)
     assert "\n cancelled\n" in result.last
 
 
 def test_a_finished_game_is_shown_while_it_is_reviewed() -> None:
     result = press_with_waits(make_heap_game(), "1", "1", "", "L", "")
-    review_frame = next(frame for frame in result.frames if "looking back at your moves" in frame)
+    review_frame = next(frame for frame in result.frames if "reviewing your actions" in frame)
     assert "over: turn limit after 2 turns" in review_frame
-    assert "looking back" not in result.last
+    assert "reviewing" not in result.last
     assert "review:" not in result.last
 
 
@@ -242,7 +242,7 @@ def test_ctrl_c_while_an_agent_thinks_ends_a_plain_game() -> None:
 
 AGENT_MOVE_TASK, HINT_TASK = (
     TaskInfo("optimal is thinking", is_agent_move=True),
-    TaskInfo("thinking of a hint"),
+    TaskInfo("computing a hint"),
 )
 
 

@@ -55,7 +55,7 @@ def test_solve_uses_the_parameters_of_the_game(controller: GameController) -> No
 
 
 def test_save_writes_a_copy_to_a_single_file(controller: GameController, tmp_path: Path) -> None:
-    with pytest.raises(BadParameter, match=r"^save: got 'a b.dmt', expected one file; quotes"):
+    with pytest.raises(BadParameter, match=r"^save: got 'a b.dmt', expected one file; put a name"):
         run_line(controller, "save a b.dmt")
     assert run_line(controller, f"save '{tmp_path}/a b.dmt'").startswith(
         f"saved {tmp_path}/a b.dmt; "
@@ -68,11 +68,11 @@ def test_a_command_that_ends_the_game_needs_confirmation(
 ) -> None:
     original_game = controller.game
     name = line.partition(" ")[0]
-    question = f"{name}: that ends this game of 1 turn; once more does it"
+    question = f"{name}: this ends the game after 1 turn; repeat it to confirm"
     assert run_line(controller, line) == question
     assert run_line(controller, "look").startswith("at ")
     run_line(controller, "e")
-    assert run_line(controller, line).startswith(f"{name}: that ends this game of 2 turns")
+    assert run_line(controller, line).startswith(f"{name}: this ends the game after 2 turns")
     assert controller.game is original_game
     assert run_line(controller, line).startswith("new game of hexworld")
     assert controller.game is not original_game
@@ -99,7 +99,7 @@ def test_games_without_turns_and_scripts_need_no_confirmation(controller: GameCo
 def test_a_picture_is_written_to_a_file_not_over_the_board(
     form: str, controller: GameController, tmp_path: Path
 ) -> None:
-    with pytest.raises(BadParameter, match=f"export: --{form} is for a file; -o game[.]"):
+    with pytest.raises(BadParameter, match=f"export: --{form} needs a file; add -o game[.]"):
         run_line(controller, f"export --{form}")
     run_line(controller, f"export --{form} -o {tmp_path / 'drawn'}")
     assert (tmp_path / "drawn").exists()

@@ -20,7 +20,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
     assert [row.endswith(".") for row in lines] == [True] * 4
     assert lines[0].startswith("You ")
     assert lines[1].startswith("You want ")
-    assert re.match("For example, one turn[: ].* It pays you -?[0-9.]+", lines[3])
+    assert re.match("For example, one turn[: ].* Your reward is -?[0-9.]+", lines[3])
     other_game = make_game(name, "human", *others, seed=2)
     assert lesson_lines(other_game) == lines
     legal_actions = [
@@ -35,13 +35,13 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
 @pytest.mark.parametrize(
     ("name", "parameters", "row", "phrase"),
     [
-        ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "a bump costs 3, and no step slips"),
-        ("hexworld", {"discount": 1.0}, 2, "slip aside."),
-        ("crying-baby", {"hungry_reward": -7.0}, 2, "finds it hungry costs 7, feeding 5"),
+        ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "border costs 3, and no step slips"),
+        ("hexworld", {"discount": 1.0}, 2, "slip sideways."),
+        ("crying-baby", {"hungry_reward": -7.0}, 2, "hungry baby costs 7; feeding costs 5"),
         ("cart-pole", {"theta_limit": 20.0, "force": 5.0}, 1, "within 20 degrees of upright"),
-        ("2048", {"p_two": 0.9}, 2, "90% of them 2 and the others 4"),
+        ("2048", {"p_two": 0.9}, 2, "90% of new tiles are 2, the others 4"),
         ("predator-prey", {"predators": 2}, 1, "pays 1, shared by the predators on it"),
-        ("simple-regulator", {"noise": 0.0}, 2, "a push nothing; what comes a turn later"),
+        ("simple-regulator", {"noise": 0.0}, 2, "a push is free; a reward one turn later"),
     ],
 )
 def test_a_lesson_contains_the_parameters_of_the_game(
@@ -53,10 +53,10 @@ def test_a_lesson_contains_the_parameters_of_the_game(
 @pytest.mark.parametrize(
     ("name", "turn"),
     [
-        ("2048", "slid left. new 2 in row 3, column 4. It pays you 4."),
-        ("hexworld", "from (7,1): at (7,0). chose W, slipped, moved SW. It pays you 0."),
-        ("crying-baby", "from hungry, unseen: quiet. chose feed. belief: sated 1.000, "),
-        ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. It pays you 1."),
+        ("2048", "slid left. new 2 in row 3, column 4. Your reward is 4."),
+        ("hexworld", "from (7,1): at (7,0). chose W, slipped, moved SW. Your reward is 0."),
+        ("crying-baby", "from hungry (hidden): quiet. chose feed. belief: sated 1.000, "),
+        ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. Your reward is 1."),
     ],
 )
 def test_the_example_turn_is_a_turn_of_the_problem(name: str, turn: str) -> None:
@@ -65,7 +65,7 @@ def test_the_example_turn_is_a_turn_of_the_problem(name: str, turn: str) -> None
 
 def test_each_seat_has_its_own_lesson() -> None:
     prey_game = make_game("predator-prey", "flee", "human")
-    assert lesson_lines(prey_game)[1] == "You want never to share a hex with a predator."
+    assert lesson_lines(prey_game)[1] == "You want to avoid the hexes of predators."
     assert "the other" not in lesson_lines(make_game("multicaregiver-crying-baby"))[3]
 
 

@@ -75,7 +75,7 @@ def test_a_branch_from_an_earlier_turn_is_recorded_in_a_new_file(tmp_path: Path)
     commands = ("play hexworld --seed 7 -o g.dmt", "e", "ne", "branch 1", "w", "quit")
     completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
     assert completed.returncode == 0
-    assert "on from turn 1. new game of hexworld. kept: g.dmt" in completed.stdout
+    assert "branched at turn 1. new game of hexworld. saved: g.dmt" in completed.stdout
     actions_by_file = {
         name: read_values(tmp_path / name, "actions") for name in ("g.dmt", "g-2.dmt")
     }
@@ -90,7 +90,7 @@ def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nw\n")
     commands = ("replay g.dmt", "step 2", "branch", "e", "quit")
     completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
-    assert "on from turn 2." in completed.stdout
+    assert "branched at turn 2." in completed.stdout
     assert "turn 3. at (8,2). chose E, bumped" in completed.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
     assert verify(file).is_ok
@@ -99,7 +99,7 @@ def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
 def test_a_path_with_a_blank_is_printed_with_quotes(tmp_path: Path) -> None:
     commands = ("play hexworld --seed 7 -o 'a b.dmt'", "e", "save 'c d.dmt'")
     completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
-    assert "dmplay resume 'c d.dmt' goes on" in completed.stdout
+    assert "dmplay resume 'c d.dmt' continues the game" in completed.stdout
     assert "replay: dmplay replay 'a b.dmt'\n" in completed.stderr
 
 
@@ -140,7 +140,7 @@ WALK_LINES = "turn 1. at (8,2). chose E, moved E.", "turn 2. at (8,2). chose NE,
         (
             "play hexwo\x03list\r\x03help act\r\x03\x03",
             130,
-            ("problem  ", *["Ctrl-C once more"] * 2),
+            ("problem  ", *["press Ctrl-C again"] * 2),
         ),
         # Lines that are pasted together run one after the other.
         ("\x1b[200~play hexworld --seed 7\ne # east\nne\n\x1b[201~\r\x04", 0, WALK_LINES),
@@ -163,7 +163,7 @@ def test_quit_and_its_key_exit_with_code_0_and_help_has_a_key(
 ) -> None:
     assert type_at_prompt("quit\r") == 0
     assert type_at_prompt("? keys\rq\r") == 0
-    assert "keys: which key does what" in capsys.readouterr().out
+    assert "keys: list the keys" in capsys.readouterr().out
 
 
 def test_an_error_is_printed_and_the_prompt_returns(
@@ -173,8 +173,8 @@ def test_an_error_is_printed_and_the_prompt_returns(
     captured = capsys.readouterr()
     for error in (
         "unknown command 'hexwrold'; did you mean hexworld or reroll or help?",
-        "no game is played; play PROBLEM begins one, list names them",
-        "play: expected a problem, as play hexworld --seed 7",
+        "no game is running; play PROBLEM starts one, list shows the problems",
+        "play: expected a problem, such as play hexworld --seed 7",
         "unknown action 'nee'; did you mean ne or e?",
         'got "\'": no closing quotation',
     ):
@@ -201,8 +201,8 @@ def test_help_explains_actions_and_problems(
     current_shell.run_line("play hexworld")
     current_shell.run_line("help ne")
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0] == "hexworld: a problem; play hexworld begins it, info hexworld tells of it"
-    assert lines[-1] == "ne: an action; its name alone plays it"
+    assert lines[0] == "hexworld: a problem; play hexworld starts it, info hexworld describes it"
+    assert lines[-1] == "ne: an action; type its name to play it"
 
 
 @pytest.mark.parametrize("topic", COMMANDS_BY_TOPIC)
@@ -227,7 +227,7 @@ def test_the_prompt_and_the_toolbar_show_the_state_of_the_game(state_folder: Pat
     )
     current_shell.run_line("hw; e")
     assert current_shell.prompt == "dmplay [hexworld t1]> "
-    assert interactive_shell.toolbar_text(current_shell) == " score 0.00 · at (8,2) · F1 help"
+    assert interactive_shell.toolbar_text(current_shell) == " score 0.00 · state (8,2) · F1 help"
     current_shell.run_line("play crying-baby --turns 1")
     assert interactive_shell.toolbar_text(current_shell) == " F1 help"
     current_shell.run_line("feed")
@@ -252,7 +252,10 @@ def test_a_hidden_choice_is_neither_completed_nor_echoed_in_errors(
 ) -> None:
     type_at_prompt("play rock-paper-scissors --vs human\rscisors\rsci\t\r\x04")
     errors = capsys.readouterr().err
-    assert errors.count("error: that cannot be played; help and legal tell what can be typed") == 2
+    assert (
+        errors.count("error: not a legal action; type legal to list the legal actions, or help")
+        == 2
+    )
     assert "sci" not in errors
 
 
@@ -299,13 +302,13 @@ def test_a_transcript_can_be_replayed_and_resumed(
 
 def test_a_hidden_game_is_not_exported_before_its_end(state_folder: Path) -> None:
     current_shell = create_shell("play crying-baby --seed 3 --turns 2", "feed")
-    with pytest.raises(ValueError, match="would tell what is hidden"):
+    with pytest.raises(ValueError, match="would show hidden states"):
         current_shell.run_line("export --csv")
     current_shell.run_line("feed; export --csv")
 
 
 def test_the_screen_opens_only_on_a_terminal(state_folder: Path) -> None:
-    with pytest.raises(ValueError, match="opens from the shell, on a terminal"):
+    with pytest.raises(ValueError, match="only available in the shell, on a terminal"):
         create_shell("hw", "screen")
 
 
@@ -420,14 +423,14 @@ def test_a_script_is_echoed_after_the_prompts_and_played(
     ("line", "message"),
     [
         ("nee", "line 3: unknown action 'nee'; did you mean ne or e?"),
-        ("act e e", "line 3: act: got 'e e', expected one action; ';' stands between"),
+        ("act e e", "line 3: act: got 'e e', expected one action; separate several"),
         ("act", "line 3: act: expected an action"),
-        ("new 5", "line 3: new: got '5', expected nothing after it"),
-        ("quit now", "line 3: quit: got 'now', expected nothing after it"),
+        ("new 5", "line 3: new: got '5', expected no argument"),
+        ("quit now", "line 3: quit: got 'now', expected no argument"),
         ("undo 3", "line 3: undo 3: 1 turn was played"),
         ("play chess", "line 3: unknown problem 'chess'"),
         ("play hexworld --sed 3", "line 3: no such option: --sed"),
-        ("step", "line 3: step: people play here; agent SEAT NAME seats an agent"),
+        ("step", "line 3: step: a person plays this game; agent SEAT NAME lets an agent play"),
     ],
 )
 def test_an_invalid_line_ends_a_script_with_code_2_and_is_named(
@@ -448,7 +451,7 @@ def test_execute_options_run_in_order(tmp_path: Path) -> None:
     assert "dmplay>" not in completed.stdout
     failed = run_dmplay(tmp_path, "shell", "--execute", "list", "-e", "legal")
     assert failed.returncode == 2
-    assert failed.stderr.startswith("error: command 2: no game is played")
+    assert failed.stderr.startswith("error: command 2: no game is running")
 
 
 def test_undecodable_input_is_refused(tmp_path: Path) -> None:
@@ -489,10 +492,10 @@ def test_a_session_on_a_terminal(tmp_path: Path) -> None:
         terminal.press("play hexw").calm().press(TAB).calm()
         terminal.press(" --seed 7" + ENTER, "dmplay [hexworld t0]>").press("e" + ENTER, "t1]>")
         terminal.press("screen" + ENTER, " dmplay hexworld    seed 7   turn 1").calm()
-        terminal.press("N", "new game").press("l", "turn 1 ").press("q", "again in words").calm()
-        terminal.press("restart" + ENTER, "t0]>").calm().press(CTRL_C, "once more").calm().press(
-            CTRL_C
-        )
+        terminal.press("N", "new game").press("l", "turn 1 ").press("q", "back in the shell").calm()
+        terminal.press("restart" + ENTER, "t0]>").calm().press(
+            CTRL_C, "press Ctrl-C again"
+        ).calm().press(CTRL_C)
         assert terminal.ended() == 130
         assert terminal.left_clean()
         assert "transcript: " in terminal.text
@@ -526,7 +529,9 @@ def test_a_shell_without_drawing_prompts_in_plain_lines(
     with Terminal("shell", folder=tmp_path, env=env) as terminal:
         terminal.until("dmplay>").press("play hexworld --seed 7\n", "[hexworld t0]>")
         terminal.press("nee\n", "error: unknown action 'nee'").press("e\n", "t1]>").calm()
-        terminal.press(CTRL_C, "once more").press("w\n", "t2]>").calm().press(CTRL_C).calm()
+        terminal.press(CTRL_C, "press Ctrl-C again").press("w\n", "t2]>").calm().press(
+            CTRL_C
+        ).calm()
         terminal.press(CTRL_C)
         assert terminal.ended() == 130
         assert "\x1b" not in terminal.printed

@@ -6,9 +6,16 @@ from dmplay.views.toolkit.hexgrid import HexCell, HexMove, HexSize, classify_mov
 
 
 def test_a_move_is_straight_a_slip_or_a_bump() -> None:
-    assert classify_move((2, 1), (2, 2), 1) == HexMove("NE", has_slipped=False)
-    assert classify_move((2, 1), (2, 2), 0) == HexMove("NE", has_slipped=True)
-    assert classify_move((2, 1), (2, 1), 0) == HexMove("", has_slipped=False)
+    hexes = [(2, 1), (2, 2)]
+    assert classify_move(hexes, (2, 1), (2, 2), 1) == HexMove("NE", has_slipped=False)
+    assert classify_move(hexes, (2, 1), (2, 2), 0) == HexMove("NE", has_slipped=True)
+    assert classify_move(hexes, (2, 1), (2, 1), 0) == HexMove("", has_slipped=False)
+
+
+def test_a_bump_is_a_slip_if_the_chosen_hex_is_on_the_map() -> None:
+    move = classify_move([(2, 1), (2, 2)], (2, 1), (2, 1), 1)
+    assert move == HexMove("", has_slipped=True)
+    assert (move.short_text, move.description) == ("slip bump", "slipped, bumped, stayed")
 
 
 def test_a_move_has_a_description() -> None:
