@@ -10,6 +10,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report, format_upper_bound
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
+from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.tournament import (
     SEATING_ORDERS,
@@ -27,7 +28,7 @@ from dmplay.output.evaluation_request import (
 )
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_mean, format_table
-from dmplay.output.tournament_checkpoint import TournamentCheckpoint, compute_return_bounds
+from dmplay.output.tournament_checkpoint import MAX_RETURN, TournamentCheckpoint
 from dmplay.registry import agents
 
 # agents that play an equilibrium, if a problem has them
@@ -64,7 +65,7 @@ def report_tournament(
             facts,
             played_seatings,
             episodes,
-            compute_return_bounds(problem, request.turn_limit),
+            compute_return_bounds(problem, request.turn_limit) or (-MAX_RETURN, MAX_RETURN),
         )
         if results_file
         else {}

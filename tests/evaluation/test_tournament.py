@@ -23,12 +23,11 @@ from dmplay.core import safe_files
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
+from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
 from dmplay.output.tournament_checkpoint import (
-    MAX_RETURN,
     TournamentCheckpoint,
-    compute_return_bounds,
 )
 from dmplay.output.tournament_report import _standing_rows, _standing_table_row
 from tests.support.programs import run_dmplay
@@ -184,10 +183,10 @@ class BoundedNim(Nim):
 
 
 def test_the_bounds_of_returns_follow_from_those_of_rewards() -> None:
-    assert compute_return_bounds(Nim(), 5) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(Nim(), 5) is None
     assert compute_return_bounds(BoundedNim(), 5) == pytest.approx((-5, 5))
     assert compute_return_bounds(BoundedNim(), 0) == (0, 0)
-    assert compute_return_bounds(BoundedNim(), None) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(BoundedNim(), None) is None
     assert compute_return_bounds(BoundedNim(discount=0.5), None) == pytest.approx((-2, 2))
 
 
