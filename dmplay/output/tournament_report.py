@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report, format_upper_bound
@@ -119,6 +120,7 @@ def _format_tournament(
             "table": tournament.mean_returns.tolist(),
             "equilibrium": exact_agent,
             "exploitability": tournament.exploitability,
+            "equilibrium_count": tournament.equilibrium_count,
             "standings": standings,
         }
         return format_json_report(facts | extra)
@@ -136,6 +138,11 @@ def _format_tournament(
         )
         parts.append(
             f"equilibrium: of this table; by another entrant no seat gains {gain_text} in it"
+        )
+    if tournament.equilibrium_count > 1:
+        parts.append(
+            f"equilibrium: the first of {tournament.equilibrium_count} of this table; in the "
+            "others, shares and regrets differ"
         )
     if tournament.exact_regrets:
         parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")
@@ -185,12 +192,15 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
         estimate = tournament.return_estimates[index]
         row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
         if tournament.best_replies is not None:
-            row["best reply to it"] = tournament.entrants[tournament.best_replies[index]]
+            replies = [tournament.entrants[reply] for reply in tournament.best_replies[index]]
+            row["best reply to it"] = " or ".join(replies)
         if tournament.equilibrium is not None and tournament.regrets is not None:
             equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
             row |= {
                 "share in equilibrium": equilibrium_share,
+                "share error": _entry_at(tournament.share_errors, index),
                 "regret": float(tournament.regrets[index]),
+                "regret error": _entry_at(tournament.regret_errors, index),
             }
         if tournament.exact_regrets is not None:
             regret = tournament.exact_regrets[index]
@@ -199,10 +209,18 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
     return rows
 
 
+def _entry_at(errors: Reals | None, index: int) -> float | None:
+    """Return an entry of an array of errors, None if there are none."""
+    return None if errors is None else float(errors[index])
+
+
 def _standing_table_row(row: Row) -> Row:
     """Return a table row of the standings, with means and standard errors combined."""
     cells = {key: value for key, value in row.items() if key not in ("low", "high")}
     cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))
+    for name, error in (("share in equilibrium", "share error"), ("regret", "regret error")):
+        if name in cells:
+            cells[name] = format_mean(cells[name], cells.pop(error), ".4g")
     if "exact regret" in cells:
         cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), ".4g")
     return cells
