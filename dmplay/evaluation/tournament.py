@@ -257,7 +257,8 @@ def _resample_tables(table: Reals, returns_by_seating: ReturnsBySeating) -> Real
     tables = np.empty((BOOTSTRAP_RESAMPLES, *table.shape))
     for index, seating in enumerate(seatings):
         offset = index * returns.shape[2]
-        tables[:, *seating] = returns[0, index] + means[:, offset : offset + returns.shape[2]]
+        entry: tuple[slice | int, ...] = (slice(None), *seating)
+        tables[entry] = returns[0, index] + means[:, offset : offset + returns.shape[2]]
     return tables
 
 
