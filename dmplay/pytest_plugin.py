@@ -1,7 +1,8 @@
 """A pytest plugin that verifies every `.dmt` transcript that pytest collects.
 
 The option `--dmplay-update` rewrites the files instead, but not if CI is set. User-defined problems
-and agents are imported only with `dmplay_trust = true` in the pytest configuration.
+and agents are imported only with `dmplay_trust = true` in the pytest configuration. With
+`dmplay_frames = false`, the recorded drawings of turns are not compared.
 """
 
 import os
@@ -18,7 +19,7 @@ TRANSCRIPT_SUFFIX = ".dmt"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option `--dmplay-update` and the setting `dmplay_trust`."""
+    """Add the option `--dmplay-update` and the settings `dmplay_trust` and `dmplay_frames`."""
     group = parser.getgroup("dmplay", "golden transcripts")
     group.addoption("--dmplay-update", action="store_true", help="rewrite transcripts that differ")
     parser.addini(
@@ -27,6 +28,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
         "bool",
         False,
     )
+    parser.addini("dmplay_frames", "compare the recorded drawings of turns", "bool", True)
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -66,7 +68,8 @@ class TranscriptItem(pytest.Item):
             diff = transcript_files.rewrite_file(path, trusted=trusted)
             if diff:
                 self.add_report_section("call", "rewritten", escape_unprintable(diff))
-        report = transcript_files.verify(path, trusted=trusted)
+        compares_frames = bool(self.config.getini("dmplay_frames"))
+        report = transcript_files.verify(path, trusted=trusted, compares_frames=compares_frames)
         self.add_report_section("call", "compared", escape_unprintable(report.summary))
         if not report.is_ok:
             accept = f"\nto accept the change: pytest {quote(str(path))} --dmplay-update"

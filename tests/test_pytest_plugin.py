@@ -97,6 +97,14 @@ def test_a_game_that_can_be_continued_is_not_rewritten(
     assert "Traceback" not in result.stdout
 
 
+def test_drawings_can_be_left_out_of_the_comparison(tmp_path: Path, transcript_path: Path) -> None:
+    text = record_game(transcript_path, "hexworld", "optimal", record_frames=True, force=True)
+    transcript_path.write_text(text.replace("+10", "+11"))
+    assert "frame: expected" in run_pytest(tmp_path).stdout
+    (tmp_path / "pytest.ini").write_text("[pytest]\ndmplay_frames = false\n")
+    assert "frame: expected" not in run_pytest(tmp_path).stdout
+
+
 def test_update_rewrites_the_transcript(tmp_path: Path, transcript_path: Path) -> None:
     original = transcript_path.read_text()
     replace_in_file(transcript_path, '"(8,1)"', '"(8,2)"')

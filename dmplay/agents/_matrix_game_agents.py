@@ -43,6 +43,10 @@ class _MixedStrategyPolicy(_PayoffTablePolicy):
     def _mixed_strategy(self) -> Categorical:
         """The mixed strategy, as a distribution of one row."""
 
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the mixed strategy for each row."""
+        return np.repeat(self._mixed_strategy.probabilities(), len(memory[0]), axis=0)
+
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return actions sampled from the mixed strategy."""
         return self._mixed_strategy.sample_events(u)

@@ -120,6 +120,13 @@ class GenerousTitForTat(TitForTat):
 
     uniform_count = 1  # for forgiving
 
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the probability of each action: a defection may be forgiven."""
+        defects = memory[0] * (1.0 - self.forgiveness)
+        by_rule = np.stack([1.0 - defects, defects], axis=1)
+        is_swapped = self._cooperative_actions[self.seat] == 1
+        return by_rule[:, ::-1] if is_swapped else by_rule
+
     def act(self, memory: Ints, u: Reals) -> Ints:
         """Return 1, defect, after a defection that is not forgiven."""
         return np.asarray(memory * (u[:, 0] >= self.forgiveness), np.int64)

@@ -56,6 +56,11 @@ class SeatPolicy(Policy):
         return ""
 
     @property
+    def has_regrets(self) -> bool:
+        """True if its values are about the players of the game, so that regrets have a meaning."""
+        return not self.plans_one_round
+
+    @property
     def tie_rule(self) -> str:
         """The rule that chooses among several best actions, '' for the first."""
         return ""
@@ -73,6 +78,22 @@ class SeatPolicy(Policy):
     def action_values(self, memory: Memory) -> Reals | None:
         """Return None, as the action values are unknown."""
         return None
+
+    def choice_probabilities(self, memory: Memory) -> Reals | None:
+        """Return the probability `[B, A]` of each action, if all are legal; None if unknown.
+
+        It is 1 for the chosen action of a policy that consumes no uniforms.
+        """
+        labels = self.problem.actions[self.seat].labels
+        if self.uniform_count or not labels:
+            return None
+        row_count = len(memory[0]) if memory else 1
+        choices = self.choose(memory, None, np.zeros((row_count, 0)))
+        return np.asarray(np.eye(len(labels))[np.asarray(choices, np.int64)])
+
+    def describe_model(self, memory: Memory) -> str:
+        """Return how its values assume that other agents play, '' if `hint_basis` says enough."""
+        return ""
 
     def memory_at_turn(self, observation: Array, turns_done: int) -> Memory:
         """Return the memory with which it acts on an observation after `turns_done` turns.

@@ -7,16 +7,21 @@ from dmplay.agents._matrix_game_agents import (
     HierarchicalSoftmax,
     Nash,
 )
+from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents.available_agents import Roster
+from dmplay.agents.random_agent import Random
 from dmplay.core.problem import Problem
 
 
-def build_roster(problem: Problem, seat: int) -> Roster:
-    """Return the agents of the repeated dilemma.
+class Plan(RepeatedGamePlan):
+    """Plans the rounds left against one of the rules for repeated games, or random play."""
 
-    The hint provider ignores how an action changes the opponent's later actions.
-    """
+    candidate_rules = {**REPEATED_GAME_RULES, "random": Random}  # noqa: RUF012 - never written
+
+
+def build_roster(problem: Problem, seat: int) -> Roster:
+    """Return the agents of the repeated dilemma."""
     return Roster(
         {
             **REPEATED_GAME_RULES,
@@ -25,7 +30,9 @@ def build_roster(problem: Problem, seat: int) -> Roster:
             "softmax": HierarchicalSoftmax,
             "gradient-ascent": GradientAscent,
             "axelrod": AxelrodStrategy,
+            "plan-rounds": Plan,
         },
-        hint_provider="best-response",
+        hint_provider="plan-rounds",
         default_partner="tit-for-tat",
+        batch_agent="best-response",
     )

@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
 from dmplay.agents.search import TreeSearch
@@ -15,6 +17,11 @@ class Random(ReactivePolicy):
     """Chooses a legal action uniformly at random."""
 
     uniform_count = 1
+
+    def choice_probabilities(self, memory: Memory) -> Reals | None:
+        """Return equal probabilities `[B, A]`; None for real-valued actions."""
+        count = len(self.problem.actions[self.seat].labels)
+        return np.full((len(memory[0]), count), 1 / count) if count else None
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return a uniformly random legal action for each row, or a uniform number of an

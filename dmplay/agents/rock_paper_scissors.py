@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent, Nash
+from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import RepeatedGameRule
 from dmplay.agents.random_agent import Random
@@ -22,10 +23,18 @@ class BeatLast(RepeatedGameRule):
         return (opponent_actions + 1) % 3
 
 
+class Plan(RepeatedGamePlan):
+    """Plans the rounds left against the rules for rock-paper-scissors."""
+
+    candidate_rules = {  # noqa: RUF012 - never written
+        "uniform": Random, "beat-last": BeatLast, "frequency": FictitiousPlay,
+    }  # fmt: skip
+
+
 def build_roster(problem: Problem, seat: int) -> Roster:
     """Return the agents of rock-paper-scissors."""
     return Roster(
         {"uniform": Random, "nash": Nash, "beat-last": BeatLast, "frequency": FictitiousPlay,
-         "gradient-ascent": GradientAscent},
-        hint_provider="frequency", default_partner="frequency",
+         "gradient-ascent": GradientAscent, "plan-rounds": Plan},
+        hint_provider="plan-rounds", default_partner="frequency", batch_agent="frequency",
     )  # fmt: skip

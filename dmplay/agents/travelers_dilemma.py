@@ -10,8 +10,10 @@ from dmplay.agents._matrix_game_agents import (
     HierarchicalSoftmax,
     Nash,
 )
+from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
+from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
@@ -30,6 +32,14 @@ class FixedClaim(ReactivePolicy):
         return np.full(len(u), self.claim - MIN_CLAIM)
 
 
+class Plan(RepeatedGamePlan):
+    """Plans the rounds left against the rules for the traveler's dilemma."""
+
+    candidate_rules = {  # noqa: RUF012 - never written
+        "nash": Nash, "level-k": HierarchicalSoftmax, "claim": FixedClaim, "random": Random,
+    }  # fmt: skip
+
+
 def build_roster(problem: Problem, seat: int) -> Roster:
     """Return the agents of the traveler's dilemma.
 
@@ -37,6 +47,6 @@ def build_roster(problem: Problem, seat: int) -> Roster:
     """
     return Roster(
         {"nash": Nash, "level-k": HierarchicalSoftmax, "best-response": FictitiousPlay,
-         "gradient-ascent": GradientAscent, "claim": FixedClaim},
-        hint_provider="best-response", default_partner="level-k",
+         "gradient-ascent": GradientAscent, "claim": FixedClaim, "plan-rounds": Plan},
+        hint_provider="plan-rounds", default_partner="level-k", batch_agent="best-response",
     )  # fmt: skip

@@ -148,6 +148,20 @@ def compare(
             help="stop once one of two agents is better, with error probability at most P",
         ),
     ] = None,
+    bounds: Annotated[
+        str,
+        typer.Option(
+            "--bounds",
+            metavar="LOW,HIGH",
+            help="smallest and largest return of a game, for --decide, if the problem has none",
+        ),
+    ] = "",
+    asymptotic: Annotated[
+        bool,
+        typer.Option(
+            "--asymptotic", help="let --decide need no bounds; P then holds only for many games"
+        ),
+    ] = False,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
@@ -164,7 +178,8 @@ def compare(
     from dmplay.output import evaluation_report
 
     request = _make_request(problem, batch_options, terminal_options)
-    return evaluation_report.report_comparison(request, agents, episodes=episodes, decide=decide)
+    rule = evaluation_report.DecisionOptions(decide, bounds, asymptotic)
+    return evaluation_report.report_comparison(request, agents, rule, episodes=episodes)
 
 
 @_with_batch_options("vs", "seat")

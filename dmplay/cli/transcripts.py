@@ -19,6 +19,9 @@ def verify(
     allow_unfinished: Annotated[
         bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
+    frames: Annotated[
+        bool, typer.Option("--frames/--no-frames", help="compare the drawings of turns")
+    ] = True,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
@@ -28,6 +31,8 @@ def verify(
     dmplay computes every result again from the recorded actions and random numbers.
     It also draws the random numbers again from the seed, and asks the built-in agents
     for their actions again. If a transcript differs, the exit code is 3.
+
+    A newer dmplay may draw turns differently. --no-frames leaves drawings out.
 
     \b
       dmplay verify game.dmt
@@ -41,7 +46,9 @@ def verify(
     diffs, update_errors = (
         transcript_files.rewrite_files(files, trusted=trust) if update else ([], [])
     )
-    reports = [transcript_files.verify(file, trusted=trust) for file in files]
+    reports = [
+        transcript_files.verify(file, trusted=trust, compares_frames=frames) for file in files
+    ]
     accepted = [report.is_ok or (allow_unfinished and report.is_unfinished) for report in reports]
     rows = [*diffs, *transcript_files.format_reports(reports, accepted, json=json, quiet=quiet)]
     code = 0 if all(accepted) else MISMATCH_EXIT_CODE

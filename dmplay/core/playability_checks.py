@@ -175,7 +175,7 @@ def _check_spaces(problem: Problem) -> CheckResults:
 
 def _check_bounds(problem: Problem) -> CheckResults:
     """Yield checks that declared bounds are pairs of a lower and an upper one."""
-    for name in ("reward_bounds", "state_bounds"):
+    for name in ("reward_bounds", "return_bounds", "state_bounds"):
         bounds = getattr(problem, name)
         is_valid = bounds is None or (
             isinstance(bounds, tuple) and len(bounds) == 2 and bool(np.less_equal(*bounds).all())

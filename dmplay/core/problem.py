@@ -204,6 +204,11 @@ class Problem(ABC):
         return None
 
     @property
+    def return_bounds(self) -> tuple[float, float] | None:
+        """The smallest and the largest return of a game, if the rewards' bounds are too wide."""
+        return None
+
+    @property
     def state_bounds(self) -> tuple[Array, Array] | None:
         """The smallest and the largest value of each number of a state, or None if unknown."""
         return None

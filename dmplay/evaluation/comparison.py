@@ -14,16 +14,22 @@ from dmplay.core.spaces import ACTION_DECIMALS
 from dmplay.core.text import format_count
 from dmplay.core.work_budget import ProgressCallback
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, Forfeit
-from dmplay.evaluation.control_variate import build_control_variate
+from dmplay.evaluation.control_variate import ControlVariate, build_control_variate
 from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_until_interrupted,
 )
-from dmplay.evaluation.statistics import Estimate, compute_confidence_sequence, estimate_mean
+from dmplay.evaluation.return_bounds import ROUNDING_TOLERANCE, compute_return_bounds
+from dmplay.evaluation.statistics import (
+    Estimate,
+    compute_asymptotic_confidence_sequence,
+    compute_bounded_confidence_sequence,
+    estimate_mean,
+)
 from dmplay.simulation.rollouts import Rollout, RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
-MIN_GAMES_TO_DECIDE = 100  # games before the first decision, because the interval is asymptotic
+MIN_GAMES_TO_DECIDE = 100  # games before the first decision
 
 
 class Difference(NamedTuple):
@@ -34,6 +40,27 @@ class Difference(NamedTuple):
     share_behind: float
     games_saved_factor: float  # factor of games needed with separate uniforms for each agent
     control_variate_difference: float  # mean difference of the control variates
+
+
+class DecisionRule(NamedTuple):
+    """The rule by which a comparison of two agents ends early."""
+
+    error_probability: float
+    max_difference: float | None  # of two returns in one game; None for an asymptotic rule
+
+    def estimate(self, differences: Reals) -> Estimate:
+        """Return the mean difference with a confidence interval that may be checked any time."""
+        if self.max_difference is None:
+            return compute_asymptotic_confidence_sequence(differences, self.error_probability)
+        largest = float(np.abs(differences).max())
+        if largest > self.max_difference * (1.0 + ROUNDING_TOLERANCE):
+            raise BadParameter(
+                f"bounds: two returns differ by {largest:g}, expected at most "
+                f"{self.max_difference:g}"
+            )
+        return compute_bounded_confidence_sequence(
+            differences, -self.max_difference, self.max_difference, self.error_probability
+        )
 
 
 class Comparison(NamedTuple):
@@ -55,6 +82,8 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     seat: int = 0,
     episodes: int = 10_000,
     decide: float | None = None,
+    return_bounds: tuple[float, float] | None = None,
+    asymptotic: bool = False,
     turns: int | None = None,
     seed: int = 0,
     workers: WorkerCount = 1,
@@ -68,8 +97,11 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     differences if one is available; its mean is 0.
 
     With `decide`, two entrants play until one is significantly better, or `episodes` games are
-    played; the wrong one is declared better in at most this share of comparisons. If `names` are
-    given, errors begin with the name of the entrant in whose games they occurred.
+    played. The wrong one is declared better in at most this share of comparisons, at every number
+    of games. The rule needs the smallest and the largest return of a game: those of the problem, or
+    `return_bounds`. An `asymptotic` decision needs none, but it may be wrong more often, above all
+    if rare rewards are large. If `names` are given, errors begin with the name of the entrant in
+    whose games they occurred.
 
     An entrant of three or more whose program forfeits a game is withdrawn, and the others play
     again without it: an average over the games that it finished would favor one that gives up.
@@ -77,7 +109,17 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
     check_problem(problem, turns)
     check_episode_count(episodes)
     _check_entrants(problem, entrants, seat, decide)
-    control_variate = build_control_variate(problem)
+    control_variate = None if return_bounds else build_control_variate(problem)
+    rule = (
+        None
+        if decide is None
+        else DecisionRule(
+            decide,
+            None
+            if asymptotic
+            else _bound_difference(problem, control_variate, turns, return_bounds),
+        )
+    )
     active = [*range(len(entrants))]  # entrants that are not withdrawn
     withdrawals = list[str]()
     samples = np.zeros((2, 0, len(active)))
@@ -107,7 +149,7 @@ def compare(  # noqa: PLR0913 - each is the caller's to choose
             samples = np.concatenate([samples, _collect_seat_returns(part.rollouts, seat)], axis=1)
         if part.interruption and not samples.size:
             raise part.interruption
-        comparison = _summarize_comparison(samples[0], samples[1], decide)
+        comparison = _summarize_comparison(samples[0], samples[1], rule)
         if comparison.decided or part.interruption or game_count >= episodes:
             return comparison._replace(
                 shortfall_reason=str(part.interruption or ""),
@@ -134,6 +176,32 @@ def _check_entrants(problem: Problem, entrants: object, seat: int, decide: float
         raise BadParameter(f"decide: got {decide:g}, expected a probability between 0 and 1")
 
 
+def _bound_difference(
+    problem: Problem,
+    control_variate: ControlVariate | None,
+    turns: int | None,
+    return_bounds: tuple[float, float] | None,
+) -> float:
+    """Return the largest possible difference of two returns on the same uniforms.
+
+    Raise BadParameter if it is unknown.
+    """
+    if return_bounds is not None:
+        if not return_bounds[0] <= return_bounds[1]:
+            raise BadParameter(f"bounds: got {return_bounds}, expected the lower one first")
+    elif control_variate is not None:
+        bound = control_variate.bound_difference(turns)
+        if np.isfinite(bound):
+            return bound
+    bounds = return_bounds or compute_return_bounds(problem, turns)
+    if bounds is None:
+        raise BadParameter(
+            "decide: the returns of this problem have no known bounds; give the smallest and the "
+            "largest return with --bounds, or use --asymptotic"
+        )
+    return bounds[1] - bounds[0]
+
+
 def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:
     """Return the returns and control variates of one seat, `[2, E, agents]`."""
     return np.stack(
@@ -143,21 +211,21 @@ def _collect_seat_returns(rollouts: Sequence[Rollout], seat: int) -> Reals:
 
 
 def _summarize_comparison(
-    returns: Reals, control_variates: Reals, decide: float | None
+    returns: Reals, control_variates: Reals, rule: DecisionRule | None
 ) -> Comparison:
     """Return the comparison of agents by their returns and control variates `[E, agents]`."""
     pairs = combinations(range(returns.shape[1]), 2)
     differences = {
-        pair: estimate_difference(returns[:, pair], control_variates[:, pair], decide)
+        pair: estimate_difference(returns[:, pair], control_variates[:, pair], rule)
         for pair in pairs
     }
     advantage = differences[0, 1].advantage
-    decided = None if decide is None else not advantage.low <= 0.0 <= advantage.high
+    decided = None if rule is None else not advantage.low <= 0.0 <= advantage.high
     return Comparison(returns, tuple(map(estimate_mean, returns.T)), differences, decided)
 
 
 def estimate_difference(
-    returns: Reals, control_variates: Reals, decide: float | None = None
+    returns: Reals, control_variates: Reals, rule: DecisionRule | None = None
 ) -> Difference:
     """Return the difference of two agents by their returns `[E, 2]` on the same uniforms.
 
@@ -170,9 +238,7 @@ def estimate_difference(
     adjusted = np.round(return_difference - luck_difference, ACTION_DECIMALS)
     separate_variance, paired_variance = returns.var(axis=0).sum(), adjusted.var()
     return Difference(
-        estimate_mean(adjusted)
-        if decide is None
-        else compute_confidence_sequence(adjusted, decide),
+        estimate_mean(adjusted) if rule is None else rule.estimate(adjusted),
         float((return_difference > 0).mean()),
         float((return_difference < 0).mean()),
         float(separate_variance / paired_variance) if paired_variance else np.inf,

@@ -13,6 +13,7 @@ from dmplay.core.problem import Outcome, Problem
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
+from dmplay.evaluation.return_bounds import limit_of_turns, sum_discounts
 from dmplay.solvers.mdp import mdp_values
 
 MAX_VALUED_STATES = 1000  # for which a table of values is computed quickly
@@ -24,6 +25,22 @@ class ControlVariate:
 
     problem: Problem
     q_values: Reals  # [S, A]
+
+    def bound_difference(self, turn_limit: int | None) -> float:
+        """Return the largest difference of two returns after subtraction of the control variate.
+
+        Both games begin in the same state s. Each adjusted return is V(s), minus the discounted
+        losses V - Q of its actions, minus the discounted V of its last state.
+        """
+        values = self.q_values.max(axis=1, where=np.isfinite(self.q_values), initial=-np.inf)
+        losses = values[:, None] - self.q_values
+        limit, discount = limit_of_turns(self.problem, turn_limit), self.problem.discount
+        last_weight = 0.0 if limit is None else discount**limit
+        total_loss = losses.max(where=np.isfinite(losses), initial=0.0)
+        return float(
+            sum_discounts(discount, limit) * total_loss
+            + last_weight * (max(values.max(), 0.0) - min(values.min(), 0.0))
+        )
 
     def __call__(self, s: Array, a: Array, outcome: Outcome) -> Reals:
         """Return the value of what a turn brought minus its expectation, `[B, 1]`."""

@@ -17,7 +17,13 @@ from dmplay.evaluation.interruptible_rollouts import (
     check_episode_count,
     run_rollouts_without_forfeits,
 )
-from dmplay.evaluation.statistics import Estimate, estimate_mean, five_number_summary
+from dmplay.evaluation.return_bounds import compute_return_bounds
+from dmplay.evaluation.statistics import (
+    Estimate,
+    describe_doubt,
+    estimate_mean,
+    five_number_summary,
+)
 from dmplay.simulation.rollouts import Rollout, RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 
@@ -37,6 +43,7 @@ class SeatSummary(NamedTuple):
     returns: Estimate
     totals: Estimate
     quantiles: tuple[float, ...]  # of the returns: minimum, quartiles, maximum
+    doubt: str = ""  # why the interval of the returns may not hold the mean
 
 
 class RunResult(NamedTuple):
@@ -105,7 +112,8 @@ def run(  # noqa: PLR0913 - each is the caller's to choose
             or end >= MAX_EPISODES
         ):
             episode_numbers = np.concatenate([result.episode_numbers for result in parts])
-            summary = summarize_run(problem, merged, episode_numbers, time.monotonic() - start_time)
+            seconds = time.monotonic() - start_time
+            summary = summarize_run(problem, merged, episode_numbers, seconds, turns)
             return summary._replace(
                 shortfall_reason=str(part.interruption or ""),
                 forfeits=tuple(error for result in parts for error in result.forfeits),
@@ -119,12 +127,21 @@ def _largest_standard_error(rollout: Rollout) -> float:
 
 
 def summarize_run(
-    problem: Problem, rollout: Rollout, episode_numbers: Ints, seconds: float
+    problem: Problem,
+    rollout: Rollout,
+    episode_numbers: Ints,
+    seconds: float,
+    turn_limit: int | None = None,
 ) -> RunResult:
-    """Return the summary of a rollout."""
+    """Return the summary of a rollout with this turn limit."""
+    bounds = compute_return_bounds(problem, turn_limit)
     seat_summaries = tuple(
         SeatSummary(
-            seat, estimate_mean(returns), estimate_mean(totals), five_number_summary(returns)
+            seat,
+            estimate_mean(returns),
+            estimate_mean(totals),
+            five_number_summary(returns),
+            describe_doubt(returns, bounds),
         )
         for seat, returns, totals in zip(
             problem.agents, rollout.returns.T, rollout.total_rewards.T, strict=True

@@ -1,4 +1,4 @@
-"""Means with standard errors, confidence intervals, and intervals valid at any time."""
+"""Means with standard errors, confidence intervals, and confidence sequences."""
 
 import math
 from statistics import NormalDist
@@ -10,7 +10,11 @@ from dmplay.core.arrays import Reals
 
 CONFIDENCE_LEVEL = 0.95
 LARGE_DEGREES_OF_FREEDOM = 30  # degrees of freedom beyond which a series is exact to four digits
-TUNED_SAMPLE_SIZE = 200  # games at which the confidence sequence is narrowest
+TUNED_SAMPLE_SIZE = 200  # games at which the asymptotic confidence sequence is narrowest
+MAX_LOSS_OF_BET = 0.75  # largest share of the capital that one bet may lose
+BISECTION_STEPS = 50
+RULE_OF_THREE = 3.0
+GAMES_PER_SQUARED_SKEWNESS = 25
 
 
 class Estimate(NamedTuple):
@@ -29,6 +33,33 @@ def estimate_mean(sample: Reals, level: float = CONFIDENCE_LEVEL) -> Estimate:
     error = float((sample - sample[:1]).std(ddof=1)) / math.sqrt(size) if size > 1 else math.inf
     width = student_t_quantile(size - 1, level) * error if size > 1 else math.inf
     return Estimate(mean, error, mean - width, mean + width)
+
+
+def describe_doubt(sample: Reals, bounds: tuple[float, float] | None) -> str:
+    """Return why the t interval of a sample may not hold the mean, or '' if there is no reason.
+
+    An event of probability 3/E is missing in 5 % of samples of E games (the rule of three). With
+    `bounds` of the values, such an event can move the mean by 3/E of their distance. If that is
+    more than the interval's half width, or if the sample is small for its skewness (Cochran,
+    1977, section 2.15: E > 25 skewness^2), the interval is in doubt.
+    """
+    size, estimate = len(sample), estimate_mean(sample)
+    half_width = (estimate.high - estimate.low) / 2
+    if bounds is not None:
+        farthest = max(estimate.mean - bounds[0], bounds[1] - estimate.mean)
+        shift = RULE_OF_THREE / size * farthest
+        if shift > half_width:
+            return (
+                f"an event rarer than 1 in {size / RULE_OF_THREE:,.0f} games may be missing; "
+                f"it could move the mean by up to {shift:.2g}"
+            )
+    deviations = sample - sample.mean()
+    variance = float((deviations**2).mean())
+    skewness = float((deviations**3).mean()) / variance**1.5 if variance else 0.0
+    needed = math.ceil(GAMES_PER_SQUARED_SKEWNESS * skewness**2)
+    if size < needed:
+        return f"returns are skewed; the interval needs about {needed:,} games"
+    return ""
 
 
 def student_t_quantile(degrees_of_freedom: int, level: float = CONFIDENCE_LEVEL) -> float:
@@ -65,11 +96,59 @@ def _student_t_probability(angle: float, degrees_of_freedom: int) -> float:
     return 2 / math.pi * (angle + total) if is_odd else total
 
 
-def compute_confidence_sequence(sample: Reals, error_probability: float) -> Estimate:
-    """Return a confidence interval for the mean that stays valid if checked after every game.
+def compute_bounded_confidence_sequence(
+    sample: Reals, low: float, high: float, error_probability: float
+) -> Estimate:
+    """Return a confidence interval for the mean of values from `low` to `high`.
 
-    It is wrong in at most `error_probability` of samples: the asymptotic confidence sequence of
-    Waudby-Smith et al. (2024), equation 2.
+    It may be checked after every game. The probability that it is ever wrong is at most
+    `error_probability`, at every sample size: the hedged capital process of Waudby-Smith and
+    Ramdas (2024), section 4.2. A bet against each mean m gains if the values are larger, another
+    one gains if they are smaller; m is excluded if one of them multiplies its stake enough.
+    """
+    mean_estimate = estimate_mean(sample)
+    if low == high:
+        return mean_estimate._replace(low=low, high=high)
+    x = ((np.asarray(sample) - low) / (high - low)).clip(0.0, 1.0)  # clips rounding errors
+    bets = _compute_bets(x, error_probability)
+    threshold = math.log(2.0 / error_probability)
+
+    def is_excluded(mean: float, x: Reals) -> bool:
+        gains = np.log1p(np.minimum(bets, MAX_LOSS_OF_BET / mean) * (x - mean))
+        return bool(gains.cumsum().max() >= threshold)
+
+    def find_lower_bound(x: Reals) -> float:
+        excluded, possible = 0.0, 1.0
+        for _ in range(BISECTION_STEPS):
+            middle = (excluded + possible) / 2
+            excluded, possible = (
+                (middle, possible) if is_excluded(middle, x) else (excluded, middle)
+            )
+        return excluded
+
+    lower, upper = find_lower_bound(x), 1.0 - find_lower_bound(1.0 - x)
+    return mean_estimate._replace(
+        low=low + (high - low) * lower, high=low + (high - low) * max(lower, upper)
+    )
+
+
+def _compute_bets(x: Reals, error_probability: float) -> Reals:
+    """Return the bet before each of the values in [0, 1], from the variance of those before it."""
+    counts = np.arange(1, len(x) + 1)
+    means = (0.5 + x.cumsum()) / (counts + 1)
+    variances = (0.25 + ((x - means) ** 2).cumsum()) / (counts + 1)
+    earlier_variances = np.concatenate([[0.25], variances[:-1]])
+    bets: Reals = np.sqrt(
+        2 * math.log(2.0 / error_probability) / (earlier_variances * counts * np.log1p(counts))
+    )
+    return bets
+
+
+def compute_asymptotic_confidence_sequence(sample: Reals, error_probability: float) -> Estimate:
+    """Return a confidence interval for the mean that needs no bounds, but many games.
+
+    It may be checked after every game. The probability that it is ever wrong approaches
+    `error_probability` for large samples: Waudby-Smith et al. (2024), equation 2.
     """
     mean_estimate, size = estimate_mean(sample), len(sample)
     rho_squared: float = (

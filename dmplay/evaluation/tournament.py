@@ -38,6 +38,9 @@ SEATING_ORDERS = (
     "given",
 )  # every order of entrants in the seats, or only the order in which they are named
 ROUNDING_TOLERANCE = 1e-12  # relative to the greatest payoff
+BOOTSTRAP_RESAMPLES = 100
+MAX_RESAMPLED_EQUILIBRIUM_ENTRANTS = 8  # more would take seconds for all resamples
+TIE_STANDARD_ERRORS = 2.0
 UNKNOWN_ESTIMATE = Estimate(math.nan, math.inf, -math.inf, math.inf)
 
 
@@ -52,7 +55,8 @@ class TournamentResult(NamedTuple):
     return_estimates: tuple[
         Estimate, ...
     ]  # of each entrant per game, over all its pairings and seats
-    best_replies: tuple[int, ...] | None  # best entrant if each entrant holds all other seats
+    # of each entrant: the best entrants if it holds all other seats; several if they tie
+    best_replies: tuple[tuple[int, ...], ...] | None
     # [K] per seat; for more than two seats, an approximate one
     equilibrium: tuple[Reals, ...] | None
     regrets: Reals | None  # [K], loss against the best reply in the equilibrium, mean over seats
@@ -60,6 +64,9 @@ class TournamentResult(NamedTuple):
     exact_regrets: (
         tuple[Estimate, ...] | None
     )  # loss of each entrant against the exact equilibrium, if that is played
+    share_errors: Reals | None = None  # [K], standard errors of the shares in the equilibrium
+    regret_errors: Reals | None = None  # [K], standard errors of the regrets
+    equilibrium_count: int = 0  # equilibria found in the empirical game; `equilibrium` is the first
     shortfall_reason: str = ""  # why seatings are missing, or ''
     withdrawals: tuple[str, ...] = ()  # a line for each entrant that is left out after a forfeit
 
@@ -211,15 +218,13 @@ def _summarize_tournament(
     )
     if np.isnan(table).any():
         return TournamentResult(names, table, estimates, None, None, None, None, None)
-    equilibrium, regrets, gain = _find_equilibrium(table), None, None
+    resampled_tables = _resample_tables(table, returns_by_seating)
+    equilibria = _find_equilibria(table)
+    equilibrium, regrets, gain = next(iter(equilibria), None), None, None
+    share_errors = regret_errors = None
     if equilibrium is not None:
-        response_values = [
-            regret_matching.compute_response_values(table, equilibrium, seat)
-            for seat in range(seat_count)
-        ]
-        regrets = _clear_rounding_errors(
-            np.mean([values.max() - values for values in response_values], axis=0), table
-        )
+        regrets = _compute_regrets(table, equilibrium)
+        share_errors, regret_errors = _estimate_equilibrium_errors(equilibrium, resampled_tables)
         gain = float(
             _clear_rounding_errors(regret_matching.compute_regrets(table, equilibrium), table).max()
         )
@@ -230,16 +235,56 @@ def _summarize_tournament(
         names,
         table,
         estimates,
-        _find_best_replies(table),
+        _find_best_replies(table, resampled_tables),
         equilibrium,
         regrets,
         gain,
         exact_regrets,
+        share_errors,
+        regret_errors,
+        len(equilibria),
     )
 
 
-def _find_best_replies(table: Reals) -> tuple[int, ...]:
-    """Return the entrant that earns most, over all seats, if each entrant holds all other seats."""
+def _resample_tables(table: Reals, returns_by_seating: ReturnsBySeating) -> Reals:
+    """Return bootstrap resamples `[R, ...]` of the table of mean returns.
+
+    Each resample draws episodes with replacement. Games on the same uniforms are drawn together.
+    """
+    seatings = [seating for seating in returns_by_seating if len(table) not in seating]
+    returns = np.stack([returns_by_seating[seating] for seating in seatings], axis=1)  # [E, *, n]
+    episode_count = len(returns)
+    weights = np.random.default_rng(0).multinomial(
+        episode_count, np.full(episode_count, 1 / episode_count), BOOTSTRAP_RESAMPLES
+    )
+    means = (weights / episode_count) @ (returns - returns[0]).reshape(episode_count, -1)
+    tables = np.empty((BOOTSTRAP_RESAMPLES, *table.shape))
+    for index, seating in enumerate(seatings):
+        offset = index * returns.shape[2]
+        entry: tuple[slice | int, ...] = (slice(None), *seating)
+        tables[entry] = returns[0, index] + means[:, offset : offset + returns.shape[2]]
+    return tables
+
+
+def _find_best_replies(table: Reals, resampled_tables: Reals) -> tuple[tuple[int, ...], ...]:
+    """Return the entrants that earn most, over all seats, if each entrant holds all others.
+
+    The best one is the first; others tie with it if they earn less by at most two standard errors.
+    """
+    returns = _sum_reply_returns(table)
+    resampled_returns = np.stack([_sum_reply_returns(resample) for resample in resampled_tables])
+    replies = []
+    for entrant, values in enumerate(returns):
+        best = int(values.argmax())
+        resampled_gaps = resampled_returns[:, entrant, best, None] - resampled_returns[:, entrant]
+        tolerance = TIE_STANDARD_ERRORS * resampled_gaps.std(axis=0, ddof=1)
+        tied = values[best] - values <= tolerance + ROUNDING_TOLERANCE * np.abs(table).max()
+        replies.append((best, *(int(i) for i in np.flatnonzero(tied) if i != best)))
+    return tuple(replies)
+
+
+def _sum_reply_returns(table: Reals) -> Reals:
+    """Return the return `[K, K]` of each reply to each entrant, summed over the reply's seats."""
     entrant_count, seat_count = len(table), table.shape[-1]
     returns = np.zeros((entrant_count, entrant_count))
     for entrant, reply, seat in product(
@@ -247,20 +292,54 @@ def _find_best_replies(table: Reals) -> tuple[int, ...]:
     ):
         seating = [reply if position == seat else entrant for position in range(seat_count)]
         returns[entrant, reply] += table[(*seating, seat)]
-    return tuple(int(entrant) for entrant in returns.argmax(axis=1))
+    return returns
 
 
-def _find_equilibrium(table: Reals) -> tuple[Reals, ...] | None:
-    """Return an equilibrium of the empirical game; for more than two seats, an approximate one.
+def _find_equilibria(table: Reals) -> list[tuple[Reals, ...]]:
+    """Return the equilibria of the empirical game; for more than two seats, an approximate one.
 
-    None if it is not found.
+    The list is empty if none is found.
     """
     if table.shape[-1] == 2:
-        return next(iter(enumerate_equilibria(table)), None)
+        return [*enumerate_equilibria(table)]
     try:
-        return regret_matching.find_equilibrium(table).mixed_strategies
+        return [regret_matching.find_equilibrium(table).mixed_strategies]
     except BudgetExceeded:
-        return None
+        return []
+
+
+def _compute_regrets(table: Reals, equilibrium: tuple[Reals, ...]) -> Reals:
+    """Return the regret `[K]` of each entrant in an equilibrium, as a mean over the seats."""
+    values_by_seat = [
+        regret_matching.compute_response_values(table, equilibrium, seat)
+        for seat in range(table.shape[-1])
+    ]
+    regrets = np.mean([values.max() - values for values in values_by_seat], axis=0)
+    return _clear_rounding_errors(regrets, table)
+
+
+def _estimate_equilibrium_errors(
+    equilibrium: tuple[Reals, ...], resampled_tables: Reals
+) -> tuple[Reals | None, Reals]:
+    """Return the standard errors `[K]` of the shares in an equilibrium and of the regrets.
+
+    The equilibrium is computed again in each resample, as that one of its equilibria that is
+    nearest. For many entrants or seats it is kept, and the shares have no errors.
+    """
+    entrant_count = resampled_tables.shape[1]
+    can_resample = len(equilibrium) == 2 and entrant_count <= MAX_RESAMPLED_EQUILIBRIUM_ENTRANTS
+    if not can_resample:
+        regrets = [_compute_regrets(table, equilibrium) for table in resampled_tables]
+        return None, np.std(regrets, axis=0, ddof=1)
+    mixes = np.array(equilibrium)
+    resamples = []
+    for table in resampled_tables:
+        candidates = [np.array(mix) for mix in enumerate_equilibria(table)]
+        if candidates:
+            nearest = min(candidates, key=lambda candidate: np.abs(candidate - mixes).sum())
+            resamples.append((nearest.mean(axis=0), _compute_regrets(table, tuple(nearest))))
+    share_errors, regret_errors = np.std(resamples, axis=0, ddof=1)
+    return share_errors, regret_errors
 
 
 def _clear_rounding_errors(regrets: Reals, table: Reals) -> Reals:

@@ -222,7 +222,7 @@ class Game:
             return SeatSnapshot(
                 self.session,
                 seat,
-                rewards_visible=self.rewards_visible,
+                rewards_visible=self.rewards_visible or self.reveal,
                 agents_only=self.agents_only,
             )
         viewing_seat = self.viewing_seat
@@ -230,7 +230,7 @@ class Game:
             self._snapshot = SeatSnapshot(
                 self.session,
                 viewing_seat,
-                rewards_visible=self.rewards_visible,
+                rewards_visible=self.rewards_visible or self.reveal,
                 agents_only=self.agents_only,
             )
         return self._snapshot

@@ -128,14 +128,18 @@ def _load_verifiable_policies(
 
 
 def verify(
-    path: Path | str, *, trusted: bool = False, assigned_names: Mapping[str, str] | None = None
+    path: Path | str,
+    *,
+    trusted: bool = False,
+    compares_frames: bool = True,
+    assigned_names: Mapping[str, str] | None = None,
 ) -> VerificationReport:
     """Verify one transcript file and return a report.
 
     User-defined code is imported only if it is trusted: see `load_transcript_problem`.
     A file that is malformed or cannot be read, or whose problem or agents cannot be loaded, also
-    gives a report with one finding. While the hidden information of the game is concealed, findings
-    do not contain values.
+    gives a report with one finding. Drawings of turns are compared if `compares_frames`.
+    While the hidden information of the game is concealed, findings do not contain values.
     """
     path = Path(path)
     try:
@@ -157,7 +161,8 @@ def verify(
         return VerificationReport(
             str(path), [Finding("facts", str(path), line, "seats", str(error))]
         )
-    report = verify_transcript(transcript, problem, policies, render_transcript_frame)
+    frame_renderer = render_transcript_frame if compares_frames else None
+    report = verify_transcript(transcript, problem, policies, frame_renderer)
     report.problem_change = describe_problem_change(transcript, loaded_problem)
     report.findings = merge_waiting_observations(report.findings)
     if is_concealed(transcript, problem):

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
@@ -142,7 +143,8 @@ def _format_run(
     )
     rows = [row for result in results for row in _iter_table_rows(result)]
     bound_lines = [line for result in results for line in _value_bound_lines(result.lineup)]
-    parts = [headline, "\n".join([format_table(rows), *bound_lines])]
+    doubt_lines = [line for result in results for line in _doubt_lines(result)]
+    parts = [headline, "\n".join([format_table(rows), *doubt_lines, *bound_lines])]
     parts += [_plot_sweep(results)] if len(results) > 1 else []
     parts += [_format_histograms(results)]
     parts += (
@@ -150,6 +152,16 @@ def _format_run(
     )
     text = "\n\n".join(parts)
     return text.translate(ASCII_TRANSLATION).replace("±", "+-") if ascii_ else text
+
+
+def _doubt_lines(result: SettingResult) -> list[str]:
+    """Return a line for each seat whose interval may not hold the mean."""
+    setting = f"{result}, " if result.swept_parameters else ""
+    return [
+        f"the interval of {setting}{summary.seat} is in doubt: {summary.doubt}"
+        for summary in result.run.seat_summaries
+        if summary.doubt
+    ]
 
 
 def _value_bound_lines(lineup: Lineup) -> list[str]:
@@ -176,6 +188,7 @@ def _iter_data_rows(result: SettingResult) -> Iterator[Row]:
             "total error": earned.totals.standard_error,
             "turns": result.run.mean_turns,
             "ended": result.run.terminated_share,
+            **({"doubt": earned.doubt} if earned.doubt else {}),
         }
 
 
@@ -259,8 +272,36 @@ def draw_histogram(sample: Reals) -> tuple[str, float, float]:
     return "".join(" " if not level else BAR_CHARACTERS[level - 1] for level in levels), low, high
 
 
+class DecisionOptions(NamedTuple):
+    """The options of `compare` that let it end early."""
+
+    error_probability: float | None = None  # None: play all games
+    bounds_text: str = ""  # LOW,HIGH: the smallest and the largest return of a game
+    asymptotic: bool = False
+
+    def parse_bounds(self) -> tuple[float, float] | None:
+        """Return the bounds of a return, if they are given; raise BadParameter if invalid."""
+        if self.error_probability is None and (self.bounds_text or self.asymptotic):
+            raise BadParameter("--bounds and --asymptotic: expected --decide P too")
+        if not self.bounds_text:
+            return None
+        try:
+            low, high = map(float, self.bounds_text.split(","))
+        except ValueError:
+            low, high = np.nan, np.nan
+        if not (low <= high and np.isfinite([low, high]).all()):
+            raise BadParameter(
+                f"--bounds: got {self.bounds_text!r}, expected two numbers, such as -100,20"
+            )
+        return low, high
+
+
 def report_comparison(
-    request: EvaluationRequest, entrants: Sequence[str], *, episodes: int, decide: float | None
+    request: EvaluationRequest,
+    entrants: Sequence[str],
+    decision: DecisionOptions,
+    *,
+    episodes: int,
 ) -> Printout:
     """Compare agents in the first seat on common random numbers, and report their differences.
 
@@ -269,6 +310,7 @@ def report_comparison(
     if len(entrants) < 2:
         got = format_count(len(entrants), "agent")
         raise BadParameter(f"got {got}, expected at least 2")
+    return_bounds = decision.parse_bounds()
     problem = request.load_problem().problem
     for name in parse_settings(request.seats, "--seat"):
         if not find_seat(problem, name):
@@ -286,7 +328,9 @@ def report_comparison(
             problem,
             [entry.policies for entry in lineups],
             episodes=episodes,
-            decide=decide,
+            decide=decision.error_probability,
+            return_bounds=return_bounds,
+            asymptotic=decision.asymptotic,
             turns=request.turn_limit,
             seed=request.seed,
             workers=workers,
@@ -295,7 +339,7 @@ def report_comparison(
             names=entrants,
         )
     active = [entrants[index] for index in result.active]
-    text = _format_comparison(request, active, result, decide, time.monotonic() - start_time)
+    text = _format_comparison(request, active, result, decision, time.monotonic() - start_time)
     return make_report(text, result.shortfall_reason, result.withdrawals)
 
 
@@ -303,7 +347,7 @@ def _format_comparison(
     request: EvaluationRequest,
     entrants: Sequence[str],
     result: Comparison,
-    decide: float | None,
+    decision: DecisionOptions,
     seconds: float,
 ) -> str:
     """Return the comparison as JSON, CSV or text."""
@@ -332,7 +376,7 @@ def _format_comparison(
         f"{seconds:.3g} s"
     )
     tables = [format_table(earned), format_table([_pair_table_row(row) for row in rows])]
-    return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decide)])
+    return "\n\n".join([headline, *tables, *_verdict_lines(entrants, result, decision)])
 
 
 def _pair_row(agent: str, opponent: str, difference: Difference) -> Row:
@@ -374,11 +418,19 @@ def _pair_table_row(row: Row) -> Row:
     }
 
 
-def _verdict_lines(entrants: Sequence[str], result: Comparison, decide: float | None) -> list[str]:
+def _verdict_lines(
+    entrants: Sequence[str], result: Comparison, decision: DecisionOptions
+) -> list[str]:
     """Return a line with the agent that earns more, or with `undecided`; none without `decide`."""
-    if decide is None:
+    if decision.error_probability is None:
         return []
     if not result.decided:
         return [f"undecided after {format_count(len(result.returns), 'game', ',')}"]
     better = entrants[0] if result.differences[0, 1].advantage.mean > 0 else entrants[1]
-    return [f"decided: {better} earns more (wrong in at most {100 * decide:g} % of comparisons)"]
+    share = f"{100 * decision.error_probability:g} % of comparisons"
+    reliability = (
+        f"asymptotic: wrong in about {share} or fewer if there are many games"
+        if decision.asymptotic
+        else f"wrong in at most {share}"
+    )
+    return [f"decided: {better} earns more ({reliability})"]

@@ -48,7 +48,8 @@ class EvaluationRequest(NamedTuple):
     def parameter_values(self) -> dict[str, object]:
         """The parameters that are set, with their values in the problem."""
         all_values = problems.parameter_values(self.load_problem().problem)
-        return {name: all_values[name] for name in self.parameters}
+        names = [problems.find_parameter_name(text, all_values) for text in self.parameters]
+        return {name: all_values[name] for name in names}
 
     @property
     def title(self) -> str:
@@ -141,9 +142,13 @@ def expand_sweep(request: EvaluationRequest) -> Iterator[EvaluationRequest]:
     combinations are made.
     """
     defaults = problems.parameter_values(problems.resolve_problem(request.problem, {}).problem)
+    settings_by_name = {
+        problems.find_parameter_name(text, defaults): str(values)
+        for text, values in request.parameters.items()
+    }
     choices = [
-        [f"{key}={value}" for value in _split_values(str(text), defaults.get(key))]
-        for key, text in request.parameters.items()
+        [f"{name}={value}" for value in _split_values(values, defaults[name])]
+        for name, values in settings_by_name.items()
     ]
     return (request._replace(settings=settings) for settings in product(*choices))
 

@@ -8,37 +8,11 @@ from pathlib import Path
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.problem import Problem
 from dmplay.core.safe_files import read_complete_lines, write_at_offset, write_file
-from dmplay.core.session import DEFAULT_TURN_LIMIT
 from dmplay.errors import BadParameter
-from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.transcript.line_parser import JSON_DECODER
 
 MAX_RETURN = 1e100  # larger than any return of a game, and its square is finite
-ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
-
-
-def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[float, float]:
-    """Return the smallest and the largest return that a game of a problem can have.
-
-    They are at most MAX_RETURN in absolute value. They are wider than necessary if a game may end
-    early, and to allow for rounding errors.
-    """
-    bounds = problem.reward_bounds
-    if isinstance(problem, MatrixGame):
-        bounds = problem.payoffs.min(), problem.payoffs.max()
-    if bounds is None:
-        return -MAX_RETURN, MAX_RETURN
-    default_limit = problem.horizon or (
-        DEFAULT_TURN_LIMIT if problem.can_run_forever else MAX_RETURN
-    )
-    turns = default_limit if turn_limit is None else turn_limit
-    discount = problem.discount
-    weight = turns if discount == 1.0 else (1.0 - discount**turns) / (1.0 - discount)
-    weight *= 1.0 + ROUNDING_TOLERANCE
-    low, high = min(bounds[0], 0.0) * weight, max(bounds[1], 0.0) * weight
-    return max(-MAX_RETURN, low), min(MAX_RETURN, high)
 
 
 class TournamentCheckpoint(dict[tuple[int, ...], Reals]):

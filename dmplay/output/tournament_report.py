@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 
+from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_json_report, format_upper_bound
 from dmplay.errors import BadParameter
 from dmplay.evaluation.executors import open_execution_backend
+from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.solutions.solution import Row
 from dmplay.evaluation.tournament import (
     SEATING_ORDERS,
@@ -27,7 +29,7 @@ from dmplay.output.evaluation_request import (
 )
 from dmplay.output.progress import ProgressBar
 from dmplay.output.tables import format_csv, format_mean, format_table
-from dmplay.output.tournament_checkpoint import TournamentCheckpoint, compute_return_bounds
+from dmplay.output.tournament_checkpoint import MAX_RETURN, TournamentCheckpoint
 from dmplay.registry import agents
 
 # agents that play an equilibrium, if a problem has them
@@ -66,7 +68,7 @@ def report_tournament(
             facts,
             played_seatings,
             episodes,
-            compute_return_bounds(problem, request.turn_limit),
+            compute_return_bounds(problem, request.turn_limit) or (-MAX_RETURN, MAX_RETURN),
         )
         if results_file
         else {}
@@ -120,6 +122,7 @@ def _format_tournament(
             "table": tournament.mean_returns.tolist(),
             "equilibrium": exact_agent,
             "exploitability": tournament.exploitability,
+            "equilibrium_count": tournament.equilibrium_count,
             "standings": standings,
         }
         return format_json_report(facts | extra)
@@ -137,6 +140,11 @@ def _format_tournament(
         )
         parts.append(
             f"equilibrium: of this table; no seat gains {gain_text} by changing its entrant"
+        )
+    if tournament.equilibrium_count > 1:
+        parts.append(
+            f"equilibrium: the first of {tournament.equilibrium_count} of this table; in the "
+            "others, shares and regrets differ"
         )
     if tournament.exact_regrets:
         parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")
@@ -186,12 +194,15 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
         estimate = tournament.return_estimates[index]
         row: Row = {"entrant": tournament.entrants[index]} | estimate_row(estimate)
         if tournament.best_replies is not None:
-            row["best reply to it"] = tournament.entrants[tournament.best_replies[index]]
+            replies = [tournament.entrants[reply] for reply in tournament.best_replies[index]]
+            row["best reply to it"] = " or ".join(replies)
         if tournament.equilibrium is not None and tournament.regrets is not None:
             equilibrium_share = float(np.mean([mix[index] for mix in tournament.equilibrium]))
             row |= {
                 "share in equilibrium": equilibrium_share,
+                "share error": _entry_at(tournament.share_errors, index),
                 "regret": float(tournament.regrets[index]),
+                "regret error": _entry_at(tournament.regret_errors, index),
             }
         if tournament.exact_regrets is not None:
             regret = tournament.exact_regrets[index]
@@ -200,10 +211,18 @@ def _standing_rows(tournament: TournamentResult) -> list[Row]:
     return rows
 
 
+def _entry_at(errors: Reals | None, index: int) -> float | None:
+    """Return an entry of an array of errors, None if there are none."""
+    return None if errors is None else float(errors[index])
+
+
 def _standing_table_row(row: Row) -> Row:
     """Return a table row of the standings, with means and standard errors combined."""
     cells = {key: value for key, value in row.items() if key not in ("low", "high")}
     cells["mean return"] = format_mean(cells["mean return"], cells.pop("standard error"))
+    for name, error in (("share in equilibrium", "share error"), ("regret", "regret error")):
+        if name in cells:
+            cells[name] = format_mean(cells[name], cells.pop(error), ".4g")
     if "exact regret" in cells:
         cells["exact regret"] = format_mean(cells["exact regret"], cells.pop("exact error"), ".4g")
     return cells

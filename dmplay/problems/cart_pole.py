@@ -40,6 +40,7 @@ class CartPole(RealStateProblem):
     actions = (Labels(("left", "right")),)
     state_count = ContinuousStates(4)
     horizon = 500
+    reward_bounds = 0.0, 1.0
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return uniform distributions of four numbers close to 0."""

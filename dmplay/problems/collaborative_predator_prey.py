@@ -45,6 +45,7 @@ class CollaborativePredatorPrey(HexHunt):
     sighted: bool = parameter(False, "each predator sees its own hex")
 
     shared_reward = True
+    reward_bounds = MOVE_REWARD, CAPTURE_REWARD
 
     @property
     def agents(self) -> tuple[str, ...]:

@@ -38,6 +38,8 @@ class CollisionAvoidance(RealStateProblem):
         "-5": "descend", "0": "no-advisory", "none": "no-advisory", "5": "climb",
     }  # fmt: skip
     state_count = ContinuousStates(4)
+    reward_bounds = -(COLLISION_COST + ADVISORY_CHANGE_COST), 0.0
+    return_bounds = -(COLLISION_COST + ADVISORY_CHANGE_COST * (START_TIME + 1)), 0.0
 
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return the distributions of the height and its rate."""

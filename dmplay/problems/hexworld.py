@@ -83,6 +83,11 @@ class HexWorld(Problem):
         return next_states.reshape(-1)
 
     @cached_property
+    def reward_bounds(self) -> tuple[float, float]:
+        """The smallest and the largest reward: of a special hex, or for a bump."""
+        return float(self._reward_table.min()), float(self._reward_table.max())
+
+    @cached_property
     def _reward_table(self) -> Reals:
         """The reward by (state, action, slip event), flat, of shape `[S * 18, 1]`.
 

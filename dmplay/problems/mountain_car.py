@@ -41,6 +41,7 @@ class MountainCar(RealStateProblem):
     actions = (Labels(("left", "coast", "right")),)
     action_aliases = {"reverse": "left", "-": "coast", "forward": "right"}  # noqa: RUF012 - never written
     state_count = ContinuousStates(2)
+    reward_bounds = -1.0, 0.0
 
     @property
     def horizon(self) -> int | None:

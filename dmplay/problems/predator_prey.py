@@ -49,6 +49,11 @@ class PredatorPrey(HexHunt):
         )
 
     @property
+    def reward_bounds(self) -> tuple[float, float]:
+        """The reward of a devoured prey, and that of a predator on a hex with all prey."""
+        return DEVOURED_REWARD, float(self.prey)
+
+    @property
     def walker_count(self) -> int:
         """The number of walkers: every agent is one."""
         return self.predators + self.prey

@@ -147,7 +147,7 @@ def load_hint_agent(
         policy,
         _format_agent_name(name, policy, omitted),
         ", ".join(filter(None, scopes)),
-        not policy.plans_one_round,
+        policy.has_regrets,
     )
 
 

@@ -10,7 +10,7 @@ A problem's module may define VARIANTS, a mapping of name to instance.
 
 import inspect
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import fields, replace
 from functools import lru_cache
 from importlib import import_module
@@ -129,12 +129,23 @@ def with_parameters(problem: Problem, parameters: Mapping[str, object]) -> Probl
     """Return the problem with these parameters, text or values, each of the type of its default."""
     defaults = parameter_values(problem)
     values = {}
-    for key, value in parameters.items():
-        parameter_name = key.replace("-", "_")
-        if parameter_name not in defaults:
-            raise UnknownName("parameter", key, defaults)
-        values[parameter_name] = parse_parameter(parameter_name, value, defaults[parameter_name])
+    for text, value in parameters.items():
+        name = find_parameter_name(text, defaults)
+        values[name] = parse_parameter(name, value, defaults[name])
     return replace(problem, **values)  # type: ignore[arg-type]
+
+
+def find_parameter_name(text: str, names: Collection[str]) -> str:
+    """Return the parameter that a text names: with `-` for `_`, or `gamma` for the discount.
+
+    Screens show the discount as "0.90 (gamma)". Raise UnknownName if there is no such parameter.
+    """
+    name = text.replace("-", "_")
+    if name not in names and name == "gamma":
+        name = "discount"
+    if name not in names:
+        raise UnknownName("parameter", text, names)
+    return name
 
 
 def parameter_values(problem: Problem) -> dict[str, object]:

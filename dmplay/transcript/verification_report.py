@@ -13,6 +13,10 @@ SEED_MISMATCH_MESSAGE = (
     "the results follow from the recorded draws and actions, but these do not all follow from the "
     "seed and the agents"
 )
+FRAME_MISMATCH_MESSAGE = (
+    "only drawings differ, perhaps because another version of dmplay drew them; "
+    "--no-frames leaves drawings out, --update redraws them"
+)
 MALFORMED = "form"  # `where` in the finding of a file that cannot be replayed at all
 CHANGED_LINE_ENDS_REMARK = "line ends changed, for example by mail or an editor"
 MAX_PRINTED_FINDINGS = 5
@@ -43,6 +47,11 @@ class Finding(NamedTuple):
         return escape_newlines(
             f"{prefix}: expected {_format_value(self.expected)}, got {_format_value(self.got)}"
         )
+
+    @property
+    def is_other_drawing(self) -> bool:
+        """True if the drawing of a turn differs from the recorded one."""
+        return self.level == "frame" and self.expected is not None
 
     @property
     def without_values(self) -> "Finding":
@@ -143,6 +152,8 @@ class VerificationReport:
             lines.append(f"{path}: {len(self.findings) - len(lines)} more differences")
         if self.findings and all(finding.level == "inputs" for finding in self.findings):
             lines.append(f"{path}: {SEED_MISMATCH_MESSAGE}")
+        if self.findings and all(finding.is_other_drawing for finding in self.findings):
+            lines.append(f"{path}: {FRAME_MISMATCH_MESSAGE}")
         if self.findings and self.problem_change:
             lines.append(escape_newlines(f"{path}: {self.problem_change}"))
         return "\n".join(lines)

@@ -20,7 +20,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.evaluation.comparison import MIN_GAMES_TO_DECIDE, compare
 from dmplay.evaluation.control_variate import build_control_variate
-from dmplay.evaluation.statistics import compute_confidence_sequence
+from dmplay.evaluation.statistics import compute_asymptotic_confidence_sequence
 from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
 from tests.benchmarks.published_returns import find_reference_return
 
@@ -149,7 +149,7 @@ def _finds_difference(sample: Reals, share: float) -> bool:
     """True if the confidence sequence of a sample with mean 0 ever excludes 0."""
     count = MIN_GAMES_TO_DECIDE
     while count <= len(sample):
-        interval = compute_confidence_sequence(sample[:count], share)
+        interval = compute_asymptotic_confidence_sequence(sample[:count], share)
         if not interval.low <= 0.0 <= interval.high:
             return True
         count += max(MIN_GAMES_TO_DECIDE, count // 4)

@@ -55,7 +55,9 @@ def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceRe
         "hexworld": lambda: ReferenceReturn(
             _solve_hexworld(problem), "optimum, by policy iteration", "optimal"
         ),
-        "2048": lambda: ReferenceReturn(387_222, "github.com/nneonneo/2048-ai, where p_two is 0.9"),
+        "2048": lambda: ReferenceReturn(
+            625_377, "Guei, Chen and Wu (2021): TDL2048+, 6-ply search; p_two is 0.9"
+        ),
         "cart-pole": lambda: ReferenceReturn(500, "optimum: all turns", "regulate"),
         "mountain-car": lambda: ReferenceReturn(
             _solve_mountain_car(problem), "optimum on the grid", "optimal"

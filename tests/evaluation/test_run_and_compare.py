@@ -4,7 +4,9 @@ random numbers.
 
 import csv
 import json
+import math
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +14,12 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.script import Script
 from dmplay.cli.parsed_command_runner import interpret_command
+from dmplay.core.arrays import Array
+from dmplay.core.chance import Categorical, Chance
+from dmplay.core.problem import Outcome
+from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
@@ -26,8 +33,23 @@ from dmplay.transcript.reader import read_transcript
 from tests.benchmarks import interval_coverage
 from tests.support.document_examples import extract_file
 from tests.support.programs import run_dmplay
+from tests.support.user_problems import IntegerStateProblem
 
 HEXWORLD = dmplay.load_problem("hexworld")
+
+
+@dataclass(frozen=True)
+class Gamble(IntegerStateProblem):
+    """Of two equal actions, one pays 0; the other pays 1 with probability 0.99, and -99 else."""
+
+    actions = (Labels(("left", "right")),)
+    placed, horizon, state_count, reward_bounds = 0, 1, math.inf, (-99.0, 1.0)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Categorical(np.full((len(s), 1), 0.99)),)
+
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(s, a * np.where(events[0], -99.0, 1.0)[:, None], s)
 
 
 def run_command(*arguments: str) -> str:
@@ -70,6 +92,15 @@ def test_a_run_reports_each_seat() -> None:
     assert lines[1].split()[:3] == ["seat", "agent", "return"]
     assert "optimal" in lines[2]
     assert "returns:" in lines
+
+
+def test_a_run_says_when_its_interval_may_not_hold_the_mean() -> None:
+    """A collision costs 1 and happens in about 1 of 2,500 games of the agent."""
+    rare = run_command("run", "collision-avoidance", "--agent", "optimal", "--episodes", "2000")
+    reason = "an event rarer than 1 in 667 games may be missing; it could move the mean by up to 0."
+    assert f"the interval of agent is in doubt: {reason}" in rare
+    frequent = run_command("run", "crying-baby", "--agent", "optimal", "--episodes", "2000")
+    assert "in doubt" not in frequent
 
 
 def test_a_sweep_has_a_row_for_each_setting() -> None:
@@ -133,6 +164,32 @@ def test_a_comparison_ends_when_it_is_decided() -> None:
     )
     assert output.splitlines()[0].startswith("hexworld: 100 games with seed 2, on the same random")
     assert output.endswith("decided: optimal earns more (wrong in at most 5 % of comparisons)")
+
+
+def test_a_decision_needs_bounds_of_returns_unless_it_is_asymptotic() -> None:
+    words = ("compare", "2048", "corner", "random", "--episodes", "600", "--turns", "100")
+    with pytest.raises(BadParameter, match="decide: the returns of this problem have no known"):
+        run_command(*words, "--decide", "0.05")
+    with pytest.raises(BadParameter, match="bounds: two returns differ by "):
+        run_command(*words, "--decide", "0.05", "--bounds", "0,100")
+    assert run_command(*words, "--decide", "0.05", "--bounds", "0,4000").endswith(
+        "decided: corner earns more (wrong in at most 5 % of comparisons)"
+    )
+    assert run_command(*words, "--decide", "0.05", "--asymptotic").endswith(
+        "(asymptotic: wrong in about 5 % of comparisons or fewer if there are many games)"
+    )
+
+
+def test_equal_agents_with_rare_large_losses_are_not_told_apart() -> None:
+    game = Gamble()
+    policies = [[Script(game, 0, (action,))] for action in (0.0, 1.0)]
+    results = [compare(game, policies, decide=0.05, episodes=500, seed=n) for n in range(60)]
+    assert sum(bool(result.decided) for result in results) <= 3
+    guesses = [
+        compare(game, policies, decide=0.05, episodes=500, seed=n, asymptotic=True)
+        for n in range(60)
+    ]
+    assert sum(bool(result.decided) for result in guesses) > 10
 
 
 def test_an_unknown_control_variate_is_left_blank() -> None:
@@ -307,6 +364,11 @@ def test_a_histogram_of_huge_returns_does_not_overflow() -> None:
             "decide: got 3 agents, expected 2",
         ),
         (["compare", "hexworld", "optimal", "random", "--decide", "2"], "decide: got 2, expected"),
+        (["compare", "hexworld", "optimal", "random", "--bounds", "0,1"], "expected --decide P"),
+        (
+            ["compare", "hexworld", "optimal", "random", "--decide", ".1", "--bounds", "1,0"],
+            "--bounds: got '1,0', expected two numbers, such as -100,20",
+        ),
     ],
 )
 def test_a_run_or_comparison_that_cannot_work_gives_a_clear_error(

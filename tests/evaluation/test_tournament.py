@@ -23,12 +23,11 @@ from dmplay.core import safe_files
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.policy import Memory, Policy
 from dmplay.errors import BadParameter, BadPolicy, IllegalAction, UnknownName
+from dmplay.evaluation.return_bounds import compute_return_bounds
 from dmplay.evaluation.statistics import Estimate
 from dmplay.evaluation.tournament import ReturnsBySeating, TournamentResult, run_tournament
 from dmplay.output.tournament_checkpoint import (
-    MAX_RETURN,
     TournamentCheckpoint,
-    compute_return_bounds,
 )
 from dmplay.output.tournament_report import _standing_rows, _standing_table_row
 from tests.support.programs import run_dmplay
@@ -86,12 +85,38 @@ def test_the_cross_table_contains_the_rewards_of_the_game() -> None:
 
 def test_a_tournament_is_a_game_whose_actions_are_the_entrants() -> None:
     result = play_tournament("grim", "always-defect")
-    assert result.best_replies == (0, 1)
+    assert result.best_replies == ((0,), (1,))
     assert result.equilibrium is not None
     assert result.equilibrium[0].tolist() == [1.0, 0.0]
     assert result.regrets is not None
     assert result.regrets.tolist() == [0.0, 7.0]
     assert result.exploitability == 0.0
+
+
+def test_results_that_only_chance_separates_are_ties() -> None:
+    """Against `nash`, every rule of rock-paper-scissors earns 0."""
+    problem = dmplay.load_problem("rock-paper-scissors")
+    entrants = {
+        name: [dmplay.load_agent(problem, seat, name) for seat in (0, 1)]
+        for name in ("nash", "beat-last", "frequency")
+    }
+    ties = errors = 0
+    for seed in range(10):
+        result = run_tournament(problem, entrants, episodes=500, seed=seed)
+        assert result.best_replies is not None
+        assert 2 not in result.best_replies[1]  # frequency loses 2 games to beat-last
+        ties += len(result.best_replies[0]) > 1
+        assert result.regret_errors is not None
+        assert result.share_errors is not None
+        errors += bool((result.regret_errors > 0).any() and (result.share_errors > 0).any())
+    assert ties >= 8
+    assert errors == 10
+
+
+def test_several_equilibria_are_counted() -> None:
+    result = play_tournament("grim", "tit-for-tat", "always-defect")
+    assert result.equilibrium_count > 1
+    assert result.best_replies == ((0, 1), (0, 1), (2,))
 
 
 def test_entrants_of_the_equilibrium_have_no_regret() -> None:
@@ -184,10 +209,10 @@ class BoundedNim(Nim):
 
 
 def test_the_bounds_of_returns_follow_from_those_of_rewards() -> None:
-    assert compute_return_bounds(Nim(), 5) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(Nim(), 5) is None
     assert compute_return_bounds(BoundedNim(), 5) == pytest.approx((-5, 5))
     assert compute_return_bounds(BoundedNim(), 0) == (0, 0)
-    assert compute_return_bounds(BoundedNim(), None) == (-MAX_RETURN, MAX_RETURN)
+    assert compute_return_bounds(BoundedNim(), None) is None
     assert compute_return_bounds(BoundedNim(discount=0.5), None) == pytest.approx((-2, 2))
 
 
@@ -383,7 +408,7 @@ def test_three_seats_have_an_approximate_equilibrium_with_a_small_gain() -> None
         for reward in [float(len({*seats}) == 1) + 0.5 * (seats == (1, 1, 1))]
     }
     result = run_tournament(hunt, {"a": policy, "b": policy}, returns_by_seating=returns)
-    assert result.best_replies == (0, 1)
+    assert result.best_replies == ((0,), (1,))
     assert result.equilibrium is not None
     assert result.regrets is not None
     assert result.exploitability is not None

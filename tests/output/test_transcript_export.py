@@ -195,7 +195,9 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
     ]
     assert verify(transcript_path).is_ok
     notes = [row for row in transcript_path.read_text().splitlines() if row.startswith("# review ")]
-    assert notes[0].startswith("# review turn 1, agent: chose e, best action: se, regret 0.78. values: e ")
+    assert notes[0].startswith(
+        "# review turn 1, agent: chose e, best action: se, regret 0.78. values: e "
+    )
     assert len(notes) == 3
     before = transcript_path.read_text()
     run_dmplay(transcript_path.parent, "review", "g.dmt", "--write")

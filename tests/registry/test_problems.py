@@ -39,6 +39,14 @@ def test_a_number_can_be_typed_in_any_common_notation() -> None:
         )
 
 
+def test_the_discount_can_be_set_by_the_symbol_that_screens_show() -> None:
+    assert dmplay.load_problem("hexworld", gamma=0.5) == dmplay.load_problem(
+        "hexworld", discount=0.5
+    )
+    problem = problems.with_parameters(dmplay.load_problem("catch"), {"gamma": ".25"})
+    assert problem.discount == 0.25
+
+
 def test_every_built_in_problem_loads_under_its_name() -> None:
     for name in problem_names():
         assert problems.resolve_problem(name, {}).name == name

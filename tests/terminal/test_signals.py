@@ -30,9 +30,7 @@ pytestmark = pytest.mark.slow  # starts the program many times
 TERM, INT, HUP = signal.SIGTERM, signal.SIGINT, signal.SIGHUP
 GAME_ARGS = ("hexworld", "--seed", "7", "-o", "g.dmt")
 TYPED_INPUT = "e\nundo\ne\nw\n"
-SOLVE_INTERRUPTED_MESSAGE = (
-    "interrupted: solving collaborative-predator-prey; there is no result"
-)
+SOLVE_INTERRUPTED_MESSAGE = "interrupted: solving collaborative-predator-prey; there is no result"
 LONG_GAME_COMMAND = "hexworld --seed 7 --agent random --set rewards=[] --turns 90000 -o g.dmt"
 FRONT_ENDS = {
     "plain": (GAME_ARGS, TYPED_INPUT),

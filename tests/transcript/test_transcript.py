@@ -30,6 +30,7 @@ from dmplay.views.toolkit import canvas
 from tests.support.games import record_game, replace_in_file
 from tests.support.seated_agents import ObservationMutatingScript
 
+OLDER_DRAWINGS = sorted((Path(__file__).parent / "older_drawings").glob("*.dmt"))
 STRAIGHT_LINE_TEXT = """\
 dmplay: 1
 problem: "hexworld:straight-line"
@@ -194,6 +195,16 @@ def test_a_wrong_frame_is_reported(tmp_path: Path) -> None:
     text = path.read_text()
     path.write_text(text.replace("+10", "+11", 1))
     assert " turn 0: frame: expected │     │     │ -10" in list_findings(path)[0]
+    other_levels = {finding.level for finding in verify(path, compares_frames=False).findings}
+    assert other_levels == {"checksum"}
+
+
+@pytest.mark.parametrize("path", OLDER_DRAWINGS, ids=lambda path: path.stem)
+def test_a_file_with_older_drawings_verifies_without_its_drawings(path: Path) -> None:
+    assert verify(path, compares_frames=False).is_ok
+    report = verify(path)
+    assert {finding.level for finding in report.findings} == {"frame"}
+    assert str(report).endswith("--no-frames leaves drawings out, --update redraws them")
 
 
 def test_any_changed_digit_fails_on_its_line(tmp_path: Path) -> None:

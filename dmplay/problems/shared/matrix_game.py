@@ -33,6 +33,11 @@ class MatrixGame(Problem):
     def payoffs(self) -> Reals:
         """The rewards `[A1, ..., An, n]`, with agent 1's actions first."""
 
+    @property
+    def reward_bounds(self) -> tuple[float, float]:
+        """The smallest and the largest payoff."""
+        return float(self.payoffs.min()), float(self.payoffs.max())
+
     def initial_chance(self, rows: int) -> tuple[Chance, ...]:
         """Return no chances: the game has one initial state."""
         return ()

@@ -9,21 +9,27 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.game import Game
 from dmplay.views.protocol import Lesson, load_view_module
 
+HIDDEN_REWARDS_NOTE = (
+    "Your rewards are hidden until the game ends, because they would reveal the hidden state."
+)
 UNTYPABLE_SEED = 2**63 + 1228  # larger than any seed of a game, so it reveals no game's uniforms
 
 
 def lesson_lines(game: Game) -> list[str]:
-    """Return three sentences on the viewing seat's role, objective and costs, and an example
-    turn.
+    """Return sentences on the viewing seat's role, objective and costs, and an example turn.
+
+    Another sentence says why rewards are hidden, if they are.
     """
     problem, view = game.problem, game.view()
     content = game.view_module.lesson(view)
     discount_note = f"; a reward one turn later counts {problem.discount:g} times as much (gamma)"
     cost = content.costs + discount_note * (problem.discount < 1.0)
+    hidden_rewards = [] if problem.rewards_observable or game.reveal else [HIDDEN_REWARDS_NOTE]
     return [
         f"{content.role}.",
         f"{content.objective}.",
         f"{cost}.",
+        *hidden_rewards,
         describe_example_turn(problem, view.seat, content),
     ]
 

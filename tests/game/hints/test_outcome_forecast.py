@@ -193,7 +193,10 @@ def test_forecast_mode_shows_each_pressed_action_and_enter_plays_the_last() -> N
 
 
 def test_a_forecast_on_a_large_board_is_not_repeated_below_it() -> None:
-    expected = {(80, 24): "if se: Enter plays it, Esc cancels", (50, 14): "if se: 0.70 (8,1), 0.15 "}
+    expected = {
+        (80, 24): "if se: Enter plays it, Esc cancels",
+        (50, 14): "if se: 0.70 (8,1), 0.15 ",
+    }
     for size, text in expected.items():
         assert text in play_keys(make_game("hexworld"), "W", "n", size=size).last
 

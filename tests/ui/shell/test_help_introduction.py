@@ -6,6 +6,8 @@ import pytest
 
 import dmplay
 from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.builtin_names import problem_names
 from dmplay.ui.shell.commands import run_line
 from dmplay.ui.shell.help_introduction import lesson_lines
@@ -17,10 +19,10 @@ from tests.support.user_problems import Key
 def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game(name: str) -> None:
     others = ["random"] * (len(dmplay.load_problem(name).agents) - 1)
     lines = lesson_lines(make_game(name, "human", *others, seed=1))
-    assert [row.endswith(".") for row in lines] == [True] * 4
+    assert all(row.endswith(".") for row in lines)
     assert lines[0].startswith("You ")
     assert lines[1].startswith("You want ")
-    assert re.match("For example, one turn[: ].* Your reward is -?[0-9.]+", lines[3])
+    assert re.match("For example, one turn[: ].* Your reward is -?[0-9.]+", lines[-1])
     other_game = make_game(name, "human", *others, seed=2)
     assert lesson_lines(other_game) == lines
     legal_actions = [
@@ -60,13 +62,26 @@ def test_a_lesson_contains_the_parameters_of_the_game(
     ],
 )
 def test_the_example_turn_is_a_turn_of_the_problem(name: str, turn: str) -> None:
-    assert turn in lesson_lines(make_game(name))[3]
+    assert turn in lesson_lines(make_game(name))[-1]
+
+
+def test_the_lesson_says_why_rewards_are_hidden() -> None:
+    reason = "because they would reveal the hidden state."
+    assert lesson_lines(make_game("crying-baby"))[3].endswith(reason)
+    assert reason not in " ".join(
+        lesson_lines(make_game("catch")) + lesson_lines(make_game("2048"))
+    )
+    revealed = start_new_game(GameRequest("crying-baby", seed=7, reveal=True))
+    assert reason not in " ".join(lesson_lines(revealed))
+    controller = GameController(revealed)
+    run_line(controller, "feed")
+    assert ("reward", "-15") in controller.game.view_module.panel_rows(controller.game.view())
 
 
 def test_each_seat_has_its_own_lesson() -> None:
     prey_game = make_game("predator-prey", "flee", "human")
     assert lesson_lines(prey_game)[1] == "You want to avoid the hexes of predators."
-    assert "the other" not in lesson_lines(make_game("multicaregiver-crying-baby"))[3]
+    assert "the other" not in lesson_lines(make_game("multicaregiver-crying-baby"))[-1]
 
 
 @pytest.mark.parametrize("size", [(80, 24), (50, 14)])
