@@ -62,16 +62,18 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         policy = replace(self, horizon=horizon)
         if len(opponents) != 1 or self.to:
             return policy
-        known = replace(policy, to=opponents[0])
+        exact_policy = replace(policy, to=opponents[0])
         try:
-            known.action_values(known.initial_memory(np.zeros(1, np.int64)))
+            exact_policy.action_values(exact_policy.initial_memory(np.zeros(1, np.int64)))
         except DmplayError:
             return policy
-        return known
+        return exact_policy
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the opponent's rule, '' if it is unknown: see `describe_model`."""
-        return f"against {self.to}" if self.to else ""
+        """Return the opponent's rule, or the number of rules that it may play."""
+        if self.to:
+            return f"against {self.to}"
+        return f"if {self.problem.agents[1 - self.seat]} plays one of {len(self._rules)} rules"
 
     def describe_model(self, memory: Memory) -> str:
         """Return the most probable rules of an unknown opponent with their probabilities."""
@@ -83,8 +85,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         likely = [i for i in order[:MAX_SHOWN_RULES] if weights[i] >= SHOWN_PROBABILITY]
         text = ", ".join(f"{names[i]} {weights[i]:.2f}" for i in likely)
         has_more = int((weights >= SHOWN_PROBABILITY).sum()) > len(likely)
-        opponent = self.problem.agents[1 - self.seat]
-        return f"if {opponent} plays one of {len(names)} rules: {text}{', ...' * has_more}"
+        return f"{text}{', ...' * has_more}"
 
     @cached_property
     def _rules(self) -> list[tuple[str, SeatPolicy]]:
@@ -192,7 +193,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         return rule.update_memory(memory, Percept(actions[:, opponent], state, actions, None))
 
     @cached_property
-    def _known_values(self) -> dict[tuple[int, bytes, int], Reals]:
+    def _cached_values(self) -> dict[tuple[int, bytes, int], Reals]:
         """The values by rule, memory and rounds left that were computed before."""
         return {}
 
@@ -203,10 +204,10 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     def _values_against(self, index: int, memory: Memory, rounds_left: int) -> Reals:
         """Return the value `[A]` of each action against one rule with this memory of one row."""
         key = index, b"".join(array.tobytes() for array in memory), rounds_left
-        if key not in self._known_values:
+        if key not in self._cached_values:
             self._budget.spend_work(ROUND_WORK * len(self._payoffs))
-            self._known_values[key] = self._compute_values(index, memory, rounds_left)
-        return self._known_values[key]
+            self._cached_values[key] = self._compute_values(index, memory, rounds_left)
+        return self._cached_values[key]
 
     def _compute_values(self, index: int, memory: Memory, rounds_left: int) -> Reals:
         """Return the expected reward of each action and, discounted, the best value after it."""

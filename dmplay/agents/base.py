@@ -92,7 +92,7 @@ class SeatPolicy(Policy):
         return np.asarray(np.eye(len(labels))[np.asarray(choices, np.int64)])
 
     def describe_model(self, memory: Memory) -> str:
-        """Return how its values assume that other agents play, '' if `hint_basis` says enough."""
+        """Return its present estimate of how other agents play, '' if it has none."""
         return ""
 
     def memory_at_turn(self, observation: Array, turns_done: int) -> Memory:

@@ -176,12 +176,6 @@ class Tabular(Problem):
         return np.full(self.state_count, 1.0 / self.state_count)
 
     @cached_property
-    def reward_bounds(self) -> tuple[float, float]:
-        """The smallest and the largest reward of the tables."""
-        rewards = self.sparse_tables.rewards
-        return float(rewards.min()), float(rewards.max())
-
-    @cached_property
     def shared_reward(self) -> bool:
         """True if there are several agents, and all of them always get the same reward."""
         rewards = self.tables.rewards

@@ -2,6 +2,7 @@
 
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT
+from dmplay.core.tabular import Tabular
 
 ROUNDING_TOLERANCE = 1e-9  # relative, of a sum of rewards
 
@@ -15,11 +16,21 @@ def compute_return_bounds(problem: Problem, turn_limit: int | None) -> tuple[flo
     if problem.return_bounds is not None:
         return problem.return_bounds
     limit = limit_of_turns(problem, turn_limit)
-    bounds = problem.reward_bounds
+    bounds = _find_reward_bounds(problem)
     if bounds is None or (limit is None and problem.discount == 1.0):
         return None
     weight = sum_discounts(problem.discount, limit) * (1.0 + ROUNDING_TOLERANCE)
     return min(bounds[0], 0.0) * weight, max(bounds[1], 0.0) * weight
+
+
+def _find_reward_bounds(problem: Problem) -> tuple[float, float] | None:
+    """Return the bounds of the rewards that a problem states, or else those in its tables."""
+    if problem.reward_bounds is not None:
+        return problem.reward_bounds
+    if isinstance(problem, Tabular) and type(problem).resolve_events is Tabular.resolve_events:
+        rewards = problem.sparse_tables.rewards
+        return float(rewards.min()), float(rewards.max())
+    return None
 
 
 def limit_of_turns(problem: Problem, turn_limit: int | None) -> int | None:

@@ -85,6 +85,8 @@ class Game:
             if seat not in self.human_seats
         }
         label = " and ".join(agent_names) + (" are" if len(agent_names) > 1 else " is")
+        if self.reveal:
+            self.rewards_visible = True
         self._thinking_task_info = TaskInfo(f"{label} thinking", is_agent_move=True)
         self._pending_choices: dict[int, float] = {}
         self._undone_actions: list[list[float]] = []
@@ -222,7 +224,7 @@ class Game:
             return SeatSnapshot(
                 self.session,
                 seat,
-                rewards_visible=self.rewards_visible or self.reveal,
+                rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
             )
         viewing_seat = self.viewing_seat
@@ -230,7 +232,7 @@ class Game:
             self._snapshot = SeatSnapshot(
                 self.session,
                 viewing_seat,
-                rewards_visible=self.rewards_visible or self.reveal,
+                rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
             )
         return self._snapshot

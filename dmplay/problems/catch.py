@@ -35,6 +35,7 @@ class Catch(Tabular):
     state_count = len(PROFICIENCIES)
     state_names = tuple(map(str, PROFICIENCIES))
     horizon = 10
+    reward_bounds = 0.0, float(DISTANCES[-1])
     rewards_observable = True
 
     @cached_property

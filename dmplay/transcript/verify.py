@@ -221,7 +221,8 @@ class _Verifier:
         """Compare the facts, the frame and the uniforms of a turn or of the start."""
         turn = len(session.turns)
         self._compare_uniforms(block, session, uniform_source, turn)
-        frame = self.frame(session) if block.frame and self.frame else ""
+        recorded_frame = "\n".join(block.frame)
+        frame = self.frame(session) if block.frame and self.frame else recorded_frame
         if self._matches_rewriting(block, append_frame(formatter.format_turn(), frame)):
             return
         facts = collect_turn_facts(session)

@@ -139,12 +139,12 @@ def test_against_a_person_the_hint_shows_the_posterior_over_the_rules_and_no_reg
     problem = dmplay.load_problem("prisoners-dilemma")
     session = Session(problem, dmplay.SeededUniforms(1), turn_limit=6)
     provider = HintProvider(session, 0, ["human", "human"])
-    assert "if agent2 plays one of 11 rules: tit-for-tat 0.09, " in provider.create_hint()
+    assert "if agent2 plays one of 11 rules, tit-for-tat 0.09, " in provider.create_hint()
     for own_action, other_action in ((DEFECT, COOPERATE), (DEFECT, DEFECT), (DEFECT, DEFECT)):
         session.advance([own_action, other_action])
     hint = provider.create_hint()
     assert "always-defect" not in hint
-    assert "(plan-rounds:horizon=6, if agent2 plays one of 11 rules: " in hint
+    assert "(plan-rounds:horizon=6, if agent2 plays one of 11 rules, " in hint
     assert provider.current_hint is not None
     assert provider.current_hint.regrets is None
     seated = SeatedPolicy(session, 0, plan_against("human", 6))

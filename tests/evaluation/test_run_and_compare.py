@@ -423,8 +423,8 @@ def test_values_in_json_lines_name_the_game_that_they_are_about(tmp_path: Path) 
     done = run_dmplay(tmp_path, "prisoners-dilemma", "--seed", "7", "--json", stdin="values\n")
     (event,) = [event for event in map(json.loads, done.stdout.splitlines()) if "values" in event]
     assert event == {
-        "event": "values", "seat": "agent1", "scope": "for one round",
-        "values": {"cooperate": -2.5, "defect": -1.5},
+        "event": "values", "seat": "agent1", "scope": "against tit-for-tat",
+        "values": {"cooperate": -9.0, "defect": -11.0},
     }  # fmt: skip
 
 

@@ -97,7 +97,6 @@ def test_the_default_opponent_of_a_person_is_level_k() -> None:
 
 
 def test_hints_are_the_best_claim_not_a_likely_one() -> None:
-    assert load_roster(GAME, 0).hint_provider == "best-response"
     hint_agent = dmplay.load_agent(GAME, 0, "best-response")
     memory = hint_agent.initial_memory(np.zeros(1))
     assert CLAIMS[hint_agent.choose(memory, None, np.zeros((1, 0)))] == 96

@@ -146,7 +146,7 @@ def create_best_ghost(
     policies = {seat: candidate[1] for seat, candidate in candidates.items() if candidate}
     first_candidate = candidates[min(human_seats)]
     return (
-        Ghost(first_candidate[0], session, policies)
+        Ghost(first_candidate.label, session, policies)
         if first_candidate and len(policies) == len(human_seats)
         else None
     )

@@ -333,8 +333,8 @@ class HintProvider:
         is_tie = values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
         parts = [
             policy.hint_basis or self._hint_agent.label,
-            self._query_agent(lambda seated: policy.describe_model(seated.current_memory())),
             self._hint_agent.scope,
+            self._query_agent(lambda seated: policy.describe_model(seated.current_memory())),
             policy.tie_rule if is_tie else "",
         ]
         return ", ".join(filter(None, parts))

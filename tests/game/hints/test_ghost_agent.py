@@ -133,7 +133,7 @@ def test_there_is_no_ghost_result_if_people_play_against_each_other() -> None:
 def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     session = play_actions("prisoners-dilemma", "cooperate", limit=1)
     message = describe_ghost_result(session, [0], ["human", "random"], None)
-    assert message == "same random numbers: best-response -3, you -4"
+    assert message == "same random numbers: plan-rounds:horizon=1 -3, you -4"
 
 
 @pytest.mark.parametrize(

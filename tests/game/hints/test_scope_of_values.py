@@ -15,7 +15,7 @@ from dmplay.evaluation.grading import grade_files
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.hints.hint_provider import HintProvider
-from dmplay.game.hints.review import format_summary, format_table, review_actions
+from dmplay.game.hints.review import format_summary, review_actions
 from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.agents import find_hint_provider
 from dmplay.ui.shell.commands import run_line
@@ -90,8 +90,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
             None,
             "hint (qmdp, assuming a visible state from the next turn on, infinite horizon): ",
         ),
-        ("prisoners-dilemma", None, f"hint ({BEST_REPLY}, for one round): "),
-        ("prisoners-dilemma", 1, f"hint ({BEST_REPLY}): "),
+        ("prisoners-dilemma", None, "hint (plan-rounds, if agent2 plays one of 11 rules, tit-for-"),
+        ("prisoners-dilemma", 1, "hint (plan-rounds:horizon=1, if agent2 plays one of 11 rules, "),
     ],
 )
 def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
@@ -161,40 +161,56 @@ def test_listed_values_say_what_they_are_about() -> None:
     assert HintProvider(session, 0).describe_values().startswith("values: feed ")
 
 
-@pytest.mark.parametrize("opponent", ["tit-for-tat", "grim", "best-response", "gradient-ascent"])
-def test_no_move_has_a_regret_against_an_opponent_who_remembers(opponent: str) -> None:
+@pytest.mark.parametrize(
+    ("opponent", "first_values", "regrets"),
+    [
+        ("tit-for-tat", "cooperate -9.00, defect -11.00", [0.0] * 9 + [1.0]),
+        ("grim", "cooperate -9.00, defect -27.00", [0.0] * 9 + [1.0]),
+        ("best-response", "cooperate -31.00, defect -30.00", [1.0] * 10),
+    ],
+)
+def test_regrets_count_the_rounds_left_against_a_known_rule(
+    opponent: str, first_values: str, regrets: list[float]
+) -> None:
+    session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
+    reviewed = list(review_actions(session, [0], ["human", opponent]))
+    assert [move.regret for move in reviewed] == regrets
+    assert str(reviewed[0]).endswith(f"values: {first_values}")
+    assert f"best action (against {opponent})" in str(reviewed[-1])
+
+
+@pytest.mark.parametrize("opponent", ["human", "gradient-ascent"])
+def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
     reviewed = list(review_actions(session, [0], ["human", opponent]))
     assert {move.regret for move in reviewed} == {None}
-    assert str(reviewed[0]) == (
-        "turn 1, agent1: chose cooperate, best action (for one round): defect. "
-        "values: cooperate -2.50, defect -1.50"
-    )
-    assert format_summary(reviewed) == (
-        "review: best action (for one round) 0 of 10 times; "
+    assert "best action (if agent2 plays one of 11 rules)" in format_summary(reviewed)
+    assert format_summary(reviewed).endswith(
         "no regret, because the values assume how the other agent plays"
     )
-    assert format_table(reviewed)[0].split() == ["turn", "chosen", "best", "(for", "one", "round)"]
 
 
 @pytest.mark.parametrize(
-    ("name", "opponent"),
+    ("name", "opponent", "is_exact"),
     [
-        ("rock-paper-scissors", "nash"),
-        ("rock-paper-scissors", "human"),
-        ("travelers-dilemma", "random"),
-        ("prisoners-dilemma", "always-defect"),
-        ("prisoners-dilemma", "script:cooperate"),
-        ("prisoners-dilemma", "bot:./mine"),
+        ("rock-paper-scissors", "nash", True),
+        ("rock-paper-scissors", "human", False),
+        ("rock-paper-scissors", "gradient-ascent", False),
+        ("travelers-dilemma", "random", True),
+        ("travelers-dilemma", "best-response", False),  # it has too many memories to plan against
+        ("prisoners-dilemma", "always-defect", True),
+        ("prisoners-dilemma", "generous-tit-for-tat:forgiveness=0.5", True),
+        ("prisoners-dilemma", "script:cooperate", False),
+        ("prisoners-dilemma", "bot:./mine", False),
     ],
 )
 @pytest.mark.parametrize("turns", [1, 10])
-def test_values_that_guess_the_other_player_give_no_regret(
-    name: str, opponent: str, turns: int
+def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
+    name: str, opponent: str, turns: int, *, is_exact: bool
 ) -> None:
     hint_agent = find_hint_provider(dmplay.load_problem(name), 0, turns, ("human", opponent))
     assert hint_agent is not None
-    assert not hint_agent.has_regrets
+    assert hint_agent.has_regrets is (is_exact or (turns, opponent) == (1, "best-response"))
 
 
 @pytest.mark.parametrize(
@@ -233,9 +249,11 @@ def test_a_prey_is_assumed_to_be_chased() -> None:
     assert policy.describe_assumed_players(["flee", "flee"]) == ""
 
 
-@pytest.mark.parametrize("opponent", ["grim", "always-defect"])
-def test_review_and_grade_report_no_regret_in_a_repeated_game(
-    tmp_path: Path, opponent: str
+@pytest.mark.parametrize(
+    ("opponent", "regrets"), [("grim", [0.0, 1.0]), ("always-defect", [1.0, 1.0])]
+)
+def test_review_and_grade_report_the_regret_of_a_repeated_game(
+    tmp_path: Path, opponent: str, regrets: list[float]
 ) -> None:
     file = tmp_path / "game.dmt"
     request = GameRequest(
@@ -246,12 +264,10 @@ def test_review_and_grade_report_no_regret_in_a_repeated_game(
         run_line(table, "cooperate")
     table.end_game()
     data = json.loads(str(interpret_command(["review", str(file), "--json"])))
-    regrets = [action["regret"] for action in data["actions"]]
-    assert regrets == [None, None]
-    assert [action["scope"] for action in data["actions"]] == ["for one round"] * 2
+    assert [action["regret"] for action in data["actions"]] == regrets
+    assert [action["scope"] for action in data["actions"]] == [f"against {opponent}"] * 2
     (grade,) = grade_files([file]).grades
-    assert grade.regret is None
-    assert "no regret, because the values assume how the other agent plays" in grade.remarks
+    assert grade.regret == sum(regrets)
 
 
 def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:

@@ -246,7 +246,7 @@ def test_a_filter_selects_by_name_or_kind_and_escape_clears_it() -> None:
         (["down", "enter"], ("play", "cart-pole")),
         (["d"], ("play", "2048", "--seed", str(DAILY_SEED))),
         (["a"], ("play", "2048", "--agent", "expectimax")),
-        (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "frequency")),
+        (["/", *"paper", "enter", "a"], ("play", "rock-paper-scissors", "--agent", "plan-rounds")),
         ([":"], ("shell",)),
         (["q"], ()),
         (["/", ":", "q", "escape", "q"], ()),
