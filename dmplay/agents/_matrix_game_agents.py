@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from dmplay.agents.base import GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import ESTIMATED_VALUES, GreedyPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Categorical, weighted_sum
 from dmplay.core.memoization import memoize
@@ -74,6 +74,8 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
     The values are against the strategies of the other agents in it.
     """
 
+    values_name = ESTIMATED_VALUES
+
     plans_one_round = True
 
     @cached_property
@@ -121,6 +123,8 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
     """Plays a best response to the opponent's action frequencies so far (fictitious play)."""
+
+    values_name = ESTIMATED_VALUES
 
     uniform_count = 0
     plans_one_round = True

@@ -8,7 +8,13 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from dmplay.agents.base import GreedyPolicy, PolicyLookup, SeatPolicy
+from dmplay.agents.base import (
+    ESTIMATED_VALUES,
+    EXACT_VALUES,
+    GreedyPolicy,
+    PolicyLookup,
+    SeatPolicy,
+)
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -45,6 +51,11 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     def has_regrets(self) -> bool:
         """True if the opponent's rule is known, so that the values are exact."""
         return bool(self.to)
+
+    @property
+    def values_name(self) -> str:  # type: ignore[override]
+        """Exact values against a known rule, else estimated ones."""
+        return EXACT_VALUES if self.to else ESTIMATED_VALUES
 
     def with_policy_lookup(self, policy_lookup: PolicyLookup) -> Self:
         """Return this plan with a function that makes the opponent named by `to`."""

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents._belief_policy import SparseTransition, apply_by_group
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import UPPER_BOUNDS, SeatPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -30,6 +30,8 @@ class SharedObservationPlan(SeatPolicy):
     Both agents observe the same, so each knows the other's belief and plan. The values are the
     sum of both rewards over these turns.
     """
+
+    values_name = UPPER_BOUNDS
 
     horizon: int = parameter(
         MAX_PLAN_TURNS, f"number of turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS

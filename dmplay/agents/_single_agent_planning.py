@@ -9,7 +9,13 @@ import numpy as np
 
 from dmplay.agents._belief_policy import apply_by_group
 from dmplay.agents._turns_left import TurnsLeftPolicy
-from dmplay.agents.base import MAX_TABULAR_STATES, PAYS_SOONEST, StationaryPolicy
+from dmplay.agents.base import (
+    EXACT_VALUES,
+    MAX_TABULAR_STATES,
+    PAYS_SOONEST,
+    UPPER_BOUNDS,
+    StationaryPolicy,
+)
 from dmplay.agents.belief_policy_bases import FiniteHorizonPolicy, GreedyBeliefPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.best_actions import mark_best_actions, select_greedy_actions
@@ -38,6 +44,8 @@ class MdpOptimalPolicy(TurnsLeftPolicy, StationaryPolicy):
     Values of actions that a state does not allow are those of its first legal action, or -inf. In a
     game of `horizon` turns they are those of the turns left, by backward induction.
     """
+
+    values_name = EXACT_VALUES
 
     @property
     def tie_rule(self) -> str:
@@ -147,6 +155,8 @@ class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
     It is found by alpha vectors.
     """
 
+    values_name = EXACT_VALUES
+
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
         return _solve_infinite_horizon(self.problem)
@@ -174,6 +184,8 @@ class PomdpOptimalPolicy(TurnsLeftPolicy, _AlphaVectorPolicy):
 class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
     """Plans `horizon` turns ahead in every turn (receding horizon)."""
 
+    values_name = EXACT_VALUES
+
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
         return _solve_finite_horizon(self.problem, self.horizon)
@@ -182,6 +194,8 @@ class RecedingHorizonPolicy(_AlphaVectorPolicy, FiniteHorizonPolicy):
 @dataclass(frozen=True)
 class Qmdp(GreedyBeliefPolicy):
     """Assumes that it will see the state from the next turn on (QMDP, section 21.1)."""
+
+    values_name = UPPER_BOUNDS
 
     @cached_property
     def _q(self) -> Reals:

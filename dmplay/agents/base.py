@@ -16,6 +16,13 @@ from dmplay.core.problem import Problem
 
 # the scopes of values that are not about the turns left
 WITHOUT_END, ONE_ROUND = "infinite horizon", "for one round"
+# the names of values by their accuracy
+EXACT_VALUES, ESTIMATED_VALUES = "exact values", "estimated values"
+LOWER_BOUNDS, UPPER_BOUNDS = "lower bounds", "upper bounds"
+ESTIMATED_POINTS = "estimated points to come"
+VALUES_NAMES = (
+    "values", EXACT_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, ESTIMATED_POINTS,
+)  # fmt: skip
 # the rules for ties
 ENDS_SOONEST, PAYS_SOONEST = (
     "tie broken by earliest end",
@@ -45,6 +52,9 @@ class SeatPolicy(Policy):
     plans_one_round: ClassVar[bool] = False
     # whether its values are those of a game without a turn limit
     values_without_end: ClassVar[bool] = False
+
+    # the name of its values, which says how accurate they are if that is known
+    values_name: ClassVar[str] = "values"
 
     def __post_init__(self) -> None:
         """Raise BadParameter if a parameter is out of bounds."""

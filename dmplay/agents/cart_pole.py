@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ConstantPolicy, ReactivePolicy
+from dmplay.agents.base import ESTIMATED_VALUES, ConstantPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
@@ -45,6 +45,8 @@ class LinearQuadraticPolicy(ReactivePolicy):
 
     Its weights follow from the problem's parameters by the Riccati equation.
     """
+
+    values_name = ESTIMATED_VALUES
 
     problem: CartPole
     push: float = parameter(

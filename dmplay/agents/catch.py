@@ -9,6 +9,7 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents.available_agents import Roster
+from dmplay.agents.base import EXACT_VALUES
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy, RemainingHorizonPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -54,6 +55,8 @@ class ThompsonSampling(BeliefPolicy):
 @dataclass(frozen=True)
 class Optimal(RemainingHorizonPolicy):
     """Takes the best throw for its belief in a game of `horizon` throws, by exact search."""
+
+    values_name = EXACT_VALUES
 
     MAX_PLANNED_TURNS = 20
 

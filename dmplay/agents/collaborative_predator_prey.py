@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ReactivePolicy, SeatPolicy
+from dmplay.agents.base import UPPER_BOUNDS, ReactivePolicy, SeatPolicy
 from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.agents.dec_pomdp import JointPlan
 from dmplay.core.arrays import Array, Bools, Reals
@@ -106,6 +106,8 @@ class ChaseBelief(_FactoredBeliefPolicy):
 @dataclass(frozen=True)
 class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
     """Assumes that the team will see the state from the next turn on (QMDP, section 21.1)."""
+
+    values_name = UPPER_BOUNDS
 
     values_without_end = True
     hint_basis = "qmdp, assuming a visible state from the next turn on"

@@ -6,7 +6,13 @@ from functools import cached_property
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import WITHOUT_END, ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import (
+    ESTIMATED_VALUES,
+    WITHOUT_END,
+    ConstantPolicy,
+    GreedyPolicy,
+    ReactivePolicy,
+)
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
@@ -40,6 +46,8 @@ class AvoidWhenNear(ReactivePolicy):
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
     """Takes the best action, by backward induction on a grid with interpolation."""
+
+    values_name = ESTIMATED_VALUES
 
     @cached_property
     def _q_table(self) -> Reals:

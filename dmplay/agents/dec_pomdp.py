@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, SeatPolicy
 from dmplay.agents.belief_policy_bases import describe_plan_length
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
@@ -32,6 +32,8 @@ class JointPlan(SeatPolicy):
 
     A plan covers a number of turns; after these it begins again.
     """
+
+    values_name = EXACT_VALUES
 
     plans_whole_game = True
 

@@ -8,7 +8,14 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents._single_agent_planning import MdpOptimalPolicy
-from dmplay.agents.base import ENDS_SOONEST, WITHOUT_END, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import (
+    ENDS_SOONEST,
+    ESTIMATED_VALUES,
+    EXACT_VALUES,
+    WITHOUT_END,
+    ReactivePolicy,
+    SeatPolicy,
+)
 from dmplay.agents.belief_policy_bases import MAX_HORIZON
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
@@ -89,6 +96,8 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     Other agents that decide in other turns are assumed to take their best actions.
     """
+
+    values_name = EXACT_VALUES
 
     @cached_property
     def _solution(self) -> BackwardInductionResult:
@@ -175,6 +184,8 @@ class MaximinPolicy(_StateAndTurnPolicy):
     The mixed strategies come from Shapley's iteration; the values are against the opponent's part.
     """
 
+    values_name = EXACT_VALUES
+
     uniform_count = 1  # for the action
 
     @cached_property
@@ -223,6 +234,8 @@ class BestReplyEquilibrium(ReactivePolicy):
 
     The values are against the other agents' policies, for an infinite horizon.
     """
+
+    values_name = ESTIMATED_VALUES
 
     uniform_count = 1  # for the action
     values_without_end = True

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import GreedyPolicy, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import ESTIMATED_POINTS, GreedyPolicy, ReactivePolicy, SeatPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -48,6 +48,8 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
     The boards at the end are valued by the points to come, as learned from games. With a time limit
     the search is as deep as the time allows, so two searches may differ.
     """
+
+    values_name = ESTIMATED_POINTS
 
     problem: Game2048
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ConstantPolicy
+from dmplay.agents.base import EXACT_VALUES, UPPER_BOUNDS, ConstantPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, RemainingHorizonPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import weighted_sum
@@ -57,6 +57,8 @@ class Threshold(BeliefPolicy):
 class Optimal(RemainingHorizonPolicy):
     """Takes the best action for its belief in a game of `horizon` turns, by alpha vectors."""
 
+    values_name = EXACT_VALUES
+
     horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
 
     def finite_horizon_values(self, b: Reals, left: int) -> Reals:
@@ -75,6 +77,8 @@ def _solve_stages(problem: Problem, horizon: int) -> list[AlphaVectorStage]:
 @dataclass(frozen=True)
 class Qmdp(RemainingHorizonPolicy):
     """Assumes that the machine's state is visible from the next turn on (QMDP, section 21.1)."""
+
+    values_name = UPPER_BOUNDS
 
     horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ConstantPolicy, GreedyPolicy, ReactivePolicy
+from dmplay.agents.base import ESTIMATED_VALUES, ConstantPolicy, GreedyPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
@@ -38,6 +38,8 @@ class Pump(ReactivePolicy):
 @dataclass(frozen=True)
 class Optimal(GreedyPolicy, ReactivePolicy):
     """Takes the best action by value iteration on a grid, interpolating between its points."""
+
+    values_name = ESTIMATED_VALUES
 
     values_without_end = True
 

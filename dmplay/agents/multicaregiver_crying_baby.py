@@ -13,7 +13,7 @@ from dmplay.agents._same_observation_planning import PartnerBeliefFilter, Shared
 from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import GreedyPolicy, SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, GreedyPolicy, SeatPolicy
 from dmplay.agents.crying_baby import FeedWhenCrying
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Reals
@@ -129,6 +129,8 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
     It plans for an infinite horizon or for `horizon` turns, in a POMDP that includes the partner.
     The values are against that partner.
     """
+
+    values_name = EXACT_VALUES
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for an infinite horizon without a discount."""

@@ -3,15 +3,16 @@
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import ceil, floor, log10
 from typing import NamedTuple, Self
 
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
-from dmplay.agents.base import WITHOUT_END, GreedyPolicy
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, WITHOUT_END, GreedyPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem
@@ -81,6 +82,11 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         return _cached_bounds(BoundsRequest(self.problem, self.planned_turns, self.gap, self.work))
 
     @property
+    def values_name(self) -> str:  # type: ignore[override]
+        """Exact values if all alpha vectors are known, else lower bounds."""
+        return EXACT_VALUES if self.bounds.has_all_vectors else LOWER_BOUNDS
+
+    @property
     def hint_basis(self) -> str:
         """The bounds on the value at the start, '' if the gap is closed."""
         bounds = self.bounds
@@ -102,11 +108,33 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         b, turns_done = memory
         plans = self.bounds.plans_by_turns_left
         if self.planned_turns is None:
-            return _evaluate_plans(plans[0], b)
+            return self._credit_first_legal_action(b, _evaluate_plans(plans[0], b))
         turns_left = self.planned_turns - turns_done % self.planned_turns
         q = np.zeros((len(b), len(plans[0])))
         for turns in np.unique(turns_left):
             q[turns_left == turns] = _evaluate_plans(plans[turns], b[turns_left == turns])
+        return self._credit_first_legal_action(b, q)
+
+    @cached_property
+    def _legal_by_state(self) -> Bools | None:
+        """The legal actions of each state `[S, A]`; None if all are legal."""
+        legal = self.problem.legal_actions_mask(self.problem.enumerate_states())
+        return None if legal is None else legal[:, 0]
+
+    def _credit_first_legal_action(self, b: Reals, q: Reals) -> Reals:
+        """Return the values `[B, A]`, with the best one of illegal actions for the first legal one.
+
+        The solver takes an illegal action for the first legal one (`replace_illegal_actions`), so
+        that plans which begin with the latter may be stored under the former. All possible states
+        of a belief have the same legal actions.
+        """
+        if self._legal_by_state is None:
+            return q
+        legal = self._legal_by_state[b.argmax(axis=1)]
+        rows, first_legal = np.arange(len(q)), legal.argmax(axis=1)
+        best_illegal = np.where(legal, -np.inf, q).max(axis=1)
+        q = q.copy()
+        q[rows, first_legal] = np.maximum(q[rows, first_legal], best_illegal)
         return q
 
     def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
@@ -235,4 +263,5 @@ def _solve_exactly(problem: Problem, horizon: int | None) -> PointBasedBounds:
         (*ended_plans, *plans),
         len(initial_joint),
         close,
+        has_all_vectors=close,
     )

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ReactivePolicy, StationaryPolicy
+from dmplay.agents.base import EXACT_VALUES, ReactivePolicy, StationaryPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
@@ -76,6 +76,8 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
     Natural means that predators chase and prey flee. It plans for an infinite horizon, by policy
     iteration, or for `horizon` turns; its values are against these agents.
     """
+
+    values_name = EXACT_VALUES
 
     problem: PredatorPrey
     to: str = parameter(
@@ -185,6 +187,8 @@ class HuntEquilibrium(ReactivePolicy):
     A predator gains what a prey loses, up to a factor, so that this policy also secures the most
     against any opponent. The values are against the opponent's part of the equilibrium.
     """
+
+    values_name = EXACT_VALUES
 
     problem: PredatorPrey
 

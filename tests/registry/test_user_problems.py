@@ -200,7 +200,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
     assert make_game(FusedLamp()).hint_provider.create_hint() == "hint (search): wait"
     hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
-    assert hint == "hint (plan:horizon=3): wait. values: wait 3.00, switch 0.50"
+    assert hint == "hint (plan:horizon=3): wait. exact values: wait 3.00, switch 0.50"
 
 
 def test_an_illegal_action_is_neither_valued_nor_best() -> None:
@@ -211,7 +211,7 @@ def test_an_illegal_action_is_neither_valued_nor_best() -> None:
     assert [row["value"] for row in solution.rows] == pytest.approx([8.0, 10.0, 0.0])
     assert (
         make_game(Key()).hint_provider.create_hint()
-        == "hint (optimal): take. values: take 8.00, wait 7.20"
+        == "hint (optimal): take. exact values: take 8.00, wait 7.20"
     )
     result = dmplay.rollout(Key(), [dmplay.load_agent(Key(), 0, "optimal")], episodes=1)
     assert result.returns[0, 0] == pytest.approx(8.0)
@@ -452,7 +452,7 @@ def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
 def test_the_first_hint_for_the_tiger_is_to_listen() -> None:
     tiger = make_game(Tiger())
     assert tiger.hint_provider.create_hint() == (
-        "hint (optimal): listen. values: listen 9.44, open-left -36.25, open-right -36.25"
+        "hint (optimal): listen. exact values: listen 9.44, open-left -36.25, open-right -36.25"
     )
     assert tiger.narrator.describe_situation(tiger.snapshot()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."

@@ -66,6 +66,12 @@ def format_fixed(value: float, decimals: int) -> str:
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
 
 
+def accuracy_data(values_name: str) -> dict[str, str]:
+    """Return the accuracy of values as data, for example `exact`; {} if it is unknown."""
+    accuracy = values_name.removesuffix("values").strip()
+    return {"accuracy": accuracy} if accuracy else {}
+
+
 @dataclass(frozen=True, eq=False)
 class Hint:
     """The recommended action before a turn, and the action values if the agent has them."""
@@ -77,6 +83,7 @@ class Hint:
     action_name: str = ""  # the name of `action` with all digits
     scope: str = ""  # the game that the values are about, '' if it is this one
     has_regrets: bool = True  # False if its values assume actions of others
+    values_name: str = "values"  # says how accurate the values are, if that is known
 
     def __str__(self) -> str:
         """Return the hint on one line."""
@@ -98,7 +105,7 @@ class Hint:
         value_list = ", ".join(
             f"{label} {number}" for label, number in self._format_values(ordered=False)
         )
-        return value_list and f"values: {value_list}"
+        return value_list and f"{self.values_name}: {value_list}"
 
     @property
     def data(self) -> dict[str, object]:
@@ -110,7 +117,12 @@ class Hint:
             for name, value in zip(self.labels, numbers, strict=False)
             if isfinite(value)
         }
-        return {"by": by.strip("()"), "action": self.action_name, "values": finite_values}
+        return {
+            "by": by.strip("()"),
+            "action": self.action_name,
+            "values": finite_values,
+            **accuracy_data(self.values_name),
+        }
 
     @property
     def regrets(self) -> Reals | None:
@@ -258,6 +270,7 @@ class HintProvider:
             action_name,
             self._hint_agent.scope,
             self._hint_agent.has_regrets,
+            self._hint_agent.policy.values_name,
         )
         self._cached_hint = (*self._turn_key, hint)
         return str(hint)
@@ -342,9 +355,13 @@ class HintProvider:
     def describe_values(self) -> str:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
         labels = self.session.action_labels(self.seat)
-        scope = self.scope
-        text = Hint("", labels, self._legal_values()).values_text
-        return text and text.replace("values:", f"values ({scope}):" if scope else "values:", 1)
+        name = f"{self.values_name} ({self.scope})" if self.scope else self.values_name
+        return Hint("", labels, self._legal_values(), values_name=name).values_text
+
+    @property
+    def values_name(self) -> str:
+        """The name of the hint agent's values, which says how accurate they are."""
+        return self._hint_agent.policy.values_name if self._hint_agent else "values"
 
     def values_by_action(self) -> dict[str, float]:
         """Return the value of each legal action by label; {} if the hint agent has no values."""

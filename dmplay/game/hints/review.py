@@ -33,6 +33,7 @@ class ReviewedAction(NamedTuple):
     regret: float | None
     values: dict[str, float]
     scope: str = ""  # the game that the values are about, '' if it is this one
+    values_name: str = "values"  # says how accurate the values are, if that is known
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -41,13 +42,14 @@ class ReviewedAction(NamedTuple):
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
+        values_text = f"{self.values_name}: {value_list}"
         best = append_scope("best action", self.scope)
         if self.chosen in self.best:
-            return f"{beginning}, the {best}. values: {value_list}"
+            return f"{beginning}, the {best}. {values_text}"
         regret = (
             "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
         )
-        return f"{beginning}, {best}: {' or '.join(self.best)}{regret}. values: {value_list}"
+        return f"{beginning}, {best}: {' or '.join(self.best)}{regret}. {values_text}"
 
 
 def append_scope(text: str, scope: str) -> str:
@@ -81,6 +83,7 @@ def review_actions(
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_regrets else None,
                     scope=hint_agent.scope,
+                    values_name=hint_agent.policy.values_name,
                 )
         replayed.append_turns([turn])
 

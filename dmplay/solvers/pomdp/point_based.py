@@ -61,6 +61,7 @@ class PointBasedBounds(NamedTuple):
     is_gap_closed: bool  # whether the target gap was reached
     # whether the memory limit ended the search, so that more work does not help
     is_memory_full: bool = False
+    has_all_vectors: bool = False  # whether the plans are all alpha vectors, so values are exact
 
 
 def solve_point_based(

@@ -222,8 +222,10 @@ class PlayScreen:
         for index in range(previous_overlay + 1, len(OVERLAYS)):
             self.overlay_index = index
             if self.render_upper(self._viewport).plain != plain_screen:
-                scope = self.game.hint_provider.scope
-                self.message = ", ".join(filter(None, [f"overlay: {OVERLAYS[index]}", scope]))
+                provider = self.game.hint_provider
+                accuracy = provider.values_name * (OVERLAYS[index] == "values")
+                parts = [f"overlay: {accuracy or OVERLAYS[index]}", provider.scope]
+                self.message = ", ".join(filter(None, parts))
                 return
         self.overlay_index = 0
         self.message = "overlay: none" if previous_overlay else "this board has no overlays"

@@ -102,6 +102,7 @@ class GameTimeline(Game):
             values,
             scope=move.scope,
             has_regrets=move.regret is not None,
+            values_name=move.values_name,
         )
 
     def review_rows(self, width: int) -> list[str]:

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from typing import TextIO
 
+from dmplay.agents.base import VALUES_NAMES
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.external.bots.protocol import describe_choices
@@ -14,6 +15,7 @@ from dmplay.game.background_tasks import TaskCancelled
 from dmplay.game.command_reply import Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.hints.hint_provider import accuracy_data
 from dmplay.terminal.capabilities import Terminal, clear_screen
 from dmplay.terminal.capabilities import read_line as typed_line
 from dmplay.ui.shell.commands import (
@@ -165,11 +167,13 @@ class JsonReporter(Reporter):
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
-        elif text.startswith("values"):
+        elif text.startswith(VALUES_NAMES):
             provider = game.hint_provider
             scope = {"scope": provider.scope} if provider.scope else {}
             facts = {"seat": game.problem.agents[game.viewing_seat], **scope}
-            self._print_event("values", {**facts, "values": provider.values_by_action()})
+            accuracy = accuracy_data(provider.values_name)
+            values = {"values": provider.values_by_action()}
+            self._print_event("values", {**facts, **values, **accuracy})
         else:
             self.report_text(text)
 

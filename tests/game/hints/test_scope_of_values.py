@@ -49,7 +49,7 @@ def test_feeding_in_the_last_turn_only_costs_the_effort() -> None:
     for _ in range(19):
         session.advance([2])
     hint = HintProvider(session, 0, ["human"]).create_hint()
-    assert hint == "hint (optimal): ignore. values: feed -15.00, sing -10.50, ignore -10.00"
+    assert hint == "hint (optimal): ignore. exact values: feed -15.00, sing -10.50, ignore -10.00"
     session.advance([2])
     (*_, last) = review_actions(session, [0], ["human"])
     assert (last.best, last.regret) == (("ignore",), 0.0)
@@ -156,9 +156,13 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
 
 def test_listed_values_say_what_they_are_about() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
-    assert HintProvider(session, 0).describe_values().startswith("values (infinite horizon): feed ")
+    assert (
+        HintProvider(session, 0)
+        .describe_values()
+        .startswith("exact values (infinite horizon): feed ")
+    )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
-    assert HintProvider(session, 0).describe_values().startswith("values: feed ")
+    assert HintProvider(session, 0).describe_values().startswith("exact values: feed ")
 
 
 @pytest.mark.parametrize(
@@ -233,7 +237,9 @@ def test_hint_values_and_review_name_players_that_are_only_assumed(
     provider = HintProvider(session.copy_at_start(), 0, players)
     by, _, _ = provider.create_hint().partition("): ")
     assert by.endswith(f", {scope}") if scope else ", " not in by.replace(",to=", "")
-    assert provider.describe_values().startswith(f"values ({scope}):" if scope else "values:")
+    assert provider.describe_values().startswith(
+        f"exact values ({scope}):" if scope else "exact values:"
+    )
     (first, *_) = review_actions(session, [0], players)
     assert first.scope == scope
 

@@ -226,7 +226,7 @@ def test_look_shows_the_situation_without_truncation() -> None:
 
 def test_one_key_cycles_through_the_overlays() -> None:
     result = play_keys(make_game("hexworld"), "V", "V", "V", "V", size=(80, 24))
-    assert "overlay: values" in result.frames[1]
+    assert "overlay: exact values" in result.frames[1]
     assert "│ 7.04│" in result.frames[1]
     assert "overlay: policy" in result.frames[2]
     assert "  ↘  " in result.frames[2]

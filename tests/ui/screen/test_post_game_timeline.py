@@ -88,7 +88,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
    │  +5 │     │     │     │     │           │     │     │       0.15 each side
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
-│     │     │ -10 │     │     │     │     │     │     │ +10 │  values
+│     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
 bumps: u -0.624 y -0.624 b -0.624 n -0.624                       w      -0.48
                                                                  ne     -1.10
@@ -152,7 +152,7 @@ hint  i best  s ▌··· -0.5  f ████ -3.88
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                               reward   0
                                                            discount 0.90
-sated   #######################################. 0.973     values
+sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027       ignore -1.38
 P(hungry) by turn =___                                       sing   -1.88
                                                              feed   -5.27
