@@ -102,12 +102,12 @@ def run(
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Play many games, and report the returns of each seat.
+    """Play many games, and report the scores of each seat.
 
     The return of a game is the sum of its discounted rewards. The report shows the
-    mean return, its standard error, and the distribution of the returns. If you give
-    a list of numbers for a parameter, every combination is run. A seed gives the
-    same games on every machine, with any number of workers.
+    mean return, its standard error, and the distribution of the returns. A seed gives
+    the same games on every machine. You can give a parameter a list of numbers:
+    dmplay runs each of them, and all combinations of several lists.
 
     \b
       dmplay run hexworld --agent optimal
@@ -153,13 +153,13 @@ def compare(
         typer.Option(
             "--bounds",
             metavar="LOW,HIGH",
-            help="smallest and largest return of a game, for --decide, if the problem has none",
+            help="smallest and largest return of a game; --decide needs them if unknown",
         ),
     ] = "",
     asymptotic: Annotated[
         bool,
         typer.Option(
-            "--asymptotic", help="let --decide need no bounds; P then holds only for many games"
+            "--asymptotic", help="use --decide without bounds; P is then right only for many games"
         ),
     ] = False,
     *,
@@ -219,7 +219,7 @@ def tournament(
     no player gains by changing its own choice alone. The regret of an agent is what a
     player loses by choosing it against that equilibrium.
 
-    With --seats given, each combination is played in one order only. The report then
+    The option value `--seats given` plays each combination in one order only. The report then
     shows only the mean returns.
 
     \b

@@ -156,7 +156,12 @@ def replay(
 @options.with_terminal_options(json=options.JsonLinesFlag)
 def branch(
     file: options.TranscriptPath,
-    at: Annotated[int, typer.Option("--at", metavar="TURN", min=0, help="turn to continue from")],
+    at: Annotated[
+        int,
+        typer.Option(
+            "--at", metavar="TURN", min=0, help="last turn to repeat; you play from the next one"
+        ),
+    ],
     record: Annotated[
         Path, typer.Option("--record", "-o", metavar="FILE", help="file for the new transcript")
     ],
@@ -225,7 +230,7 @@ def bot(
         str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Run an agent as a bot for a game in another program.
+    """Let an agent of dmplay play in a game that another program runs.
 
     The bot reads and writes JSON Lines on its standard streams. 'dmplay guide bots'
     describes the messages.

@@ -124,7 +124,7 @@ GhostAgent = Annotated[
     str, _agent_option("agent that plays beside you with the same random numbers", "--ghost")
 ]
 OtherAgents = Annotated[
-    str, _agent_option("agent that plays all other seats (default: the usual one)", "--vs")
+    str, _agent_option("agent that plays all other seats (default: see 'dmplay agents')", "--vs")
 ]
 SeatAgents = Annotated[
     list[str],
@@ -137,7 +137,7 @@ OptionalTranscriptPath = Annotated[
     Path | None,
     _argument(
         "FILE",
-        "transcript file (default: your newest unfinished game)",
+        "transcript file (default: the newest game that you left)",
         name_lists.complete_transcripts,
     ),
 ]
@@ -177,7 +177,7 @@ ProblemKind = Annotated[
     str,
     _argument(
         "KIND",
-        "kind of problem, such as POMDP; or games, to list the saved games",
+        "kind of problem, such as MDP or POMDP; or games, to list the saved games",
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
@@ -187,7 +187,7 @@ JsonLinesFlag = Annotated[
 ]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="import user-defined problems and agents that the file names"),
+    typer.Option("--trust", help="run user code: import the problems and agents that FILE names"),
 ]
 TrustAssignment = Annotated[
     bool,
@@ -195,7 +195,7 @@ TrustAssignment = Annotated[
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option("keys", "key preset: vi, left, arrows or digits", metavar="NAME"),
+    _shared_option("keys", "keys: vi (hjklyubn), left (wasdezx), arrows or digits", metavar="NAME"),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
@@ -208,7 +208,7 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="play in real time; turns per second, 50 if you omit X",
+        help="play in real time, at X turns per second (50 if you omit X)",
     ),
 ]
 EpisodeNumber = Annotated[
@@ -217,7 +217,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="episode number; each one is a different game of the seed",
+        help="number of the game; each number is a different game of the seed",
     ),
 ]
 TurnLimit = Annotated[
@@ -243,7 +243,10 @@ Force = Annotated[bool, typer.Option("--force", help="overwrite an existing file
 Reveal = Annotated[bool, typer.Option("--reveal", help="show the hidden state")]
 Strict = Annotated[
     bool,
-    typer.Option("--strict", help="forbid undo and reroll; --strict=hints also forbids hints"),
+    typer.Option(
+        "--strict",
+        help="forbid undo and reroll (new random numbers); --strict=hints also forbids hints",
+    ),
 ]
 StrictHints = Annotated[bool, typer.Option("--strict-hints", help="same as --strict=hints")]
 Peek = Annotated[
@@ -288,7 +291,7 @@ TERMINAL_OPTIONS = {
         int | None, _shared_option("width", "maximum width in columns", metavar="N", min=1)
     ],
     "motion": Annotated[
-        bool, _shared_switch("motion", "animate moves, and let agents play by themselves")
+        bool, _shared_switch("motion", "animate moves, and play agents' turns without a key press")
     ],
     "input": Annotated[bool, _shared_switch("input", "allow interactive prompts")],
 }

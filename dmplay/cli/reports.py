@@ -83,7 +83,7 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="planning budget for bounds on values, as a multiple of the default",
+            help="work for bounds on values; 2 is twice the default",
         ),
     ] = None,
     *,
@@ -216,8 +216,8 @@ def check(
     """Check your own problem for errors.
 
     The checks cover arrays, labels, probabilities, states, agents and drawing. dmplay
-    prints each violation with the line number in your file. The exit code is 2 if
-    there is one.
+    prints each violation with the line number in your file. If there is a
+    violation, the exit code is 2.
 
     \b
       dmplay check ./tiger.py

@@ -20,7 +20,7 @@ def verify(
         bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
     frames: Annotated[
-        bool, typer.Option("--frames/--no-frames", help="compare the drawings of turns")
+        bool, typer.Option("--frames/--no-frames", help="compare the recorded pictures of turns")
     ] = True,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
@@ -32,7 +32,8 @@ def verify(
     It also draws the random numbers again from the seed, and asks the built-in agents
     for their actions again. If a transcript differs, the exit code is 3.
 
-    A newer dmplay may draw turns differently. --no-frames leaves drawings out.
+    Another version of dmplay may show turns as other pictures. --no-frames does
+    not compare the pictures.
 
     \b
       dmplay verify game.dmt
@@ -107,7 +108,8 @@ def export(
 def review(
     file: options.TranscriptPath,
     write: Annotated[
-        bool, typer.Option("--write", help="also write the review to FILE, as notes")
+        bool,
+        typer.Option("--write", help="also write the review into FILE, in lines that begin with #"),
     ] = False,
     trust: options.Trust = False,
     peek: options.Peek = False,
@@ -115,7 +117,8 @@ def review(
 ) -> object:
     """Show the best action and the regret for each human choice.
 
-    The regret of an action is the value of the best action minus its own value.
+    The regret of an action is how much lower its expected return is than that of
+    the best action.
 
     \b
       dmplay review game.dmt
