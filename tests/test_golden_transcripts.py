@@ -30,7 +30,9 @@ CASE_FAMILIES = {  # families of exact cases that have another name than their p
 
 @pytest.mark.parametrize("stem", PROBLEM_STEMS)
 def test_a_problem_has_a_transcript(stem: str) -> None:
-    assert [path for path in TRANSCRIPT_PATHS if path.parent.name == stem]
+    assert [path for path in TRANSCRIPT_PATHS if path.parent.name == stem], (
+        f"no transcript in transcripts/{stem}/; `dmplay guide architecture` says how to record one"
+    )
 
 
 def test_a_transcript_is_in_the_folder_of_its_problem() -> None:
@@ -43,5 +45,11 @@ def test_a_transcript_is_in_the_folder_of_its_problem() -> None:
 @pytest.mark.parametrize("stem", PROBLEM_STEMS)
 def test_a_problem_has_exact_cases_and_a_module_that_checks_them(stem: str) -> None:
     family = CASE_FAMILIES.get(stem, stem)
-    assert json.loads((TESTS_FOLDER / "truth" / f"{family}.json").read_text())["cases"]
-    assert (TESTS_FOLDER / "truth_cases" / f"{family}.py").exists()
+    case_path = TESTS_FOLDER / "truth" / f"{family}.json"
+    advice = f"no exact cases in tests/truth/{family}.json; tests/truth/README.md describes them"
+    assert case_path.exists(), advice
+    assert json.loads(case_path.read_text())["cases"], advice
+    assert (TESTS_FOLDER / "truth_cases" / f"{family}.py").exists(), (
+        f"no module tests/truth_cases/{family}.py that checks the exact cases; "
+        "tests/truth/README.md describes it"
+    )

@@ -68,6 +68,7 @@ def iter_cases() -> Iterator[Case]:
     ):
         problem = dmplay.load_problem(name)
         reference = find_reference_return(name, problem, 0)
+        assert reference is not None
         turn_count = turns or problem.horizon or 0
         yield Case(
             name,

@@ -55,7 +55,7 @@ class LeagueGame(NamedTuple):
     name: str
     problem: Problem
     seats: tuple[int, ...]
-    reference: ReferenceReturn
+    reference: ReferenceReturn | None
 
     def __str__(self) -> str:
         """Return the problem's name and the measured agent or team."""
@@ -117,7 +117,9 @@ def measure_agent(
     except DmplayError:
         return None
     factor = (
-        REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1) if agent == reference.agent else 1
+        REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1)
+        if reference and agent == reference.agent
+        else 1
     )
     result = run(
         problem, policies, episodes=max(10, games * factor // SLOW_AGENT_DIVISORS.get(agent, 1)),
@@ -130,14 +132,21 @@ def measure_agent(
     )
 
 
-def format_verdict(reference: ReferenceReturn, results: list[AgentResult]) -> str:
+def format_verdict(reference: ReferenceReturn | None, results: list[AgentResult]) -> str:
     """Return whether the agent that should earn the reference return does so, as a sentence."""
     for result in results:
-        if result.agent == reference.agent:
+        if reference and result.agent == reference.agent:
             distance = result.standard_errors_apart(reference)
             outcome = "reaches it" if distance <= MAX_STANDARD_ERRORS else "MISSES IT"
             return f"{result.agent} {outcome}: {distance:.1f} standard errors apart"
     return ""
+
+
+def format_reference(reference: ReferenceReturn | None) -> str:
+    """Return the row of the reference return, or where to add one."""
+    if reference is None:
+        return f"  {'best known':<24}no reference; add one to tests/benchmarks/published_returns.py"
+    return f"  {'best known':<24}{reference.number:>12.4g}{'':>10}  {reference.source}"
 
 
 def report(games: int, problems: list[str], agents: list[str], workers: WorkerCount = 1) -> None:
@@ -148,7 +157,7 @@ def report(games: int, problems: list[str], agents: list[str], workers: WorkerCo
     for league_game in iter_league_games(problems):
         reference = league_game.reference
         print(f"\n{league_game}")
-        print(f"  {'best known':<24}{reference.number:>12.4g}{'':>10}  {reference.source}")
+        print(format_reference(reference))
         agent_names = [
             entry
             for entry in load_roster(league_game.problem).agents

@@ -49,51 +49,13 @@ def read_expected_value(family: str, case: str, *keys: str | int) -> float:
     return float(value)
 
 
-def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceReturn:
-    """Return the reference return of one seat, with the default agents in the others."""
-    references: dict[str, Callable[[], ReferenceReturn]] = {
-        "hexworld": lambda: ReferenceReturn(
-            _solve_hexworld(problem), "optimum, by policy iteration", "optimal"
-        ),
-        "2048": lambda: ReferenceReturn(
-            625_377, "Guei, Chen and Wu (2021): TDL2048+, 6-ply search; p_two is 0.9"
-        ),
-        "cart-pole": lambda: ReferenceReturn(500, "optimum: all turns", "regulate"),
-        "mountain-car": lambda: ReferenceReturn(
-            _solve_mountain_car(problem), "optimum on the grid", "optimal"
-        ),
-        "simple-regulator": lambda: ReferenceReturn(
-            _solve_simple_regulator(problem), "optimum, closed form", "optimal"
-        ),
-        "collision-avoidance": lambda: ReferenceReturn(
-            read_expected_value("collision", "collision/nmac/0002", "mean_return"),
-            "tests/truth: the grid policy in 10^6 games",
-            "optimal",
-        ),
-        "crying-baby": lambda: ReferenceReturn(
-            _solve_crying_baby(problem), "optimum, by alpha vectors", "optimal"
-        ),
-        "machine-replacement": lambda: ReferenceReturn(
-            read_expected_value("machine", "machine/value_grid/0014", "values", -1),
-            "tests/truth: optimum",
-            "optimal",
-        ),
-        "catch": lambda: ReferenceReturn(
-            read_expected_value("catch", "catch/optimal_from_uniform/0009", "value"),
-            "tests/truth: optimum",
-            "optimal",
-        ),
-        "prisoners-dilemma": lambda: ReferenceReturn(-9, "best reply: betray in the last round"),
-        "rock-paper-scissors": lambda: ReferenceReturn(10, "bound: every round won"),
-        "travelers-dilemma": lambda: ReferenceReturn(
-            _solve_travelers_dilemma(problem), "best reply to level-k"
-        ),
-        "predator-prey": lambda: _solve_predator_prey(problem, seat),
-        "multicaregiver-crying-baby": lambda: ReferenceReturn(
-            _solve_multicaregiver(problem, seat), "best reply to feed-when-crying", "best-response"
-        ),
-    }
-    return references[name]()
+def find_reference_return(name: str, problem: Problem, seat: int) -> ReferenceReturn | None:
+    """Return the reference return of one seat, with the default agents in the others.
+
+    None if REFERENCE_RETURNS has none for this problem.
+    """
+    find = REFERENCE_RETURNS.get(name)
+    return find(problem, seat) if find else None
 
 
 def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:
@@ -174,3 +136,51 @@ def _bound_collaborative_hunt(problem: CollaborativePredatorPrey) -> ReferenceRe
         PredatorPreyDecPomdp.from_predator_prey(problem), turns, budget, np.inf
     ).upper_bound
     return ReferenceReturn(upper_bound, "bound: one planner who senses for both")
+
+
+# Problem -> function of the problem and a seat. A problem whose seats play only as a team is not
+# here; see `find_team_reference_return`.
+REFERENCE_RETURNS: dict[str, Callable[[Problem, int], ReferenceReturn]] = {
+    "hexworld": lambda problem, _seat: ReferenceReturn(
+        _solve_hexworld(problem), "optimum, by policy iteration", "optimal"
+    ),
+    "2048": lambda _problem, _seat: ReferenceReturn(
+        625_377, "Guei, Chen and Wu (2021): TDL2048+, 6-ply search; p_two is 0.9"
+    ),
+    "cart-pole": lambda _problem, _seat: ReferenceReturn(500, "optimum: all turns", "regulate"),
+    "mountain-car": lambda problem, _seat: ReferenceReturn(
+        _solve_mountain_car(problem), "optimum on the grid", "optimal"
+    ),
+    "simple-regulator": lambda problem, _seat: ReferenceReturn(
+        _solve_simple_regulator(problem), "optimum, closed form", "optimal"
+    ),
+    "collision-avoidance": lambda _problem, _seat: ReferenceReturn(
+        read_expected_value("collision", "collision/nmac/0002", "mean_return"),
+        "tests/truth: the grid policy in 10^6 games",
+        "optimal",
+    ),
+    "crying-baby": lambda problem, _seat: ReferenceReturn(
+        _solve_crying_baby(problem), "optimum, by alpha vectors", "optimal"
+    ),
+    "machine-replacement": lambda _problem, _seat: ReferenceReturn(
+        read_expected_value("machine", "machine/value_grid/0014", "values", -1),
+        "tests/truth: optimum",
+        "optimal",
+    ),
+    "catch": lambda _problem, _seat: ReferenceReturn(
+        read_expected_value("catch", "catch/optimal_from_uniform/0009", "value"),
+        "tests/truth: optimum",
+        "optimal",
+    ),
+    "prisoners-dilemma": lambda _problem, _seat: ReferenceReturn(
+        -9, "best reply: betray in the last round"
+    ),
+    "rock-paper-scissors": lambda _problem, _seat: ReferenceReturn(10, "bound: every round won"),
+    "travelers-dilemma": lambda problem, _seat: ReferenceReturn(
+        _solve_travelers_dilemma(problem), "best reply to level-k"
+    ),
+    "predator-prey": _solve_predator_prey,
+    "multicaregiver-crying-baby": lambda problem, seat: ReferenceReturn(
+        _solve_multicaregiver(problem, seat), "best reply to feed-when-crying", "best-response"
+    ),
+}

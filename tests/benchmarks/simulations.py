@@ -1,4 +1,4 @@
-"""Measure the simulations per second of the tree search, for each of the fifteen problems."""
+"""Measure the simulations per second of the tree search, for each built-in problem."""
 
 from functools import partial
 from statistics import median

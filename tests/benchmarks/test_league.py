@@ -5,7 +5,9 @@ import math
 import pytest
 
 import dmplay
-from tests.benchmarks import league
+from dmplay.guide.topics import read_topic
+from dmplay.registry.builtin_names import problem_names
+from tests.benchmarks import league, published_returns
 from tests.benchmarks.league import AgentResult, LeagueGame
 from tests.benchmarks.published_returns import ReferenceReturn
 
@@ -13,6 +15,7 @@ FAST_PROBLEMS = (
     "hexworld", "cart-pole", "mountain-car", "simple-regulator", "collision-avoidance",
     "machine-replacement", "catch", "predator-prey",
 )  # fmt: skip
+LEAGUE_ROWS = read_topic("league").splitlines()
 
 
 def make_result(mean: float, error: float) -> AgentResult:
@@ -34,6 +37,31 @@ def test_the_verdict_is_about_the_agent_that_should_reach_the_reference() -> Non
     )
     assert "MISSES" in league.format_verdict(reference, [make_result(8.9, 0.5), other])
     assert league.format_verdict(ReferenceReturn(10.0, "a bound"), [make_result(0.0, 1.0)]) == ""
+
+
+def test_a_problem_without_a_reference_is_measured_too(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.delitem(published_returns.REFERENCE_RETURNS, "catch")
+    league.report(10, ["catch"], ["random"])
+    output = capsys.readouterr().out
+    assert "no reference; add one to tests/benchmarks/published_returns.py" in output
+    assert "random" in output
+
+
+@pytest.mark.parametrize("name", problem_names())
+def test_every_problem_has_a_reference_and_a_line_in_the_league(name: str) -> None:
+    is_team_only = all(
+        len(seats) > 1
+        for seats in league.iter_measured_seats(name, len(dmplay.load_problem(name).agents))
+    )
+    assert is_team_only or name in published_returns.REFERENCE_RETURNS, (
+        f"add {name} to REFERENCE_RETURNS in tests/benchmarks/published_returns.py"
+    )
+    assert any(row.startswith((f"- `{name}`:", f"- `{name}, ")) for row in LEAGUE_ROWS), (
+        f"add a line for {name} to dmplay/guide/80-league.md; "
+        f"`python -m tests.benchmarks league --problem {name}` measures it"
+    )
 
 
 @pytest.mark.parametrize(
@@ -70,6 +98,7 @@ def test_the_name_of_a_league_game_contains_the_measured_agent() -> None:
 @pytest.mark.parametrize("name", FAST_PROBLEMS)
 def test_the_optimum_is_earned_within_three_standard_errors(name: str) -> None:
     for league_game in league.iter_league_games([name]):
+        assert league_game.reference is not None
         result = league.measure_agent(
             league_game, league_game.reference.agent, league.DEFAULT_GAMES // 4
         )

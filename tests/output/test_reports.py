@@ -18,10 +18,12 @@ from dmplay.output import problem_and_agent_reports as reports
 from dmplay.output import saved_games
 from dmplay.output.review_report import report_review
 from dmplay.output.tables import format_csv, format_csv_row, format_table
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.terminal.capabilities import TerminalOptions
 from tests.formats.sources import TIGER_TEXT, write_text_file
 
-# Table F.1 as printed: agents, states, actions, observations, discount.
+# Table F.1 as printed: agents, states, actions, observations, discount. A problem that is not from
+# appendix F has no row here.
 TABLE_F1 = {
     "hexworld": ("-", "varies", "6", "-", "0.9"),
     "2048": ("-", "unbounded", "4", "-", "1"),
@@ -43,7 +45,7 @@ TABLE_F1_EXCEPTIONS = {
     ("collision-avoidance", "states"): "in R^4",  # decision 6.9: four variables are listed
     ("simple-regulator", "discount"): "0.9",  # the variant `undiscounted` has the other
 }
-PROBLEMS_BY_KIND = {
+PROBLEMS_BY_KIND = {  # every built-in problem
     "MDP": {"hexworld", "2048", "cart-pole", "mountain-car", "simple-regulator"}
     | {"collision-avoidance"},
     "POMDP": {"crying-baby", "machine-replacement", "catch"},
@@ -66,10 +68,19 @@ def test_a_summary_equals_its_row_of_table_f1(name: str) -> None:
 
 def test_the_list_has_every_problem_with_its_derived_kind() -> None:
     kind_by_problem = {row["problem"]: row["kind"] for row in reports.problem_table_rows()}
-    assert kind_by_problem == {
-        name: kind for kind, names in PROBLEMS_BY_KIND.items() for name in names
+    expected = {name: kind for kind, names in PROBLEMS_BY_KIND.items() for name in names}
+    assert kind_by_problem == expected, "edit PROBLEMS_BY_KIND in this file"
+
+
+def test_table_f1_has_exactly_the_problems_whose_source_is_appendix_f() -> None:
+    from_appendix = {
+        name
+        for name in problem_names()
+        if "Source: appendix F." in str(reports.load_problem_info(name))
     }
-    assert set(kind_by_problem) == set(TABLE_F1)
+    assert from_appendix == {*TABLE_F1}, (
+        "edit TABLE_F1 in this file, or the line `Source:` in the docstring of the problem's module"
+    )
 
 
 @pytest.mark.parametrize(
@@ -84,11 +95,12 @@ def test_info_lists_the_actions_in_words(name: str, actions: str) -> None:
     assert f"\nactions       {actions}\n" in str(reports.load_problem_info(name))
 
 
-@pytest.mark.parametrize("name", TABLE_F1)
+@pytest.mark.parametrize("name", problem_names())
 def test_info_contains_source_decisions_parameters_agents_and_keys(name: str) -> None:
     info = str(reports.load_problem_info(name))
-    assert "Source: appendix F." in info
-    assert "Decision" in info
+    module = f"dmplay/problems/{name_to_stem(name)}.py"
+    assert "Source: " in info, f"the docstring of {module} names no `Source:`"
+    assert "Decision" in info, f"the docstring of {module} lists no `Decisions:`"
     for word in ("parameters", "agents", "random", "keys", "variants"):
         assert word in info
     for parameter in reports.load_problem_info(name).parameters.values():

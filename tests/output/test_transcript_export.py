@@ -50,11 +50,11 @@ def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path)
     )
     assert "hint&#160;(optimal)" not in without_hint
     assert "@&#160;agent,&#160;" in without_hint
-    assert "you:&#160;agent" in with_hint
+    assert "you&#160;play&#160;agent" in with_hint
     assert "hint&#160;(optimal):&#160;sw" in with_hint
     assert "b&#160;sw&#160;best" in with_hint  # the row of keys
     assert with_hint.count("<clipPath") == 30
-    screens = run_export(transcript_path, "--text", "--height", "20").split("\n dmplay")
+    screens = run_export(transcript_path, "--text", "--height", "20").split("\n hexworld  ")
     assert "reach exit +10 or +5" in screens[1]
 
 
@@ -103,8 +103,8 @@ def test_a_screen_recording_is_an_asciicast_with_a_frame_per_turn(transcript_pat
 
 def test_text_contains_every_screen(transcript_path: Path) -> None:
     text = run_export(transcript_path, "--text")
-    assert text.count("dmplay hexworld") == 5
-    assert "turn 2. at (8,2). chose NE, bumped, stayed." in text
+    assert text.count(" hexworld  turn ") == 5
+    assert "turn 2. chose NE, bumped, stayed at (8,2)." in text
     assert all(row == row.rstrip() for row in text.splitlines())
 
 
@@ -191,12 +191,12 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
         "turn  chosen  best  regret",
         "1     e       se    0.78 ####################",
         "2     w       sw    0.58 ###############",
-        "review: best action 0 of 2 times, total regret 1.36 (largest in turn 1)",
+        "review: best action 0 of 2 times, total expected regret 1.36 (largest in turn 1)",
     ]
     assert verify(transcript_path).is_ok
     notes = [row for row in transcript_path.read_text().splitlines() if row.startswith("# review ")]
     assert notes[0].startswith(
-        "# review turn 1, agent: chose e, best action: se, regret 0.78. values: e "
+        "# review turn 1, agent: chose e, best action: se, regret 0.78. exact values: e "
     )
     assert len(notes) == 3
     before = transcript_path.read_text()

@@ -64,11 +64,14 @@ def test_every_command_and_format_is_covered() -> None:
 
 def test_the_problems_are_those_that_hide_a_state_or_a_choice() -> None:
     stems = {problems.builtin_stem(dmplay.load_problem(name)) for name in SECRET_PROBLEMS}
-    assert stems == {
+    expected = {
         "", "crying_baby", "machine_replacement", "catch", "multicaregiver_crying_baby",
         "collaborative_predator_prey", "prisoners_dilemma", "rock_paper_scissors",
         "travelers_dilemma", "predator_prey",
     }  # fmt: skip
+    assert stems == expected, (
+        "edit `expected` in this test: it has each problem with a hidden state or several agents"
+    )
 
 
 @every_secret_problem

@@ -9,7 +9,12 @@ import dmplay
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.game.seats import load_verifiable_policies
-from dmplay.registry.agents import find_hint_provider, load_roster, plan_for_turn_limit
+from dmplay.registry.agents import (
+    MAX_LISTED_PROBLEMS,
+    find_hint_provider,
+    load_roster,
+    plan_for_turn_limit,
+)
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
 
@@ -150,10 +155,15 @@ def test_a_wrong_agent_is_one_clear_line(name: str, message: str) -> None:
 
 def test_an_agent_for_other_problems_is_refused() -> None:
     hexworld, others = dmplay.load_problem("hexworld"), "random, search, script, replay, bot"
+    planned_names = [
+        name for name in problem_names() if "plan" in load_roster(dmplay.load_problem(name)).agents
+    ]
+    planned = ", ".join(planned_names[:MAX_LISTED_PROBLEMS])
+    planned += " and others" * (len(planned_names) > MAX_LISTED_PROBLEMS)
     for name in ("plan", "plan:horizon=3"):
         with pytest.raises(BadPolicy) as caught:
             dmplay.load_agent(hexworld, 0, name)
-        message = "agent plan is for crying-baby (POMDP, not MDP); expected one of human, optimal"
+        message = f"agent plan is for {planned} (POMDP, not MDP); expected one of human, optimal"
         assert str(caught.value) == f"{message}, {others}"
     with pytest.raises(BadPolicy, match=r"optimal is for .* and others; expected one of human"):
         dmplay.load_agent(dmplay.load_problem("2048"), 0, "optimal")

@@ -244,8 +244,8 @@ def test_action_labels_may_depend_on_the_state() -> None:
     assert not dmplay.check(dmplay.load_problem("./steps.py"))
     steps = make_game("./steps.py")
     table = GameController(steps)
-    assert run_line(table, "up-to-1") == "turn 1. at 1. chose up-to-1. reward 0. score 0."
-    assert run_line(table, "right") == "turn 2. at 2. chose up-to-2. reward 0. score 0."
+    assert run_line(table, "up-to-1") == "turn 1. chose up-to-1. state at 1. reward 0. score 0."
+    assert run_line(table, "right") == "turn 2. chose up-to-2. state at 2. reward 0. score 0."
     assert run_line(table, "legal") == "legal: down-to-1 (1), up-to-3 (l)."
     assert run_line(table, "hint") == "hint (patient): up-to-3"
     assert "1 down-to-1\n2 up-to-3" in draw_text(steps)

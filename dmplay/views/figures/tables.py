@@ -38,9 +38,10 @@ def draw_rock_paper_scissors() -> Text:
 
 
 def draw_problem_table() -> Text:
-    """Return table F.1: the kind and the spaces of every problem."""
+    """Return table F.1: the kind and the spaces of every problem of the appendix, in its order."""
     rows = [["problem", "kind", "agents", "states", "actions", "observations", "discount"]]
-    for name in sorted(problem_names(), key=_find_appendix_section_number):
+    names = filter(_find_appendix_section_number, problem_names())
+    for name in sorted(names, key=_find_appendix_section_number):
         problem = load_problem(name)
         rows.append([name, problem.kind, *problem_summary(problem).values()])
     text = Text()
@@ -50,7 +51,10 @@ def draw_problem_table() -> Text:
 
 
 def _find_appendix_section_number(name: str) -> int:
-    """Return the section of appendix F named in the docstring of a problem's module, or 0."""
+    """Return the section of appendix F named in the docstring of a problem's module.
+
+    It is 0 for a problem that is not from the appendix.
+    """
     docstring = sys.modules[type(load_problem(name)).__module__].__doc__ or ""
     section = re.search(r"appendix F\.(\d+)", docstring)
     return int(section[1]) if section else 0

@@ -9,9 +9,11 @@ from rich.text import Text
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.output import svg_export
-from dmplay.views.figures import registry
+from dmplay.registry.builtin_names import problem_names
+from dmplay.views.figures import registry, tables
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 from tests.support.glyphs import GLYPHS
+from tests.support.user_problems import Vault
 
 
 @cache
@@ -73,9 +75,22 @@ def test_a_figure_has_allowed_glyphs_an_ascii_form_and_an_svg_form(name: str) ->
     assert svg_export.text_to_svg(text, title) == svg_export.text_to_svg(draw(), title)
 
 
-def test_table_f1_has_the_order_of_the_book() -> None:
+def list_names_in_table_f1() -> list[str]:
     rows = registry.find_figure("T.1")[1]().plain.splitlines()[1:]
-    names = [row.split()[0] for row in rows if row]
+    return [row.split()[0] for row in rows if row]
+
+
+def test_table_f1_leaves_out_a_problem_that_is_not_from_the_appendix(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    names = list_names_in_table_f1()
+    other_problem = f"{Vault.__module__}:{Vault.__name__}"
+    monkeypatch.setattr(tables, "problem_names", lambda: [other_problem, *problem_names()])
+    assert list_names_in_table_f1() == names
+
+
+def test_table_f1_has_the_order_of_the_book() -> None:
+    names = list_names_in_table_f1()
     assert names[:3] == ["hexworld", "2048", "cart-pole"]
     assert names[-2:] == ["multicaregiver-crying-baby", "collaborative-predator-prey"]
 
