@@ -28,7 +28,8 @@ def format_upper_bound(bound: float, digits: int = 1) -> str:
 
 def describe_end_reason(reason: str | None) -> str:
     """Return the reason a game ended, in words; "turn limit" also for the horizon."""
-    return "turn limit" if reason == "horizon" else reason or "unfinished"
+    names = {"horizon": "turn limit", "terminal": "ended by the rules", None: "unfinished"}
+    return names.get(reason, reason) or "unfinished"
 
 
 def format_count(number: float, noun: str, form: str = "") -> str:

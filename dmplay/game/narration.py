@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 
-from dmplay.core.problem_summary import score_label
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.game import turn_facts
@@ -93,7 +92,7 @@ class Narrator:
         }
 
     def describe_result(self) -> str:
-        """Return the result as text: end reason, turns, and the score and total of each seat.
+        """Return the result as text: end reason, turns, and the scores of each seat.
 
         For a paused game, return only the number of turns.
         """
@@ -102,9 +101,10 @@ class Narrator:
             return f"paused after {format_count(len(session.turns), 'turn')}."
         agents = session.problem.agents
         seat_sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
-        score_name = score_label(session.problem)
+        is_discounted = session.problem.discount < 1.0
         scores = "; ".join(
-            f"{agent} {score_name} {round_number(r):g}, total {round_number(t):g}"
+            f"{agent} score {round_number(r):g}"
+            + f" (undiscounted {round_number(t):g})" * is_discounted
             for agent, r, t in seat_sums
         )
         summary = (
@@ -143,7 +143,7 @@ class Narrator:
         return [
             f"over: {self.describe_result()}",
             *self._ghost_comparison_lines(),
-            *map(turn_facts.format_facts, self.debrief_rows()),
+            *self.debrief_lines(),
         ]
 
     def _ghost_comparison_lines(self) -> list[str]:
@@ -152,6 +152,11 @@ class Narrator:
             return []
         self.ghost.play_to_end()
         return [self.ghost.describe_comparison()]
+
+    def debrief_lines(self) -> list[str]:
+        """Return the facts of every turn as lines of text, once the game is over; else []."""
+        names = turn_facts.list_few_state_names(self.session.problem)
+        return [turn_facts.format_facts(row, names) for row in self.debrief_rows()]
 
     def debrief_rows(self) -> list[dict[str, object]]:
         """Return the facts of every turn, hidden ones included, once the game is over; else [].

@@ -1,11 +1,13 @@
 """Functions that collect the facts of a turn, visible or complete, and format them as text."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
+from dmplay.core.problem import Problem
 from dmplay.core.session import Session
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.transcript.format import collect_turn_facts
 
+MAX_NAMED_STATES = 4  # states whose names label a belief
 PUBLIC_FACT_KEYS = (
     "turn",
     "actions",
@@ -58,9 +60,32 @@ def build_debrief(session: Session) -> list[dict[str, object]]:
     return [{key: value for key, value in row.items() if key != "draws"} for row in rows]
 
 
-def format_facts(facts: Mapping[str, object]) -> str:
-    """Return the facts of a turn as one line of text."""
-    return " ".join(_format_fact(key, value) for key, value in facts.items())
+def list_few_state_names(problem: Problem) -> list[str]:
+    """Return the names of all states if there are at most MAX_NAMED_STATES; else []."""
+    is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_NAMED_STATES
+    return [*map(problem.format_state, problem.enumerate_states())] if is_small else []
+
+
+def format_facts(facts: Mapping[str, object], state_names: Sequence[str] = ()) -> str:
+    """Return the facts of a turn as one line of text; a belief is labelled by the state names."""
+    return " ".join(
+        _format_fact(key, _label_beliefs(value, state_names) if key == "belief" else value)
+        for key, value in facts.items()
+    )
+
+
+def _label_beliefs(beliefs: object, state_names: Sequence[str]) -> object:
+    """Return a belief, or beliefs by agent, as text: `sated 0.5, hungry 0.5`.
+
+    Return it unchanged if the states have no names.
+    """
+    if isinstance(beliefs, dict):
+        return {agent: _label_beliefs(belief, state_names) for agent, belief in beliefs.items()}
+    if not isinstance(beliefs, list) or len(beliefs) != len(state_names):
+        return beliefs
+    pairs = zip(state_names, beliefs, strict=True)
+    separator = ": " if any(name[-1:].isdigit() for name in state_names) else " "
+    return ", ".join(f"{name}{separator}{_format_value(p)}" for name, p in pairs)
 
 
 def _format_fact(key: str, value: object) -> str:

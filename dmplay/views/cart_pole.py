@@ -34,7 +34,7 @@ from dmplay.views.toolkit.number_line import (
 KEYS = {
     "h": "left", "l": "right", "left": "left", "right": "right", "a": "left", "d": "right",
 }  # fmt: skip
-UPRIGHT = "upright"  # outcome of a turn after which the pole is up and the cart on the track
+UPRIGHT = "the pole is upright"  # outcome if the cart is on the track, too
 REGRET_STYLES = {BEST_LABEL: "bold green"}  # styles of regrets that stand out
 COLUMNS_PER_ROW = 2  # columns as long as a row is high
 MAX_UPRIGHT_SLOPE = 0.75  # columns per row; a pole of one glyph that leans less is drawn upright
@@ -360,9 +360,9 @@ def _describe_outcome(cart: CartState) -> str:
 
 
 def describe_turn(view: View[CartPole]) -> str:
-    """Describe the last turn: the outcome, the push and the state."""
+    """Describe the last turn: the push, the outcome and the state."""
     cart = _read_cart_state(view, view.observation)
-    return f"{_describe_outcome(cart)}. pushed {view.last_action_label}. {_describe_state(cart)}."
+    return f"pushed {view.last_action_label}: {_describe_outcome(cart)}. {_describe_state(cart)}."
 
 
 def describe_situation(view: View[CartPole]) -> str:

@@ -36,9 +36,9 @@ HEAT_LABEL_COLUMNS, HEAT_CELL_COLUMNS = (
 )  # columns before the heat map, columns of a distance
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 PAYOFF_CHART_HEIGHTS = (6, 4, 2, 0)  # rows of the expected-reward chart, tried in this order
-HEAT_LEGEND = "skill: distance at which half are caught; cells: % caught"
+HEAT_LEGEND = "skill: half of the throws that far are caught; cells: % caught"
 ACTION_PHRASE = "throw {} m"
-PLOT_LEGEND = ("p(caught) by", "proficiency:", "2 is 20 m,", "4 is 40 m ...")
+PLOT_LEGEND = ("p(caught) by", "skill:", "2 is 20 m,", "4 is 40 m ...")
 
 
 def _read_throw(view: View[Catch], turn: int) -> tuple[str, bool]:
@@ -251,7 +251,7 @@ def _draw_belief_bars(
         view.belief,
         options._replace(width=min(options.width, 36)),
     )
-    canvas.write_text(x, y, "belief: proficiency", "dim")
+    canvas.write_text(x, y, "belief: skill", "dim")
     for row, line in enumerate(bars_canvas.to_text().split("\n")):
         canvas.write_text(x, y + 1 + row, line.plain, "cyan")
     return y + 1 + len(PROFICIENCY_NAMES)
@@ -324,12 +324,10 @@ def panel_rows(view: View[Catch]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[Catch]) -> str:
-    """Describe the last throw: its result, its distance and the likeliest proficiency."""
+    """Describe the last throw: its distance, its result and the likeliest skill."""
     name, caught = _read_throw(view, view.turns_played - 1)
     likeliest = format_belief(PROFICIENCY_NAMES, view.belief).partition(",")[0]
-    return (
-        f"{'caught' if caught else 'dropped'}. threw {name} m. likeliest proficiency {likeliest}."
-    )
+    return f"threw {name} m: {'caught' if caught else 'dropped'}. likeliest skill {likeliest}."
 
 
 def describe_situation(view: View[Catch]) -> str:
@@ -341,6 +339,6 @@ def describe_situation(view: View[Catch]) -> str:
     last_throw = "no throw yet."
     if view.turns_played:
         name, caught = _read_throw(view, view.turns_played - 1)
-        last_throw = f"{'caught' if caught else 'dropped'} {name} m."
-    belief = f"belief about the proficiency: {format_belief(PROFICIENCY_NAMES, view.belief)}."
+        last_throw = f"threw {name} m: {'caught' if caught else 'dropped'}."
+    belief = f"belief about the skill: {format_belief(PROFICIENCY_NAMES, view.belief)}."
     return f"{last_throw} {belief} expected reward: {rewards_text}."

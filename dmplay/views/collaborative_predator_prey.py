@@ -389,7 +389,7 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     return Lesson(
         f"You are {problem.agents[view.seat]}{team}; {blind}, and only sense a prey on your hex or "
         "a neighbouring one",
-        "You want to reach the prey: a turn begun on its hex pays "
+        "You want to reach the prey: a turn that begins on its hex pays "
         f"{'each predator ' * (others > 0)}{CAPTURE_REWARD:g}",
         f"Any other turn costs {-MOVE_REWARD:g}, and {slips}",
     )
@@ -413,10 +413,10 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
-    """Describe the last observation and action, and the likeliest hexes."""
+    """Describe the last action and observation, and the likeliest hexes."""
     return (
-        f"{format_last_observation(view)}. chose "
-        f"{view.last_action_label.upper()}. {_describe_belief(view, 1)}"
+        f"chose {view.last_action_label.upper()}, sensed "
+        f"{format_last_observation(view)}. {_describe_belief(view, 1)}"
     ).rstrip()
 
 

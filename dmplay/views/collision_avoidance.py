@@ -32,6 +32,7 @@ KEYS = {
 }  # fmt: skip
 ADVISORY_GLYPHS = "↓·↑"  # by action
 PATH_GLYPHS = "↓∘↑"  # predicted path if an action is repeated, by action
+ACTION_NAMES = ("descend", "no-advisory", "climb")  # by action
 SHORT_ACTION_NAMES = ("descend", "none", "climb")  # short names, by action
 STEADY_GUST_INDEX = 1  # the middle one of three gusts
 MAX_HEIGHT_CHOICES = (
@@ -161,13 +162,20 @@ def _format_hint(options: DrawOptions, width: int) -> str:
     if options.forecast:
         rates = zip(options.forecast.outcomes[:, 1], options.forecast.probabilities, strict=True)
         rates_text = ", ".join(
-            f"{format_percent(float(p))} {format_signed_fixed(float(rate), 1)}" for rate, p in rates
+            f"{format_signed_fixed(float(rate), 1)} ({format_percent(float(p))})"
+            for rate, p in rates
         )
         name = SHORT_ACTION_NAMES[int(options.forecast.action)]
         forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
         texts = [f"{form}: rate {rates_text}" for form in forms]
         return next((text for text in texts if len(text) <= width), texts[-1])
-    return next(iter(format_regret_rows(options._replace(width=width), SHORT_ACTION_NAMES)), "")
+    hints = [
+        (names, row)
+        for names in (ACTION_NAMES, SHORT_ACTION_NAMES)
+        for row in format_regret_rows(options._replace(width=width), names)
+    ]
+    complete_rows = (row for names, row in hints if all(name in row for name in names))
+    return next(complete_rows, hints[-1][1] if hints else "")
 
 
 def _make_time_line(layout: EncounterLayout) -> NumberLine:
@@ -355,7 +363,7 @@ def _describe_outcome(view: View[CollisionAvoidance]) -> str:
 def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
     """Return the goal: the distance to keep from the intruder, and the costs."""
     return [
-        f"be {COLLISION_DISTANCE:g} m above or below the intruder at 0 s",
+        f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
         f"a collision costs {COLLISION_COST:g}",
         f"each change of advice costs {ADVISORY_CHANGE_COST:g}",
     ]
@@ -386,10 +394,11 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[CollisionAvoidance]) -> str:
-    """Describe the outcome, the last advisory and the state."""
+    """Describe the last advisory, the state and the outcome."""
     has_changed = view.observation[2] != view.observations[-2][2]
-    verb = "changed advice to" if has_changed else "kept advice"
-    return f"{_describe_outcome(view)}. {verb} {view.last_action_label}. {_describe_state(view)}."
+    verb = "changed the advice to" if has_changed else "kept the advice:"
+    advice = SHORT_ACTION_NAMES[int(view.actions[-1])]
+    return f"{verb} {advice}. {_describe_state(view)}. {_describe_outcome(view)}."
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:

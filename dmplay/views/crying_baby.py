@@ -133,9 +133,9 @@ def _draw_expected_rewards(
     The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
     With hints, a bar shows the regret and the best action comes first.
     """
-    heading = "expected reward  hunger  effort     sum"
+    heading = "reward this turn hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
-    canvas.write_text(len(heading) + 2, y, "regret" if options.regret is not None else "", "dim")
+    canvas.write_text(len(heading) + 2, y, "vs best" if options.regret is not None else "", "dim")
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):
@@ -161,7 +161,7 @@ def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions)
     )
     return "  ".join(
         [
-            "expected",
+            "reward this turn:",
             *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
         ]
     )
@@ -245,9 +245,10 @@ def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[CaregiverProblem]) -> str:
-    """Return a description of the last turn: the observation, the action and the belief."""
+    """Return a description of the last turn: the action, the observation and the belief."""
     return (
-        f"{format_last_observation(view)}. chose {view.last_action_label}. {describe_belief(view)}"
+        f"chose {view.last_action_label}, heard {format_last_observation(view)}. "
+        f"{describe_belief(view)}"
     )
 
 

@@ -271,7 +271,7 @@ def panel_rows(view: View[Problem]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[Problem]) -> str:
-    """Return a description of the last turn: the observation, the actions and the belief.
+    """Return a description of the last turn: the actions, the observation and the belief.
 
     A long observation is left out if the problem draws pictures.
     """
@@ -279,8 +279,10 @@ def describe_turn(view: View[Problem]) -> str:
         hasattr(view.problem, "draw_state")
         and len(format_last_observation(view)) > MAX_TEXT_BESIDE_PICTURE
     )
-    observation = "" if omits_observation else _describe_observation(view)
-    return f"{observation}{_describe_actions(view)}{_describe_belief(view)}"
+    observation = "" if omits_observation else _describe_observation(view).rstrip()
+    kind = "observed" if view.problem.partially_observable else "state"
+    result = observation and f" {kind} {observation}"
+    return f"{_describe_actions(view)}{result}{_describe_belief(view)}"
 
 
 def _describe_observation(view: View[Problem]) -> str:

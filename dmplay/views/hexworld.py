@@ -193,10 +193,12 @@ def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[HexWorld]) -> str:
-    """Return a description of the position, the last action and its result."""
+    """Return a description of the last action, its result and the position after it."""
     position = _find_position(view)
-    location = f"at {format_hex(position)}" if position else "over"
-    return f"{location}. chose {view.last_action_label.upper()}, {_describe_last_move(view)[1]}."
+    move_text = _describe_last_move(view)[1]
+    if position:
+        move_text = hexgrid.append_hex(move_text, position)
+    return f"chose {view.last_action_label.upper()}, {move_text}."
 
 
 def describe_situation(view: View[HexWorld]) -> str:

@@ -47,13 +47,13 @@ TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "near a corner, its state is likely",
+    "at a corner, that state is certain",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
-    "● belief now; a letter is the key",
-    "of the best action at that belief",
-    "for the remaining turns (up to 40)",
+    "● belief now; letters: best action",
+    "at each belief, for the turns left",
+    "(at most 40)",
 )
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -131,7 +131,7 @@ def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> T
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
     canvas.write_text(0, y + 2, "expected reward now", "dim")
-    canvas.write_text(REGRET_COLUMN, y + 2, "regret" if options.regret is not None else "", "dim")
+    canvas.write_text(REGRET_COLUMN, y + 2, "vs best" if options.regret is not None else "", "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
         key, name, reward = rewards_by_action[action]
@@ -254,13 +254,13 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
     """Return the rewards of production and of the other actions, as clauses."""
     labels = view.problem.actions[0].labels
     intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
-    failed_text = " or ".join(f"{pays[0]:.3g}" for pays in failed_rewards)
+    one_failed, two_failed = (f"{pays[0]:.3g}" for pays in failed_rewards)
     other_clauses = [
         f"{label} pays {pay:.3g}" for label, pay in zip(labels, intact_rewards, strict=True)
     ]
     return [
-        f"keep producing: {intact_rewards[0]:.3g} a turn",
-        f"{failed_text} with 1 or 2 failed parts",
+        f"{labels[0]} pays {intact_rewards[0]:.3g}",
+        f"{one_failed} with 1 failed part, {two_failed} with 2",
         "failures are hidden",
         *other_clauses[:0:-1],
     ]
@@ -298,9 +298,10 @@ def panel_rows(view: View[MachineReplacement]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[MachineReplacement]) -> str:
-    """Return a description of the last turn: the product, the action and the belief."""
+    """Return a description of the last turn: the action, the product and the belief."""
     return (
-        f"{format_last_observation(view)}. chose {view.last_action_label}. {_describe_belief(view)}"
+        f"chose {view.last_action_label}, saw {format_last_observation(view)}. "
+        f"{_describe_belief(view)}"
     )
 
 
@@ -316,5 +317,5 @@ def describe_situation(view: View[MachineReplacement]) -> str:
 
 
 def _describe_belief(view: View[MachineReplacement]) -> str:
-    """Return the belief as a sentence, the likeliest state first."""
-    return f"belief: {format_belief(STATE_NAMES, view.belief)}."
+    """Return the belief about the number of failed parts, the likeliest number first."""
+    return f"belief (failed parts) {format_belief(('0:', '1:', '2:'), view.belief)}."

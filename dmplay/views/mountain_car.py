@@ -286,11 +286,11 @@ def _describe_state(view: View[MountainCar]) -> str:
 
 
 def describe_turn(view: View[MountainCar]) -> str:
-    """Return a description of the car's motion and of the last action."""
+    """Return a description of the last action and of the car's motion after it."""
     action_text = (
         "coasted" if view.last_action_label == "coast" else f"drove {view.last_action_label}"
     )
-    return f"{_describe_state(view)}. {action_text}."
+    return f"{action_text}, now {_describe_state(view)}."
 
 
 def describe_situation(view: View[MountainCar]) -> str:

@@ -220,12 +220,17 @@ def _describe_last_move(view: View[PredatorPrey], seat: int) -> tuple[str, str]:
     return result.short_text, result.description
 
 
-def _describe_action_and_move(view: View[PredatorPrey], seat: int) -> str:
-    """Return an agent's last action and its result, such as `chose NE, moved NE`."""
-    return (
-        f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, "
-        f"{_describe_last_move(view, seat)[1]}"
-    )
+def _describe_action_and_move(
+    view: View[PredatorPrey], seat: int, *, with_hex: bool = False
+) -> str:
+    """Return an agent's last action and its result, such as `chose NE, moved NE to (1,2)`.
+
+    The hex is left out by default.
+    """
+    move_text = _describe_last_move(view, seat)[1]
+    if with_hex:
+        move_text = hexgrid.append_hex(move_text, _list_positions(view)[seat])
+    return f"chose {DIRECTIONS[_get_last_action(view, seat)].upper()}, {move_text}"
 
 
 def goal_lines(view: View[PredatorPrey]) -> list[str]:
@@ -236,7 +241,7 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         unit = "" if problem.prey == 1 else " per prey"
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
-            f"catch the prey: a turn begun on its hex pays 1{unit}{sharing_clause}",
+            f"a turn that begins on the prey's hex pays 1{unit}{sharing_clause}",
             "any other turn costs 1",
             *slips,
         ]
@@ -255,7 +260,9 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
     role = f"You are {name}; all agents see each other and move one hex at the same time"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
-        objective = f"You want to reach a prey: a turn begun on its hex pays 1{sharing_clause}"
+        objective = (
+            f"You want to reach a prey: a turn that begins on its hex pays 1{sharing_clause}"
+        )
         return Lesson(role, objective, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
     objective = "You want to avoid the hexes of predators"
     costs = (
@@ -313,22 +320,20 @@ def _list_discounted_scores(view: View[PredatorPrey]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[PredatorPrey]) -> str:
-    """Return a description of your position and last move, then of the other agents."""
+    """Return a description of your last move and position, then of the other agents."""
     agents, positions = view.problem.agents, _list_positions(view)
     other_seats = [seat for seat in range(len(agents)) if seat != view.seat]
-    sentences = [
-        f"at {format_hex(positions[view.seat])}. {_describe_action_and_move(view, view.seat)}."
-    ]
+    sentences = [f"{_describe_action_and_move(view, view.seat, with_hex=True)}."]
     fed_before = _flag_feeding_agents(view, -2)
     for seat in other_seats:
         # With several other agents, only the actions of those that fed or were caught are
         # described.
         action_text = (
-            f" {_describe_action_and_move(view, seat)}"
+            f" {_describe_action_and_move(view, seat, with_hex=True)}"
             if len(other_seats) == 1 or fed_before[seat]
-            else ""
+            else f" at {format_hex(positions[seat])}"
         )
-        sentences.append(f"{agents[seat]}{action_text} at {format_hex(positions[seat])}.")
+        sentences.append(f"{agents[seat]}{action_text}.")
     return " ".join(sentences)
 
 

@@ -17,8 +17,8 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     """Return the reward of each action against each action of the other agent, as clauses."""
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
-        f"if the other cooperates: cooperate {cc:g}, defect {dc:g}",
-        f"if it defects: {cd:g} or {dd:g}",
+        f"other cooperates: cooperate {cc:g}, defect {dc:g}",
+        f"other defects: cooperate {cd:g}, defect {dd:g}",
         "both choose at the same time",
     ]
 

@@ -316,15 +316,12 @@ def panel_rows(view: View[SimpleRegulator]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[SimpleRegulator]) -> str:
-    """Return a description of the number, the last push and its aim."""
+    """Return a description of the last push, its aim and the number after it."""
     numbers, push = _list_recent_numbers(view, 1), format_signed_fixed(view.actions[-1], 3)
     return (
-        "number "
-        f"{format_signed_fixed(numbers[-1], 3)}. pushed "
-        f"{format_signed_fixed(numbers[0], 3)} "
-        f"by {push}, "
-        "aimed at "
-        f"{format_signed_fixed(predict_number(view)[0], 3)}."
+        f"pushed {format_signed_fixed(numbers[0], 3)} by {push}, "
+        f"aimed at {format_signed_fixed(predict_number(view)[0], 3)}, "
+        f"now at {format_signed_fixed(numbers[-1], 3)}."
     )
 
 

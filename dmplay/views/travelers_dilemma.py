@@ -61,9 +61,9 @@ def lesson(view: View[TravelersDilemma]) -> Lesson:
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     return Lesson(
         f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} dollars at the same time as {other}",
-        f"You want a high claim, but one below the claim of {other}",
+        f"You want a claim that is high, but lower than that of {other}",
         f"Both get the lower claim; the lower claimant gets {BONUS_DOLLARS:g} more and the higher "
-        f"{BONUS_DOLLARS:g} less; equal claims are paid as they are",
+        f"{BONUS_DOLLARS:g} less; if the claims are equal, each gets its claim",
         "50",
     )
 
@@ -121,7 +121,7 @@ def _draw_large_board(
 ) -> Text:
     """Return the large board: the table, both claims on a line, the regrets and the rounds."""
     canvas, y = _draw_claim_window(view, options, claim_count)
-    canvas.write_text(0, 0, f"{_format_axis_labels(view)}   cells pay agent1, agent2", "dim")
+    canvas.write_text(0, 0, f"{_format_axis_labels(view)}   cells: pay to agent1, agent2", "dim")
     y = _draw_claim_line(view, canvas, y + 1)
     y = _draw_claim_regrets(canvas, y, options)
     if with_rounds:
@@ -205,7 +205,8 @@ def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions) -> int:
     canvas.write_text(
         0,
         y + 1,
-        f"● best {MIN_CLAIM + best}; worst {format_significant(-largest, MAX_NUMBER_COLUMNS)}",
+        f"● best claim {MIN_CLAIM + best}; "
+        f"the worst is {format_significant(largest, MAX_NUMBER_COLUMNS)} lower in value",
         "yellow",
     )
     return y + 2
@@ -220,8 +221,8 @@ def _format_reply_payoffs(view: View[TravelersDilemma], options: DrawOptions) ->
         return []
     claim = MIN_CLAIM + int(options.forecast.action)
     return [
-        f"{format_action_condition(view, options.forecast, 'claim {}')}: "
-        f"{claim} if equal, {claim + BONUS_DOLLARS} if lower, "
+        f"{format_action_condition(view, options.forecast, 'claim {}')}, "
+        f"you get {claim} if equal, {claim + BONUS_DOLLARS} if lower, "
         f"else the other claim - {BONUS_DOLLARS}"
     ]
 
@@ -328,7 +329,7 @@ def describe_situation(view: View[TravelersDilemma]) -> str:
         *role,
         *last_round,
         f"claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars.",
-        "equal claims are paid as they are.",
+        "if the claims are equal, each gets its claim.",
         f"else both get the lower claim, the lower claimant {BONUS_DOLLARS} more and the higher "
         f"{BONUS_DOLLARS} less.",
     ]

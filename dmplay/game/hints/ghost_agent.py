@@ -88,7 +88,10 @@ class Ghost:
     def describe_comparison(self) -> str:
         """Return a sentence that compares the returns of ghost and player."""
         player_return = float(self.player_session.returns()[self.seat])
-        return f"same random numbers: {self.name} {self.score:.6g}, you {player_return:.6g}"
+        return (
+            f"with the same random numbers: {self.name} scored {self.score:.6g}, "
+            f"you {player_return:.6g}"
+        )
 
 
 def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Ghost:

@@ -155,7 +155,8 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
     other_count = len(
         list_active_seats(session, [other for other in range(len(problem.agents)) if other != seat])
     )
-    others = f", the other agent{'s' * (other_count > 1)} at random" if other_count else ""
+    agents_text = "the other agents act" if other_count > 1 else "the other agent acts"
+    others = f" and {agents_text} at random" if other_count else ""
     sample_note = f" ({len(forecast.probabilities)} samples)" if forecast.is_sampled else ""
     if problem.state_count == 1 and not forecast.is_sampled:
         return f"if {name}{others}: {_format_payoffs(session, seat, forecast.action)}"

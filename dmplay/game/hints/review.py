@@ -119,7 +119,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     total_regret = sum(regrets)
     worst = max(reviewed_actions, key=_regret_or_zero)
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = f"{text}, total regret {regret_text}"
+    text = f"{text}, total expected regret {regret_text}"
     return text if best_count == len(reviewed_actions) else f"{text} (largest in turn {worst.turn})"
 
 

@@ -40,11 +40,15 @@ def _iter_title_forms(
     short_name = f" {escape_unprintable(game.problem_name)} "
     yield short_name, "  ", facts
     facts = _title_facts(game, snapshot, "score")
+    yield short_name, "  ", facts
+    facts = _title_facts(game, snapshot, "score", are_seats_short=True)
     for fact_count in range(len(facts), -1, -1):  # A fact is shown whole or not at all.
         yield short_name, "  ", facts[:fact_count]
 
 
-def _title_facts(game: Game, snapshot: SeatSnapshot, score_name: str) -> list[str]:
+def _title_facts(
+    game: Game, snapshot: SeatSnapshot, score_name: str, *, are_seats_short: bool = False
+) -> list[str]:
     """Return the facts of the title: turn, return, own seat and the other players."""
     limit = game.session.turn_limit
     facts = [
@@ -53,21 +57,27 @@ def _title_facts(game: Game, snapshot: SeatSnapshot, score_name: str) -> list[st
     if snapshot.rewards_visible:
         facts.append(f"{score_name} {format_score(game.narrator.seat_return(snapshot))}")
     own_seat = game.viewing_seat if game.human_seats else None
-    facts += _format_players(tuple(game.problem.agents), game.player_names, own_seat)
+    facts += _format_players(
+        tuple(game.problem.agents), game.player_names, own_seat, is_short=are_seats_short
+    )
     return facts
 
 
 @lru_cache(16)  # Players seldom change.
 def _format_players(
-    agents: Sequence[str], player_names: Sequence[str], own_seat: int | None
+    agents: Sequence[str], player_names: Sequence[str], own_seat: int | None, *, is_short: bool
 ) -> tuple[str, ...]:
-    """Return the player's own agent as 'you: AGENT', then each other agent with its player."""
-    own_entry = () if own_seat is None else (f"you: {agents[own_seat]}",)
+    """Return the player's own agent as 'you play AGENT', then each other agent with its player.
+
+    The short forms are 'you: AGENT' and 'AGENT: PLAYER'.
+    """
+    own_verb, other_verb = (":", ":") if is_short else (" play", " played by")
+    own_entry = () if own_seat is None else (f"you{own_verb} {agents[own_seat]}",)
     others = enumerate(zip(agents, player_names, strict=True))
     return (
         *own_entry,
         *(
-            f"{agent}: {escape_unprintable(player_name)}"
+            f"{agent}{other_verb} {escape_unprintable(player_name)}"
             for seat, (agent, player_name) in others
             if seat != own_seat
         ),

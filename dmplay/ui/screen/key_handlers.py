@@ -24,7 +24,7 @@ SPEED_FACTOR = 1.5  # speed factor of one key press
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
     "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
-SCROLL_HELP = ("PgUp", "scroll", "scroll the log; PgDn Home End too (hex maps: Shift)")
+SCROLL_HELP = ("PgUp", "scroll", "scroll the log, also PgDn, Home, End (hex maps: with Shift)")
 
 
 def handle_key(screen: PlayScreen, key: str) -> None:
@@ -175,7 +175,11 @@ def _show_help(screen: PlayScreen) -> None:
 
     The board then shows its keys again for some turns.
     """
-    screen_keys = [(key.label, key.name, key.help) for key in SCREEN_KEYS if key.help]
+    screen_keys = [
+        (key.label, key.name, key.help)
+        for key in SCREEN_KEYS
+        if key.help and key.is_listed_for(screen.game)
+    ]
     screen.open_page(format_help_page(screen.game, [*screen_keys, SCROLL_HELP]))
     screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
 
@@ -189,10 +193,19 @@ class ScreenKey(NamedTuple):
     help: str  # '' if the command of the same key describes it
     handler: Callable[[PlayScreen], None]
     is_agents_only: bool = False  # only for games without human players
+    is_overlay_key: bool = False  # only for boards that can show values of all states
 
     def is_active_for(self, key: str, game: Game) -> bool:
         """Return whether this is the pressed key and it works in this game."""
         return key in self.keys and not (self.is_agents_only and game.human_seats)
+
+    def is_listed_for(self, game: Game) -> bool:
+        """Return whether the help page of this game lists the key."""
+        if self.is_overlay_key:
+            problem = game.problem
+            is_finite = isinstance(problem.state_count, int) and problem.state_count > 1
+            return is_finite and not problem.observations
+        return not (self.is_agents_only and game.human_seats)
 
 
 SCREEN_KEYS = (
@@ -200,8 +213,9 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "show values, policy or states on the board",
+        "on hex maps: show values, best actions or state numbers",
         PlayScreen.show_next_overlay,
+        is_overlay_key=True,
     ),
     ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
     ScreenKey(("P", "p", "A"), "P", "pause", "start or stop the agents or the clock", toggle_pause),

@@ -7,7 +7,6 @@ from rich.text import Text
 
 from dmplay.core.text import escape_unprintable
 from dmplay.game.game import Game
-from dmplay.game.turn_facts import format_facts
 from dmplay.terminal.styles import ScreenLine
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.text_wrapping import wrap_line, wrap_lines
@@ -19,7 +18,7 @@ def list_events(game: Game, log: Sequence[str]) -> list[str]:
     """Return the log; once the game is over, append the debriefing, the review and the result."""
     lines = [
         *log,
-        *map(format_facts, game.narrator.debrief_rows()),
+        *game.narrator.debrief_lines(),
         *map(escape_unprintable, game.review_lines),
     ]
     return [*lines, f"over: {game.narrator.describe_result()}"] if game.session.over else lines

@@ -171,7 +171,7 @@ class PlayScreen:
             is_continuous or frame.has_goal_row(self._viewport)
         ):
             return self.message
-        return f"{self.message.partition(': ')[0]}: Enter plays it, Esc cancels"
+        return f"what {self.message.partition(': ')[0]}? Enter plays it, Esc cancels"
 
     @property
     def timeline(self) -> GameTimeline | None:

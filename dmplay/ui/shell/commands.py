@@ -21,6 +21,7 @@ from dmplay.ui.shell.help_introduction import lesson_lines
 CommandFunction = Callable[[GameController, str], str]
 MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
 INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates
+MIN_LISTED_NUMBERS = 2  # actions; of fewer numbers no step is shown
 SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
 SHORT_NAMES = {"q": "quit", "?": "help"}  # single characters that can also be action names
 
@@ -170,12 +171,15 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     """
     action_keys = game.keyboard.list_actions_with_keys(game.view())[:10]
     actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in action_keys]
+    actions_text = ",  ".join(actions)
+    if game.keyboard.is_number_entry(game.viewing_seat):
+        actions_text = _describe_number_entry(game.problem.actions[game.viewing_seat].labels)
     keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
         "",
-        f"actions: {',  '.join(actions) or 'type a number, then Enter'}",
+        f"actions: {actions_text}",
         "keys",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
@@ -183,6 +187,14 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         ),
         f"commands, typed after ':'  {' '.join(keyless)}",
     ]
+
+
+def _describe_number_entry(labels: Sequence[str]) -> str:
+    """Return the numbers that are actions, the first and the last of many, and how to play one."""
+    start = "" if not labels else f"{labels[0]} to {labels[-1]}; "
+    if len(labels) > MIN_LISTED_NUMBERS and int(labels[1]) - int(labels[0]) > 1:
+        start = f"{labels[0]}, {labels[1]}, ... {labels[-1]}; "
+    return f"{start}type a number, then Enter"
 
 
 def _format_command_help(command: Command) -> str:

@@ -12,6 +12,7 @@ from dmplay.views.protocol import Lesson, load_view_module
 HIDDEN_REWARDS_NOTE = (
     "Your rewards are hidden until the game ends, because they would reveal the hidden state."
 )
+MAX_STATE_COLUMNS = 24  # columns of the state at the start of the example turn
 UNTYPABLE_SEED = 2**63 + 1228  # larger than any seed of a game, so it reveals no game's uniforms
 
 
@@ -48,9 +49,11 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     reward = float(session.advance(actions).rewards[seat])
     shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
     hidden_note = " (hidden)" * problem.partially_observable
-    start = f" from {problem.format_state(initial_state)}{hidden_note}:" if shows_state else ""
+    state_text = problem.format_state(initial_state)
+    shows_state = shows_state and len(state_text) <= MAX_STATE_COLUMNS  # no whole board
+    start = f" in state {state_text}{hidden_note}" if shows_state else " one turn"
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
-    return f"For example, one turn{start or ':'} {turn_text} Your reward is {reward:.4g}."
+    return f"For example,{start}: {turn_text} The reward is {reward:.4g}."
 
 
 def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:

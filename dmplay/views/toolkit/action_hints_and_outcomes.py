@@ -135,23 +135,28 @@ def format_regret_rows(options: DrawOptions, names: Sequence[str]) -> list[str]:
     if options.regret is None:
         return []
     row = _join_hint_row(
-        f"{names[action]} {format_regret_with_bar(options, action, ROW_BAR_COLUMNS)}"
+        _format_hint_entry(names[action], format_regret_with_bar(options, action, ROW_BAR_COLUMNS))
         for action in sort_regrets(options)
     )
     for columns in (MAX_NUMBER_COLUMNS, MIN_NUMBER_COLUMNS):
         if len(row) > options.width:
             row = _join_hint_row(
-                f"{names[action]} {format_regret(options, action, columns)}"
+                _format_hint_entry(names[action], format_regret(options, action, columns))
                 for action in sort_regrets(options)
             )
     return [
-        row if len(row) <= options.width else row[: max(row.rfind("  ", 0, options.width + 2), 0)]
+        row if len(row) <= options.width else row[: max(row.rfind("; ", 0, options.width + 2), 0)]
     ]
+
+
+def _format_hint_entry(name: str, regret_text: str) -> str:
+    """Format an action of the hint row: `best feed`, or `sing -0.5`."""
+    return f"{BEST_LABEL} {name}" if regret_text == BEST_LABEL else f"{name} {regret_text}"
 
 
 def _join_hint_row(parts: Iterable[str]) -> str:
     """Join the entries of the hint row."""
-    return "  ".join(["hint", *parts])
+    return f"hint: {'; '.join(parts)}"
 
 
 def format_probability(probability: float, width: int) -> str:
@@ -199,32 +204,33 @@ def format_forecast_rows(
         for probability, outcome in zip(probabilities, forecast.outcomes, strict=True)
     ][:MAX_FORECAST_ROWS]
     condition = format_action_condition(view, forecast, phrase_template)
-    rows = [condition, *outcome_rows]
+    rows = [f"{condition}:", *outcome_rows]
     if forecast.beliefs is not None:
         column_width = max(map(len, rows))
+        headings = [f"P({name})" for name in state_names]
         header = (
-            _format_columns(state_names, state_names)
-            if len(state_names) <= MAX_STATE_COLUMNS
-            else ""
+            _format_columns(headings, headings) if len(state_names) <= MAX_STATE_COLUMNS else ""
         )
-        belief_texts = [_format_belief_columns(state_names, belief) for belief in forecast.beliefs]
+        belief_texts = [
+            _format_belief_columns(state_names, headings, belief) for belief in forecast.beliefs
+        ]
         pairs = zip(rows, [header, *belief_texts], strict=False)
         rows = [f"{row:<{column_width}}{tail}".rstrip() for row, tail in pairs]
     more_row = [f"     … {len(forecast.probabilities) - MAX_FORECAST_ROWS} more"]
     return [*rows, *(more_row if len(forecast.probabilities) > MAX_FORECAST_ROWS else [])]
 
 
-def _format_belief_columns(names: Sequence[str], belief: Reals) -> str:
-    """Format a belief in columns below the state names; of many states the likeliest."""
+def _format_belief_columns(names: Sequence[str], headings: Sequence[str], belief: Reals) -> str:
+    """Format a belief in columns below their headings; of many states the likeliest."""
     if len(names) <= MAX_STATE_COLUMNS:
-        return _format_columns(names, [f"{probability:.2f}" for probability in belief])
+        return _format_columns(headings, [f"{probability:.2f}" for probability in belief])
     return "  " + ", ".join(format_likeliest_states(names, belief)[: MAX_STATE_COLUMNS - 1])
 
 
-def _format_columns(names: Sequence[str], cells: Sequence[str]) -> str:
-    """Align cells to the right in columns as wide as the state names."""
-    pairs = zip(names, cells, strict=True)
-    return "".join(cell.rjust(max(len(name), MAX_STATE_COLUMNS) + 2) for name, cell in pairs)
+def _format_columns(headings: Sequence[str], cells: Sequence[str]) -> str:
+    """Align cells to the right in columns as wide as their headings."""
+    pairs = zip(headings, cells, strict=True)
+    return "".join(cell.rjust(max(len(heading), MAX_STATE_COLUMNS) + 2) for heading, cell in pairs)
 
 
 def iter_with_and_without_rows(

@@ -263,7 +263,7 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
-    return f"bumps: {' '.join(parts)}" if parts else "regret of each direction"
+    return f"into a wall: {' '.join(parts)} vs best" if parts else "value of each direction vs best"
 
 
 def format_move_condition(forecast: Forecast) -> str:
@@ -283,6 +283,12 @@ def describe_neighbours(
         f"{name.upper()} {describe(neighbour) if neighbour in hexes else 'wall'}."
         for name, neighbour in zip(DIRECTIONS, hex_neighbours(position), strict=True)
     ]
+
+
+def append_hex(move_text: str, hex_: Hex) -> str:
+    """Return the result of a move with the hex after it: `moved NE to (1,2)`, `stayed at (1,2)`."""
+    has_moved = move_text.rpartition(", ")[2].startswith("moved")
+    return f"{move_text} {'to' if has_moved else 'at'} {format_hex(hex_)}"
 
 
 def format_distance(start: Hex, end: Hex) -> str:
