@@ -32,14 +32,20 @@ def _marks_of_picture(picture: str) -> list[pytest.MarkDecorator]:
     "picture", [pytest.param(path, marks=_marks_of_picture(path)) for path in PICTURE_PATHS]
 )
 def test_a_picture_of_the_readme_equals_its_export(picture: str) -> None:
-    assert (PROJECT_ROOT / picture).read_text(encoding="utf-8") == export_picture(picture)
+    advice = f"{picture}: `python -m tests.ui.screen.frames` draws it"
+    assert (PROJECT_ROOT / picture).exists(), advice
+    assert (PROJECT_ROOT / picture).read_text(encoding="utf-8") == export_picture(picture), advice
 
 
 def test_the_readme_shows_a_screen_of_every_problem() -> None:
     stems = [name_to_stem(name) for name in problem_names()]
-    assert sorted(
+    pictured_stems = [
         Path(picture).parent.name for picture in PICTURE_PATHS if picture.count(".") == 2
-    ) == sorted(stems)
+    ]
+    assert sorted(pictured_stems) == sorted(stems), (
+        "link one picture transcripts/STEM/GAME.TURN.svg for each problem in README.md; "
+        "`python -m tests.ui.screen.frames` then draws it"
+    )
 
 
 def test_the_frame_of_the_readme_equals_the_screen(tmp_path: Path) -> None:

@@ -75,7 +75,7 @@ def test_a_problem_named_like_a_command_is_played_with_and_without_the_shell(
 def test_a_piped_game_is_played_printed_and_recorded(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nquit\n")
     assert result.returncode == 0
-    assert "turn 1. at (8,2). chose E, moved E. reward 0. score 0.\n" in result.stdout
+    assert "turn 1. chose E, moved E to (8,2). reward 0. score 0.\n" in result.stdout
     assert result.stderr.split("\n") == [
         "transcript: g.dmt",
         "replay: dmplay replay g.dmt",
@@ -318,7 +318,7 @@ def test_replay_prints_the_game_again(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "hexworld", "--seed", "7", "-o", "g.dmt", stdin="e\nne\nundo\nw\n")
     result = run_dmplay(tmp_path, "replay", "g.dmt")
     assert result.returncode == 0
-    assert "turn 2. at (8,2). chose NE, bumped, stayed." in result.stdout
+    assert "turn 2. chose NE, bumped, stayed at (8,2)." in result.stdout
     assert result.stdout.splitlines()[-1].startswith("over: quit after 2 turns.")
 
 
@@ -413,8 +413,12 @@ def test_an_agent_that_ends_the_program_is_reported_with_its_line(tmp_path: Path
 def test_each_of_two_players_sees_only_its_own_observations(tmp_path: Path) -> None:
     arguments = ("multicaregiver-crying-baby", "--vs", "human", "--seed", "3")
     output = run_dmplay(tmp_path, *arguments, stdin="feed\nsing\n").stdout
-    assert "caregiver1 turn 1. quiet. chose feed. belief: sated 1.000, hungry 0.000.\n" in output
-    assert "caregiver2 turn 1. quiet. chose sing. belief: sated 0.909, hungry 0.091.\n" in output
+    assert (
+        "caregiver1 turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.\n" in output
+    )
+    assert (
+        "caregiver2 turn 1. chose sing, heard quiet. belief: sated 0.909, hungry 0.091.\n" in output
+    )
     events = map(
         json.loads,
         run_dmplay(tmp_path, *arguments, "--json", stdin="feed\nsing\n").stdout.split("\n")[:-1],

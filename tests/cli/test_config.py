@@ -379,10 +379,10 @@ def test_aliases_are_commands_on_the_command_line_and_in_the_shell(project_folde
         project_folder, '[aliases]\nhw = "play hexworld --seed 7"\neast = "act e; look"\n'
     )
     result = run(project_folder, "hw", "--turns", "1", stdin="e\n")
-    assert "turn 1. at (8,2)." in result.stdout
+    assert "turn 1. chose E, moved E to (8,2)." in result.stdout
     result = run(project_folder, stdin="hw --turns 3\neast\n")
     assert result.returncode == 0
-    assert "turn 1. at (8,2)." in result.stdout
+    assert "turn 1. chose E, moved E to (8,2)." in result.stdout
     assert "at (8,2). E wall." in result.stdout
 
 
@@ -396,7 +396,7 @@ def test_an_alias_does_not_hide_a_command_of_the_shell(project_folder: Path) -> 
 def test_an_alias_is_expanded_only_once_and_an_action_wins_over_it(project_folder: Path) -> None:
     write_user_file(project_folder, '[aliases]\ntwice = "e; twice"\ne = "quit"\n')
     result = run(project_folder, "hexworld", "--seed", "7", "--turns", "1", stdin="e\n")
-    assert "turn 1. at (8,2)." in result.stdout
+    assert "turn 1. chose E, moved E to (8,2)." in result.stdout
     result = run(project_folder, "hexworld", "--seed", "7", stdin="twice\n")
     assert result.returncode == 2
     assert "error: line 1: unknown action 'twice'" in result.stderr
@@ -415,7 +415,7 @@ def test_a_game_uses_the_settings_of_a_file(project_folder: Path) -> None:
     write_user_file(project_folder, '[play]\nturns = 1\n[keys]\npreset = "left"\n')
     result = run(project_folder, "hexworld", "--seed", "7", stdin="keys\na\n")
     assert "keys: e d, ne e, nw w, w a, sw z, se x." in result.stdout
-    assert "turn 1. at (6,2). chose W, moved W." in result.stdout
+    assert "turn 1. chose W, moved W to (6,2)." in result.stdout
     assert "over: turn limit after 1 turn." in result.stdout
     entries = json.loads(run(project_folder, "config", "show", "--json", DMPLAY_ASCII="1").stdout)
     value_and_source = {

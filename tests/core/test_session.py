@@ -58,7 +58,7 @@ def test_an_action_in_an_exit_pays_and_ends_the_game() -> None:
     assert format_current_state(game) == "over"
     assert game.turns[-1].rewards.tolist() == [10]
     assert game.end_reason == "terminal"
-    with pytest.raises(EpisodeOver, match=r"turn 3: the game is over \(terminal\)"):
+    with pytest.raises(EpisodeOver, match=r"turn 3: the game is over \(ended by the rules\)"):
         game.advance([E])
 
 

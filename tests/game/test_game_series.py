@@ -176,7 +176,7 @@ def test_undo_in_a_replay_goes_back_by_turns_and_rerolls_to_the_start(
     with pytest.raises(BadParameter, match=r"^undo 3: the start is only 2 steps back$"):
         run_line(replay, "undo 3")
     assert run_line(replay, "undo 2") == "undone. turn 0."
-    assert run_line(replay, "step").startswith("turn 1. at (8,2). chose E, moved E.")
+    assert run_line(replay, "step").startswith("turn 1. chose E, moved E to (8,2).")
 
 
 def test_a_replay_reports_the_path_of_its_transcript(tmp_path: Path) -> None:
@@ -256,7 +256,7 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
         "turn  chosen  best    regret",
         "2     feed    ignore  5.00 ####################",
         "1     feed    ignore  0.05 #",
-        "review: best action 0 of 2 times, total regret 5.05 (largest in turn 2)",
+        "review: best action 0 of 2 times, total expected regret 5.05 (largest in turn 2)",
     ]
     controller.end_game()
     path = tmp_path / "game.dmt"
@@ -267,7 +267,10 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
     assert notes[1].startswith(
         "# review turn 2, agent: chose feed, best action: ignore, regret 5.00. "
     )
-    assert notes[2] == "# review best action 0 of 2 times, total regret 5.05 (largest in turn 2)"
+    assert (
+        notes[2]
+        == "# review best action 0 of 2 times, total expected regret 5.05 (largest in turn 2)"
+    )
     assert verify_and_read_end(path) == ("turn limit", 2)
     agent_controller = create_controller(
         tmp_path, agent="optimal", record_path=tmp_path / "other.dmt"
@@ -353,8 +356,8 @@ def test_a_game_started_in_line_mode_is_reported_from_its_start(tmp_path: Path) 
     assert result.returncode == 0
     lines = [line for line in result.stdout.splitlines() if not line.startswith("action>")]
     assert lines[2:6] == [
-        "turn 1. at (8,2). chose E, moved E. reward 0. score 0.",
-        "over: quit after 1 turn. agent score (discounted) 0, total 0.",
+        "turn 1. chose E, moved E to (8,2). reward 0. score 0.",
+        "over: quit after 1 turn. agent score 0 (undiscounted 0).",
         *lines[:2],
     ]
     assert lines[6] == lines[2]

@@ -56,10 +56,10 @@ def test_the_problems_of_these_tests_satisfy_every_invariant() -> None:
 def test_turns_of_others_are_played_and_reported_before_the_next_choice(tmp_path: Path) -> None:
     lines = play_lines(sat(tmp_path / "nim.dmt"), SentenceReporter(PIPED_TERMINAL), "two", "one")
     assert [item for item in lines if item.startswith("turn ")] == [
-        "turn 1. 5-right. left chose two. reward 0. score 0.",
-        "turn 2. 4-left. right chose one. reward 0. score 0.",
-        "turn 3. 3-right. left chose one. reward 0. score 0.",
-        "turn 4. 2-left. right chose one. reward 0. score 0.",
+        "turn 1. left chose two. state 5-right. reward 0. score 0.",
+        "turn 2. right chose one. state 4-left. reward 0. score 0.",
+        "turn 3. left chose one. state 3-right. reward 0. score 0.",
+        "turn 4. right chose one. state 2-left. reward 0. score 0.",
     ]
     events = [
         json.loads(item) for item in play_lines(sat(tmp_path / "two.dmt"), JsonReporter(), "two")

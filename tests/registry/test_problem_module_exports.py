@@ -253,5 +253,5 @@ def test_action_labels_may_depend_on_the_state() -> None:
         run_line(table, "up-to-4")
     steps.undo(2)
     assert steps.view().last_action_label == ""
-    assert run_line(table, "up-to-1").endswith("chose up-to-1. reward 0. score 0.")
+    assert run_line(table, "up-to-1").endswith("chose up-to-1. state at 1. reward 0. score 0.")
     assert collect_turn_facts(steps.session)["actions"] == {"agent": "right"}

@@ -117,7 +117,7 @@ def test_the_header_and_first_block_are_one_write(tmp_path: Path) -> None:
 
 FULL_LINE = (
     "over: interrupted after {} turns. "
-    "the transcript is full, because dmplay reads at most 64 MB. agent score (discounted)"
+    "the transcript is full, because dmplay reads at most 64 MB. agent score"
 )
 
 

@@ -18,7 +18,7 @@ def make_leaning_game() -> Session:
 @pytest.mark.parametrize(
     ("view", "outcome", "push", "numbers"),
     [
-        (make_leaning_game().view(0), "upright", "right",
+        (make_leaning_game().view(0), "the pole is upright", "right",
          "position +1.01 m, speed +0.59 m/s, angle +11.0 deg, swing +21 deg/s"),
         (make_session_from_state("cart-pole", [1.0, 0.4, -0.2, -0.6], [1]).view(0),
          "the pole fell to the left", "right",
@@ -28,10 +28,10 @@ def make_leaning_game() -> Session:
          "position +2.41 m, speed +1.19 m/s, angle +3.6 deg, swing +19 deg/s"),
     ],
 )  # fmt: skip
-def test_the_state_of_the_pole_is_described_first_and_its_limits_last(
+def test_the_push_is_described_before_the_pole_and_the_limits_are_last(
     view: View[CartPole], outcome: str, push: str, numbers: str
 ) -> None:
-    assert cart_pole.describe_turn(view) == f"{outcome}. pushed {push}. {numbers}."
+    assert cart_pole.describe_turn(view) == f"pushed {push}: {outcome}. {numbers}."
     assert (
         cart_pole.describe_situation(view)
         == f"{outcome}. {numbers}. the game ends beyond 2.4 m or 12 deg."

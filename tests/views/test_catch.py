@@ -14,13 +14,13 @@ make_view_after = partial(games.make_view_after, "catch")
 
 def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
     assert catch.describe_situation(make_view_after()) == (
-        "no throw yet. belief about the proficiency: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
+        "no throw yet. belief about the skill: 20 m 0.250, 40 m 0.250, 60 m 0.250, "
         "80 m 0.250. expected reward: 10 m 8.7, 20 m 16.0, 30 m 21.3, 40 m 24.4, 50 m 25.0, "
         "60 m 23.5, 70 m 20.2, 80 m 15.8, 90 m 11.3, 100 m 7.4."
     )
     assert (
         catch.describe_turn(make_view_after("50", "100"))
-        == "dropped. threw 100 m. likeliest proficiency 80 m 0.395."
+        == "threw 100 m: dropped. likeliest skill 80 m 0.395."
     )
 
 
@@ -30,7 +30,7 @@ FRAMES = {
         DrawOptions(80, 24),
         """
 1.0 ┤   68  68   8   8                          p(caught) by
-    │    4   4   6   6   8   8                  proficiency:
+    │    4   4   6   6   8   8                  skill:
     │    2       4       6       8              2 is 20 m,
 0.5 ┤        2       4       6       8          4 is 40 m ...
     │            2       4       6       8
@@ -40,7 +40,7 @@ FRAMES = {
 metres  10  20  30  40  50  60  70  80  90 100
 reward   9  17  23  26  26  24  20  15  10   7  expected
 
-belief: proficiency
+belief: skill
 20 m  ██▋················· 0.134
 40 m  ██████▍············· 0.318
 60 m  ███████▌············ 0.373
@@ -51,8 +51,8 @@ throws 50✓ 100✗ 60✗""",
         make_view_after("50", "100", "60"),
         DrawOptions(120, 24, ascii=True),
         """
-1.0 +   68  68   8   8                          p(caught) by    belief: proficiency
-    |    4   4   6   6   8   8                  proficiency:    20 m  ###................. 0.134
+1.0 +   68  68   8   8                          p(caught) by    belief: skill
+    |    4   4   6   6   8   8                  skill:          20 m  ###................. 0.134
     |    2       4       6       8              2 is 20 m,      40 m  ######.............. 0.318
 0.5 +        2       4       6       8          4 is 40 m ...   60 m  #######............. 0.373
     |            2       4       6       8                      80 m  ####................ 0.175

@@ -145,7 +145,7 @@ def test_the_reward_is_hidden_until_the_game_ends() -> None:
 def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> None:
     assert (
         collaborative_predator_prey.describe_turn(make_view_after("e w"))
-        == "nothing. chose E. prey likeliest at (-1,1) 0.103. you likeliest at (4,1) 0.161."
+        == "chose E, sensed nothing. prey likeliest at (-1,1) 0.103. you likeliest at (4,1) 0.161."
     )
     assert collaborative_predator_prey.describe_situation(make_view_after("e w", sighted=True)) == (
         "sensed nothing (2,0). prey likeliest at (0,2) 0.163, (-1,1) 0.153, (3,1) 0.149, "

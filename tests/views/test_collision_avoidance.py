@@ -34,8 +34,8 @@ CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
     [
         (
             make_collided_game(),
-            "collision: passed 30 m below the intruder. kept advice climb. "
-            "height -30 m, rate -2.0 m/s, 0 s left.",
+            "kept the advice: climb. height -30 m, rate -2.0 m/s, 0 s left. "
+            "collision: passed 30 m below the intruder.",
             "collision: passed 30 m below the intruder. "
             "height -30 m, rate -2.0 m/s, 0 s left. advice climb.",
         ),
@@ -43,13 +43,13 @@ CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
             make_session_from_state(
                 "collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]
             ),
-            f"{CLEAR_DESCRIPTION} changed advice to descend. height +301 m, rate +0.0 m/s, "
-            "18 s left.",
+            "changed the advice to descend. height +301 m, rate +0.0 m/s, 18 s left. "
+            f"{CLEAR_DESCRIPTION}",
             f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advice descend.",
         ),
     ],
 )
-def test_collisions_and_reversed_advisories_are_described_first(
+def test_collisions_and_reversed_advisories_are_described(
     game: Session, turn_description: str, situation: str
 ) -> None:
     view = game.view(0)

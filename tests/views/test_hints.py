@@ -59,14 +59,14 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 P(hungry) by turn =#
 
-expected reward  hunger  effort     sum  regret
+reward this turn hunger  effort     sum  vs best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
 
-if you sing  sated  hungry
- 82% crying   0.00    1.00
- 18% quiet    0.48    0.52""",
+if you sing:  P(sated)  P(hungry)
+ 82% crying       0.00       1.00
+ 18% quiet        0.48       0.52""",
     ),
     "the baby of the second of two": (
         make_view_after("multicaregiver-crying-baby", "ignore feed", seat=1),
@@ -78,7 +78,7 @@ sated   ████████████████████████
 hungry  ········································ 0.000
 P(hungry) by turn ▅▁··················
 
-expected reward  hunger  effort     sum
+reward this turn hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
 s sing            +0.00   -0.25   -0.25
 i ignore          +0.00   +0.00   +0.00
@@ -102,13 +102,13 @@ saw  nondefective                            0 failed
 2 failed  #................... 0.036          o m m \
 P(failure) by turn _.:                       /*m m m \
                                             / m m m e \
-expected reward now  regret                / m m m e e \
+expected reward now  vs best               / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
 e examine     +0.497 #....... -0.25      / i i i i i i i \
 i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
 r replace     -2.000 ######## -2.75    / i i i i i i r r r \
 true state: 1 failed                  -----o-----------------
-if you examine        0     1     2   1 failed       2 failed
+if you examine:    P(0)  P(1)  P(2)   1 failed       2 failed
  75% nondefective  0.71  0.27  0.03
  25% defective     0.00  0.78  0.22""",
     ),
@@ -130,9 +130,9 @@ regret (* best)        9 4.5 2.2   1   * 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 
-if you throw 60 m  20 m  40 m  60 m  80 m
- 60% dropped       0.21  0.42  0.31  0.06
- 40% caught        0.02  0.17  0.47  0.35""",
+if you throw 60 m:  P(20 m)  P(40 m)  P(60 m)  P(80 m)
+ 60% dropped           0.21     0.42     0.31     0.06
+ 40% caught            0.02     0.17     0.47     0.35""",
     ),
     "the second prisoner with what is lost and paid": (
         make_view_after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
@@ -180,7 +180,7 @@ if paper: 1 against rock, 0 against paper, -1 against scissors""",
         make_view_after("travelers-dilemma", "60 99", seat=1),
         ASCII_OPTIONS._replace(regret=CLAIM_REGRET, forecast=make_reply_forecast(95)),
         """
-agent1 v   agent2 (you) >   cells pay agent1, agent2
+agent1 v   agent2 (you) >   cells: pay to agent1, agent2
      |   94   |   95   |   96   |   97   |   98   |   99
 -----+--------+--------+--------+--------+--------+--------
   57 | 59, 55 | 59, 55 | 59, 55 | 59, 55 | 59, 55 | 59, 55
@@ -194,8 +194,8 @@ agent1 v   agent2 (you) >   cells pay agent1, agent2
 2 +------------------------------o--------------------*+ 100
                                  agent1 60, paid 62
   #######******+++++++======-------::::::......._____*__
-* best 97; worst -47.5
-if you claim 97: 97 if equal, 99 if lower, else the other claim - 2""",
+* best claim 97; the worst is 47.5 lower in value
+if you claim 97, you get 97 if equal, 99 if lower, else the other claim - 2""",
     ),
     "generic with a belief, what is lost and seen": (
         make_view_after("crying-baby", "ignore"),
@@ -210,9 +210,9 @@ hungry  ████████████████████████
 1 feed      ██▌················· -0.4
 3 ignore    ████████████████████ -3.25
 
-if you sing  sated  hungry
- 82% crying   0.00    1.00
- 18% quiet    0.48    0.52""",
+if you sing:  P(sated)  P(hungry)
+ 82% crying       0.00       1.00
+ 18% quiet        0.48       0.52""",
     ),
     "generic in few rows": (
         make_view_after("crying-baby", "ignore"),
@@ -221,10 +221,10 @@ if you sing  sated  hungry
         ),
         """
 observed  crying
-hint  sing best  feed ▌··· -0.4  ignore ████ -3.25
-if you sing (samples)  sated  hungry
- 82% crying             0.00    1.00
- 18% quiet              0.48    0.52""",
+hint: best sing; feed ▌··· -0.4; ignore ████ -3.25
+if you sing (samples):  P(sated)  P(hungry)
+ 82% crying                 0.00       1.00
+ 18% quiet                  0.48       0.52""",
     ),
     "generic with illegal actions and many outcomes": (
         make_view_after("2048"),
@@ -237,7 +237,7 @@ state  . . . ./. . . ./. . . ./. 2 2 .
 3 right    ████████████████████ -2000
 [2 down]
 
-if you left
+if you left:
  25% . . . ./. . . ./. . . ./. 2 2 .
  25% . . . ./. . . ./. . . ./. 2 2 .
  20% . . . ./. . . ./. . . ./. 2 2 .
@@ -271,7 +271,7 @@ observed  nothing
 5 sw
 6 se
 
-if you e
+if you e:
 100% prey  (-1,2) (-1,2) (0,0) 1.000, (-1,2) (-1,2) (-1,2) 0.000, (-1,2) (-1,2)
 (0,2) 0.000""",
     ),
@@ -347,7 +347,7 @@ def test_the_percentages_of_a_forecast_sum_to_a_hundred() -> None:
     view = make_view_after("crying-baby", "ignore")
     forecast = Forecast(1, np.array([0.505, np.nextafter(0.495, 1.0)]), np.array([0, 1]))
     assert format_forecast_rows(view, LARGE_OPTIONS._replace(forecast=forecast), ()) == [
-        "if you sing",
+        "if you sing:",
         "50.5% crying",
         "49.5% quiet",
     ]

@@ -16,7 +16,9 @@ def make_rolling_game() -> Session:
 
 def test_a_rolling_car_is_described_with_its_goal() -> None:
     view = make_rolling_game().view(0)
-    assert mountain_car.describe_turn(view) == "rolls left at -0.0477, position -0.948. coasted."
+    assert (
+        mountain_car.describe_turn(view) == "coasted, now rolls left at -0.0477, position -0.948."
+    )
     assert mountain_car.describe_situation(view) == (
         "rolls left at -0.0477, position -0.948. height -0.29. goal x >= 0.6."
     )
@@ -24,7 +26,7 @@ def test_a_rolling_car_is_described_with_its_goal() -> None:
 
 def test_the_description_says_that_a_car_is_at_its_goal() -> None:
     view = make_session_from_state("mountain-car", [0.58, 0.05], [2]).view(0)
-    assert mountain_car.describe_turn(view) == "at the goal, position +0.600. drove right."
+    assert mountain_car.describe_turn(view) == "drove right, now at the goal, position +0.600."
     assert (
         mountain_car.describe_situation(view)
         == "at the goal, position +0.600. height +0.97. goal x >= 0.6."
@@ -34,7 +36,8 @@ def test_the_description_says_that_a_car_is_at_its_goal() -> None:
 def test_a_car_at_the_left_wall_keeps_rolling() -> None:
     view = make_session_from_state("mountain-car", [-1.17, -0.06], [0]).view(0)
     assert (
-        mountain_car.describe_turn(view) == "at the left wall, rolls left at -0.0587. drove left."
+        mountain_car.describe_turn(view)
+        == "drove left, now at the left wall, rolls left at -0.0587."
     )
     assert mountain_car.describe_situation(view) == (
         "at the left wall, rolls left at -0.0587. height +0.44. goal x >= 0.6."
@@ -43,7 +46,7 @@ def test_a_car_at_the_left_wall_keeps_rolling() -> None:
 
 def test_a_car_at_the_left_wall_of_gym_stops() -> None:
     view = make_session_from_state("mountain-car:gym", [-1.17, -0.06], [0]).view(0)
-    assert mountain_car.describe_turn(view) == "at the left wall, stopped. drove left."
+    assert mountain_car.describe_turn(view) == "drove left, now at the left wall, stopped."
     assert mountain_car.describe_situation(view) == (
         "at the left wall, stopped. height +0.44. goal x >= 0.5 and v >= 0."
     )

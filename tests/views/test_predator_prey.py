@@ -128,11 +128,11 @@ def test_a_capture_is_described_to_both_sides() -> None:
         joint_actions=(np.array([0, 3]),),
     )
     assert predator_prey.describe_turn(predator_view) == (
-        "at (2,0). chose E, ate the prey, stayed. prey chose W, was caught, reappeared at (-1,2)."
+        "chose E, ate the prey, stayed at (2,0). prey chose W, was caught, reappeared at (-1,2)."
     )
     prey_view = dataclasses.replace(predator_view, seat=1, actions=(3,))
     assert predator_prey.describe_turn(prey_view) == (
-        "at (-1,2). chose W, was caught, reappeared. predator chose E, ate the prey, "
+        "chose W, was caught, reappeared at (-1,2). predator chose E, ate the prey, "
         "stayed at (2,0)."
     )
 
@@ -172,7 +172,7 @@ def test_the_description_is_relative_to_the_hex_of_the_player() -> None:
     )
     assert (
         predator_prey.describe_turn(make_view_after("sw e"))
-        == "at (1,1). chose SW, moved SW. prey chose E, slipped, bumped, stayed at (2,0)."
+        == "chose SW, moved SW to (1,1). prey chose E, slipped, bumped, stayed at (2,0)."
     )
 
 

@@ -14,7 +14,7 @@ make_view_after = partial(games.make_view_after, "travelers-dilemma")
 def test_the_rule_is_described_in_words_instead_of_9801_cells() -> None:
     assert travelers_dilemma.describe_situation(make_view_after("60 45")) == (
         "you are agent1. last round: agent1 chose 60. agent2 chose 45. claim 2 to 100 whole "
-        "dollars. equal claims are paid as they are. else both get the lower claim, the "
+        "dollars. if the claims are equal, each gets its claim. else both get the lower claim, the "
         "lower claimant 2 more and the higher 2 less."
     )
 

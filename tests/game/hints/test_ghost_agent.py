@@ -108,7 +108,7 @@ def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
         describe_ghost_result(session, [0], ["human"], None)
-        == "same random numbers: optimal:horizon=2 -19, you -19.95"
+        == "with the same random numbers: optimal:horizon=2 scored -19, you -19.95"
     )
 
 
@@ -133,7 +133,7 @@ def test_there_is_no_ghost_result_if_people_play_against_each_other() -> None:
 def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     session = play_actions("prisoners-dilemma", "cooperate", limit=1)
     message = describe_ghost_result(session, [0], ["human", "random"], None)
-    assert message == "same random numbers: plan-rounds:horizon=1 -3, you -4"
+    assert message == "with the same random numbers: plan-rounds:horizon=1 scored -3, you -4"
 
 
 @pytest.mark.parametrize(

@@ -154,7 +154,8 @@ def test_continuous_outcomes_are_forecast_from_samples_and_labelled_as_samples()
 def test_other_agents_are_assumed_random_and_the_forecast_says_so() -> None:
     before = create_session("prisoners-dilemma")
     line = (
-        "if defect, the other agent at random: reward 0 if cooperate, -3 if defect; -1.5 on average"
+        "if defect and the other agent acts at random: "
+        "reward 0 if cooperate, -3 if defect; -1.5 on average"
     )
     assert format_forecast(before, 0, forecast_outcomes(before, 0, 1)) == line
 
@@ -194,7 +195,7 @@ def test_forecast_mode_shows_each_pressed_action_and_enter_plays_the_last() -> N
 
 def test_a_forecast_on_a_large_board_is_not_repeated_below_it() -> None:
     expected = {
-        (80, 24): "if se: Enter plays it, Esc cancels",
+        (80, 24): "what if se? Enter plays it, Esc cancels",
         (50, 14): "if se: 0.70 (8,1), 0.15 ",
     }
     for size, text in expected.items():

@@ -8,6 +8,8 @@ from dmplay.registry.builtin_names import name_to_stem, problem_names
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
 from tests.ui.screen.frames import FRAMES_FOLDER, GAMES, SIZES, render_frames
 
+REDRAW_ADVICE = "run `python -m tests.ui.screen.frames` and read the differences"
+
 
 @pytest.mark.parametrize("name", GAMES)
 def test_rendered_frames_equal_the_stored_frames(
@@ -15,7 +17,10 @@ def test_rendered_frames_equal_the_stored_frames(
 ) -> None:
     monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
     for path, text in render_frames(name, tmp_path).items():
-        assert text == (FRAMES_FOLDER / path).read_text(encoding="utf-8")
+        assert (FRAMES_FOLDER / path).exists(), f"no frames in {path}; {REDRAW_ADVICE}"
+        assert text == (FRAMES_FOLDER / path).read_text(encoding="utf-8"), (
+            f"{path}: if the change is intended, {REDRAW_ADVICE}"
+        )
 
 
 @pytest.mark.parametrize(("columns", "rows"), SIZES)
@@ -31,7 +36,8 @@ def test_every_frame_fits_its_terminal_and_uses_allowed_glyphs(columns: int, row
 
 
 def test_frames_are_stored_for_exactly_the_built_in_problems() -> None:
-    assert {*GAMES} == {*problem_names()}
+    assert {*GAMES} == {*problem_names()}, "edit GAMES in tests/ui/screen/frames.py"
     sizes = [f"{columns}x{rows}.txt" for columns, rows in SIZES]
     expected = {FRAMES_FOLDER / name_to_stem(name) / size for name in GAMES for size in sizes}
-    assert {path for path in FRAMES_FOLDER.rglob("*") if path.is_file()} == expected
+    stored = {path for path in FRAMES_FOLDER.rglob("*") if path.is_file()}
+    assert stored == expected, f"delete the files of other games; for missing ones, {REDRAW_ADVICE}"

@@ -192,7 +192,7 @@ def test_plain_mode_hands_over_between_players_with_different_observations(tmp_p
         assert "caregiver1" not in terminal.text  # the first caregiver's output is cleared
         terminal.press(ENTER).until("caregiver2 action>").press(f"sing{ENTER}")
         terminal.until("pass the keyboard to caregiver1").press(ENTER)
-        terminal.until("turn 1. quiet. chose feed.").calm().press(f"{CTRL_D}")
+        terminal.until("turn 1. chose feed, heard quiet.").calm().press(f"{CTRL_D}")
         assert terminal.ended() == 0
 
 
@@ -206,7 +206,7 @@ def test_the_shell_hands_over_between_players_with_different_observations(tmp_pa
             f"sing{ENTER}", "pass the keyboard to caregiver1"
         )
         assert "chose" not in terminal.calm().text
-        terminal.press(ENTER, "turn 1. quiet. chose feed.").until("t1 caregiver1]>").calm()
+        terminal.press(ENTER, "turn 1. chose feed, heard quiet.").until("t1 caregiver1]>").calm()
         terminal.press(f"undo{ENTER}", "undone. turn 0.").until("t0 caregiver1]>").calm()
         terminal.press(f"feed{ENTER}", "pass the keyboard to caregiver2").calm()
         assert terminal.press(CTRL_C, "to quit, press").calm().press(CTRL_C).ended() == 130
@@ -217,10 +217,10 @@ def test_leaving_the_screen_for_the_shell_shows_nothing_of_the_next_player(tmp_p
     with Terminal("shell", folder=tmp_path) as terminal:
         command = "play multicaregiver-crying-baby --vs human --seed 3"
         terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
-        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press(
+        terminal.press(f"screen{ENTER}", "you play caregiver1").calm().press(
             "i", "pass the keyboard to caregiver2"
         )
-        terminal.press(ENTER, "you: caregiver2").press(
+        terminal.press(ENTER, "you play caregiver2").press(
             "f", "pass the keyboard to caregiver1"
         ).calm()
         terminal.press("q", "pass the keyboard to caregiver1; press Enter when ready.")

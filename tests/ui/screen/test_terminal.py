@@ -47,7 +47,7 @@ def test_a_whole_game_of_2048_is_played_with_the_arrows(tmp_path: Path) -> None:
             if "terminal after" in terminal.text:
                 break
             terminal.press((LEFT + DOWN) * 10 + RIGHT + DOWN + UP + DOWN).calm(0.05)
-        terminal.until("over: terminal after")
+        terminal.until("over: ended by the rules after")
         assert terminal.press("q").ended() == 0
     end = json.loads(read_values(assert_verified(tmp_path / "game.dmt"), "end")[0])
     assert end["reason"] == "terminal"

@@ -8,7 +8,7 @@ import dmplay
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
-from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.builtin_names import name_to_stem, problem_names
 from dmplay.ui.shell.commands import run_line
 from dmplay.ui.shell.help_introduction import lesson_lines
 from tests.support.screens import make_game, make_session_game, play_keys
@@ -20,9 +20,12 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
     others = ["random"] * (len(dmplay.load_problem(name).agents) - 1)
     lines = lesson_lines(make_game(name, "human", *others, seed=1))
     assert all(row.endswith(".") for row in lines)
-    assert lines[0].startswith("You ")
-    assert lines[1].startswith("You want ")
-    assert re.match("For example, one turn[: ].* Your reward is -?[0-9.]+", lines[-1])
+    for row, beginning in zip(lines, ("You ", "You want "), strict=False):
+        assert row.startswith(beginning), (
+            f"expected a sentence that begins with {beginning!r}, got {row!r}; "
+            f"see lesson in dmplay/views/{name_to_stem(name)}.py"
+        )
+    assert re.match("For example, (one turn|in state .*): .* The reward is -?[0-9.]+", lines[-1])
     other_game = make_game(name, "human", *others, seed=2)
     assert lesson_lines(other_game) == lines
     legal_actions = [
@@ -55,10 +58,10 @@ def test_a_lesson_contains_the_parameters_of_the_game(
 @pytest.mark.parametrize(
     ("name", "turn"),
     [
-        ("2048", "slid left. new 2 in row 3, column 4. Your reward is 4."),
-        ("hexworld", "from (7,1): at (7,0). chose W, slipped, moved SW. Your reward is 0."),
-        ("crying-baby", "from hungry (hidden): quiet. chose feed. belief: sated 1.000, "),
-        ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. Your reward is 1."),
+        ("2048", "slid left. new 2 in row 3, column 4. The reward is 4."),
+        ("hexworld", "in state (7,1): chose W, slipped, moved SW to (7,0). The reward is 0."),
+        ("crying-baby", "in state hungry (hidden): chose feed, heard quiet. belief: sated 1.000, "),
+        ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. The reward is 1."),
     ],
 )
 def test_the_example_turn_is_a_turn_of_the_problem(name: str, turn: str) -> None:
@@ -98,4 +101,4 @@ def test_the_lesson_of_a_problem_without_a_view_uses_its_description() -> None:
     lines = lesson_lines(make_session_game("key", session, ["human"]))
     assert lines[0] == "You are agent, and you see the state."
     assert lines[1].startswith("One who has taken the key may open;")
-    assert lines[3].startswith("For example, one turn from before: ")
+    assert lines[3].startswith("For example, in state before: ")

@@ -91,7 +91,7 @@ def test_a_replay_is_branched_at_its_current_turn(tmp_path: Path) -> None:
     commands = ("replay g.dmt", "step 2", "branch", "e", "quit")
     completed = run_dmplay(tmp_path, *(word for command in commands for word in ("-e", command)))
     assert "branched at turn 2." in completed.stdout
-    assert "turn 3. at (8,2). chose E, bumped" in completed.stdout
+    assert "turn 3. chose E, bumped" in completed.stdout
     (file,) = (tmp_path / "state" / "dmplay" / "games").glob("*.dmt")
     assert verify(file).is_ok
 
@@ -128,7 +128,7 @@ def test_a_branch_at_an_invalid_turn_is_refused(line: str, message: str, tmp_pat
 # At the prompt
 
 
-WALK_LINES = "turn 1. at (8,2). chose E, moved E.", "turn 2. at (8,2). chose NE, bumped, stayed."
+WALK_LINES = "turn 1. chose E, moved E to (8,2).", "turn 2. chose NE, bumped, stayed at (8,2)."
 
 
 @pytest.mark.parametrize(
@@ -447,7 +447,7 @@ def test_execute_options_run_in_order(tmp_path: Path) -> None:
     arguments = ("-e", "play hexworld --seed 7", "-e", "e", "-e", "quit", "-e", "never")
     completed = run_dmplay(tmp_path, *arguments)
     assert completed.returncode == 0
-    assert "turn 1. at (8,2)." in completed.stdout
+    assert "turn 1. chose E, moved E to (8,2)." in completed.stdout
     assert "dmplay>" not in completed.stdout
     failed = run_dmplay(tmp_path, "shell", "--execute", "list", "-e", "legal")
     assert failed.returncode == 2
