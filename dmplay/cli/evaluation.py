@@ -106,8 +106,9 @@ def run(
 
     The return of a game is the sum of its discounted rewards. The report shows the
     mean return, its standard error, and the distribution of the returns. A seed gives
-    the same games on every machine. You can give a parameter a list of numbers:
-    dmplay runs each of them, and all combinations of several lists.
+    the same games on every machine, with any number of workers.
+    You can give a parameter a list of numbers: dmplay runs each of them, and all
+    combinations of several lists.
 
     \b
       dmplay run hexworld --agent optimal

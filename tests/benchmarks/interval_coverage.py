@@ -2,8 +2,13 @@
 
 `python -m tests.benchmarks honest [--runs N]` plays with N seeds. It counts the seeds in which the
 95 % interval of `run` and of `compare` contains the exact value, and those in which
-`compare --decide` wrongly declares one of two equal agents better. The mean return of the second
-agent of a comparison is exact too.
+`compare --decide` wrongly declares one of two equal agents better, by the rule for bounded returns
+and by the asymptotic one. The mean return of the second agent of a comparison is exact too.
+
+Two settings have rare large payoffs: a gamble, and `collision-avoidance`. There it counts the
+intervals of `run` that miss the exact value without a warning. In a tournament of
+rock-paper-scissors, it counts the seeds in which a best reply to `nash` seems to be unique,
+although all rules earn 0 against it.
 """
 
 from collections.abc import Iterator
@@ -20,12 +25,20 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.evaluation.comparison import MIN_GAMES_TO_DECIDE, compare
 from dmplay.evaluation.control_variate import build_control_variate
-from dmplay.evaluation.statistics import compute_asymptotic_confidence_sequence
+from dmplay.evaluation.many_games import run
+from dmplay.evaluation.return_bounds import compute_return_bounds
+from dmplay.evaluation.statistics import (
+    compute_asymptotic_confidence_sequence,
+    compute_bounded_confidence_sequence,
+)
+from dmplay.evaluation.tournament import run_tournament
 from dmplay.simulation.rollouts import RolloutSpec, rollout, rollout_entrants
 from tests.benchmarks.published_returns import find_reference_return
+from tests.support.user_problems import Gamble
 
 RUN_EPISODES, MAX_GAMES = 400, 2000  # games of a run; games of a sequential comparison
 INFINITE_HORIZON_TURNS = 120  # a discount of 0.9 makes later rewards negligible
+COLLISION_GAMES = 4000  # of a run, with one or two collisions on average
 RARE_DIFFERENCE_CASE, RARE_DIFFERENCE_EPISODES = (
     ("hexworld", "optimal", "search:simulations=50"),
     20_000,
@@ -108,9 +121,14 @@ def measure_coverage(case: Case, runs: int, episodes: int = RUN_EPISODES) -> tup
     return run_hits / runs, compare_hits / runs
 
 
-def measure_error_rate(case: Case, runs: int, share: float = 0.05) -> float:
-    """Return the share of seeds that find a difference between an agent and its mean."""
-    error_count = 0
+def measure_error_rates(case: Case, runs: int, share: float = 0.05) -> tuple[float, float]:
+    """Return the shares of seeds that find a difference between an agent and its mean.
+
+    The first is that of the rule for bounded returns, the second that of the asymptotic rule.
+    """
+    bounds = compute_return_bounds(case.problem, case.turns)
+    assert bounds is not None
+    error_counts = np.zeros(2)
     for seed in range(runs):
         returns = rollout(
             case.problem,
@@ -120,8 +138,42 @@ def measure_error_rate(case: Case, runs: int, share: float = 0.05) -> float:
             seed=seed,
             keep=["returns"],
         ).returns[:, 0]
-        error_count += _finds_difference(returns - case.exact, share)
-    return error_count / runs
+        sample = returns - case.exact
+        error_counts += (
+            _finds_difference(sample, share, (bounds[0] - case.exact, bounds[1] - case.exact)),
+            _finds_difference(sample, share),
+        )
+    bounded, asymptotic = error_counts / runs
+    return float(bounded), float(asymptotic)
+
+
+def measure_missed_without_doubt(
+    problem: Problem, agent: str, exact: float, runs: int, episodes: int
+) -> tuple[float, float]:
+    """Return the share of seeds whose interval misses the exact value, and the unwarned part."""
+    missed = missed_without_doubt = 0
+    policies = [dmplay.load_agent(problem, 0, agent)]
+    for seed in range(runs):
+        (summary,) = run(problem, policies, episodes=episodes, seed=seed).seat_summaries
+        is_missed = not summary.returns.low <= exact <= summary.returns.high
+        missed += is_missed
+        missed_without_doubt += is_missed and not summary.doubt
+    return missed / runs, missed_without_doubt / runs
+
+
+def measure_unique_replies(runs: int) -> float:
+    """Return the share of seeds in which the best reply to `nash` seems to be unique."""
+    problem = dmplay.load_problem("rock-paper-scissors")
+    entrants = {
+        name: [dmplay.load_agent(problem, seat, name) for seat in (0, 1)]
+        for name in ("nash", "beat-last", "frequency")
+    }
+    unique = 0
+    for seed in range(runs):
+        replies = run_tournament(problem, entrants, episodes=500, seed=seed).best_replies
+        assert replies is not None
+        unique += len(replies[0]) == 1
+    return unique / runs
 
 
 def measure_control_variate_error_rate(runs: int, share: float = 0.05) -> float:
@@ -146,11 +198,17 @@ def measure_control_variate_error_rate(runs: int, share: float = 0.05) -> float:
     return float(np.mean([_finds_difference(sample, share) for sample in samples]))
 
 
-def _finds_difference(sample: Reals, share: float) -> bool:
+def _finds_difference(
+    sample: Reals, share: float, bounds: tuple[float, float] | None = None
+) -> bool:
     """True if the confidence sequence of a sample with mean 0 ever excludes 0."""
     count = MIN_GAMES_TO_DECIDE
     while count <= len(sample):
-        interval = compute_asymptotic_confidence_sequence(sample[:count], share)
+        interval = (
+            compute_bounded_confidence_sequence(sample[:count], *bounds, share)
+            if bounds
+            else compute_asymptotic_confidence_sequence(sample[:count], share)
+        )
         if not interval.low <= 0.0 <= interval.high:
             return True
         count += max(MIN_GAMES_TO_DECIDE, count // 4)
@@ -161,11 +219,24 @@ def report(runs: int) -> None:
     """Print the shares, expected to be 93 to 97 % (coverage) and at most 5 % (errors)."""
     for case in iter_cases():
         run_share, compare_share = measure_coverage(case, runs)
+        bounded, asymptotic = measure_error_rates(case, runs)
         print(
             f"{case.name:<20} run {run_share:6.1%}  compare {compare_share:6.1%}  "
-            f"decided wrongly {measure_error_rate(case, runs):6.1%}",
+            f"decided wrongly {bounded:6.1%}, by the asymptotic rule {asymptotic:6.1%}",
             flush=True,
         )
+    collisions = dmplay.load_problem("collision-avoidance")
+    mean_return = find_reference_return("collision-avoidance", collisions, 0).number
+    for problem, agent, exact, episodes in (
+        (collisions, "optimal", mean_return, COLLISION_GAMES),
+        (Gamble(), "random", 0.0, RUN_EPISODES),
+    ):
+        missed, unwarned = measure_missed_without_doubt(problem, agent, exact, runs, episodes)
+        print(
+            f"{type(problem).__name__:<20} run missed {missed:6.1%}, "
+            f"without a warning {unwarned:6.1%}"
+        )
+    print(f"tournament: unique best reply to nash {measure_unique_replies(runs):6.1%}", flush=True)
     print(
         f"{' against '.join(RARE_DIFFERENCE_CASE[1:])}, by merit: "
         f"decided wrongly {measure_control_variate_error_rate(runs):6.1%}"

@@ -4,9 +4,7 @@ random numbers.
 
 import csv
 import json
-import math
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,10 +14,6 @@ import pytest
 import dmplay
 from dmplay.agents.script import Script
 from dmplay.cli.parsed_command_runner import interpret_command
-from dmplay.core.arrays import Array
-from dmplay.core.chance import Categorical, Chance
-from dmplay.core.problem import Outcome
-from dmplay.core.spaces import Labels
 from dmplay.errors import BadParameter
 from dmplay.evaluation.comparison import compare
 from dmplay.evaluation.many_games import run
@@ -33,23 +27,9 @@ from dmplay.transcript.reader import read_transcript
 from tests.benchmarks import interval_coverage
 from tests.support.document_examples import extract_file
 from tests.support.programs import run_dmplay
-from tests.support.user_problems import IntegerStateProblem
+from tests.support.user_problems import Gamble
 
 HEXWORLD = dmplay.load_problem("hexworld")
-
-
-@dataclass(frozen=True)
-class Gamble(IntegerStateProblem):
-    """Of two equal actions, one pays 0; the other pays 1 with probability 0.99, and -99 else."""
-
-    actions = (Labels(("left", "right")),)
-    placed, horizon, state_count, reward_bounds = 0, 1, math.inf, (-99.0, 1.0)
-
-    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
-        return (Categorical(np.full((len(s), 1), 0.99)),)
-
-    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
-        return Outcome(s, a * np.where(events[0], -99.0, 1.0)[:, None], s)
 
 
 def run_command(*arguments: str) -> str:

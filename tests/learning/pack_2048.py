@@ -1,7 +1,8 @@
 """Pack the tables that `learn_2048` has learned.
 
-Usage: `python -m tests.learning.pack_2048 TABLES [GAMES]`. Values are rounded to whole steps.
-Entries that the search seldom looks up in some games are set to 0.
+Usage: `python -m tests.learning.pack_2048 TABLES [GAMES]`. Each entry is rounded to a multiple of a
+step. The step is larger if the search seldom looks the entry up in some games: the square of the
+error of a board is then about the same for each bit of the file.
 """
 
 import sys
@@ -23,8 +24,10 @@ from dmplay.solvers.search.ntuple_network_2048 import (
     PatternTable,
 )
 
-DEFAULT_GAME_COUNT = 30
-MIN_LOOKUPS = 16  # entries with fewer lookups are set to 0
+DEFAULT_GAME_COUNT = 300
+LOOKUPS_PER_UNIT = 1e6  # lookups of all entries for which the step below is meant
+STEP_AT_ONE_LOOKUP = 3.2  # units, of an entry with one lookup; it falls with the root of lookups
+MAX_STEP = 1024.0  # units
 
 
 def main() -> None:
@@ -34,10 +37,17 @@ def main() -> None:
     )
     games = int(sys.argv[2]) if len(sys.argv) > 2 else DEFAULT_GAME_COUNT
     steps = np.round(learned / POINTS_PER_UNIT).astype(np.int16).transpose(1, 0, 2)
-    is_frequent = count_lookups(steps, games) >= MIN_LOOKUPS
+    rounded = round_by_lookups(steps, count_lookups(steps, games))
     path = Path(ntuple_network_2048.__file__).with_suffix(".npz")
-    np.savez_compressed(path, *np.where(is_frequent, steps, np.int16(0)))
-    print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(is_frequent):,} numbers")
+    ntuple_network_2048.save_pattern_tables(path, rounded)
+    print(f"{path}: {path.stat().st_size:,} bytes, {np.count_nonzero(rounded):,} numbers")
+
+
+def round_by_lookups(tables: PatternTable, counts: Ints) -> PatternTable:
+    """Return the tables rounded to multiples of powers of 2, by the lookups of each entry."""
+    lookups = (counts + 0.25) / (counts + 0.25).sum() * LOOKUPS_PER_UNIT
+    steps = 2.0 ** np.round(np.log2(np.clip(STEP_AT_ONE_LOOKUP / np.sqrt(lookups), 1.0, MAX_STEP)))
+    return np.asarray(np.round(tables / steps) * steps, np.int16)
 
 
 def count_lookups(steps: PatternTable, games: int) -> Ints:
@@ -52,7 +62,7 @@ def count_lookups(steps: PatternTable, games: int) -> Ints:
 
     iter_entries = ntuple_network_2048.iter_pattern_entries
     problem = dmplay.load_problem("2048")
-    agent = dmplay.load_agent(problem, 0, "expectimax:depth=4")
+    agent = dmplay.load_agent(problem, 0, "expectimax:depth=2")
     with patch.multiple(
         ntuple_network_2048,
         iter_pattern_entries=count_entries,

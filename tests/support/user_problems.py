@@ -1,5 +1,6 @@
 """User-defined problems in which some actions are illegal in some states."""
 
+import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -113,6 +114,20 @@ class RevealingVault(Vault):
         """Return the legal actions, which reveal the state."""
         masks = np.array([[1, 1, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 0, 0, 1]], bool)
         return masks[s][:, None]
+
+
+@dataclass(frozen=True)
+class Gamble(IntegerStateProblem):
+    """Of two equal actions, one pays 0; the other pays 1 with probability 0.99, and -99 else."""
+
+    actions = (Labels(("left", "right")),)
+    placed, horizon, state_count, reward_bounds = 0, 1, math.inf, (-99.0, 1.0)
+
+    def chance(self, s: Array, a: Array) -> tuple[Chance, ...]:
+        return (Categorical(np.full((len(s), 1), 0.99)),)
+
+    def resolve_events(self, s: Array, a: Array, events: tuple[Array, ...]) -> Outcome:
+        return Outcome(s, a * np.where(events[0], -99.0, 1.0)[:, None], s)
 
 
 BROKEN_AGENT_SOURCE = """\

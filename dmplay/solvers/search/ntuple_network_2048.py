@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
+from zipfile import ZIP_LZMA, ZipFile
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,7 +88,28 @@ def iter_pattern_entries(boards: BoardArray) -> Iterator[tuple[int, Ints]]:
 def load_pattern_tables(stage: int) -> PatternTable:
     """Return the table `[patterns, entries]` of one stage, in units of POINTS_PER_UNIT points."""
     with np.load(Path(__file__).with_suffix(".npz")) as archive:
-        return np.asarray(archive[f"arr_{stage}"])
+        is_known = np.unpackbits(archive["is_known"]).view(bool)
+        tables = np.zeros(len(is_known), np.int16)
+        tables[is_known] = archive["known_entries"]
+    stage_tables = tables.reshape(len(PATTERNS), ENTRIES_PER_PATTERN, STAGE_COUNT)[..., stage]
+    return np.ascontiguousarray(stage_tables)
+
+
+def save_pattern_tables(path: Path, tables: PatternTable) -> None:
+    """Save the tables `[stages, patterns, entries]`.
+
+    The file has a bit for each entry that is not 0, and these entries. Those of the stages are side
+    by side, because they are alike; LZMA then needs a third of the space of plain arrays.
+    """
+    stages_last = tables.transpose(1, 2, 0).reshape(-1)
+    arrays = {
+        "is_known": np.packbits(stages_last != 0),
+        "known_entries": stages_last[stages_last != 0],
+    }
+    with ZipFile(path, "w", ZIP_LZMA) as archive:
+        for name, array in arrays.items():
+            with archive.open(f"{name}.npy", "w") as file:
+                np.lib.format.write_array(file, array)
 
 
 def _list_symmetries(boards: BoardArray) -> list[Ints]:
