@@ -226,9 +226,10 @@ def report(runs: int) -> None:
             flush=True,
         )
     collisions = dmplay.load_problem("collision-avoidance")
-    mean_return = find_reference_return("collision-avoidance", collisions, 0).number
+    reference = find_reference_return("collision-avoidance", collisions, 0)
+    assert reference is not None
     for problem, agent, exact, episodes in (
-        (collisions, "optimal", mean_return, COLLISION_GAMES),
+        (collisions, "optimal", reference.number, COLLISION_GAMES),
         (Gamble(), "random", 0.0, RUN_EPISODES),
     ):
         missed, unwarned = measure_missed_without_doubt(problem, agent, exact, runs, episodes)
