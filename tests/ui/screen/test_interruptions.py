@@ -217,10 +217,10 @@ def test_leaving_the_screen_for_the_shell_shows_nothing_of_the_next_player(tmp_p
     with Terminal("shell", folder=tmp_path) as terminal:
         command = "play multicaregiver-crying-baby --vs human --seed 3"
         terminal.ready().press(f"{command}{ENTER}", "t0 caregiver1]>").calm()
-        terminal.press(f"screen{ENTER}", "you play caregiver1").calm().press(
+        terminal.press(f"screen{ENTER}", "you: caregiver1").calm().press(
             "i", "pass the keyboard to caregiver2"
         )
-        terminal.press(ENTER, "you play caregiver2").press(
+        terminal.press(ENTER, "you: caregiver2").press(
             "f", "pass the keyboard to caregiver1"
         ).calm()
         terminal.press("q", "pass the keyboard to caregiver1; press Enter when ready.")

@@ -88,7 +88,7 @@ def test_an_option_or_variable_limits_the_width_of_the_screen(
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_a_command_is_typed_on_the_smallest_screens(rows: int, tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path, size=(40, rows)) as terminal:
-        terminal.ready().press(":ac", " :ac").press(f"t w{ENTER}", "turn 1. at (6,2)")
+        terminal.ready().press(":ac", " :ac").press(f"t w{ENTER}", "turn 1. chose W, moved W")
         terminal.press("q")
         assert terminal.ended() == 0
 
