@@ -212,7 +212,7 @@ def shell(
     pipe; then the first error ends the shell.
 
     \b
-      dmplay shell < game.dm
+      dmplay shell < commands.txt
       dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
     """
     from dmplay.game.command_line_results import ShellCommand
@@ -230,7 +230,7 @@ def bot(
         str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Let an agent of dmplay play in a game that another program runs.
+    """Let an agent play in another program's game.
 
     The bot reads and writes JSON Lines on its standard streams. 'dmplay guide bots'
     describes the messages.
@@ -274,7 +274,7 @@ def mcp(
     ] = None,
     keep: options.KeptMegabytes = 200,
 ) -> object:
-    """Serve games to a language model over MCP.
+    """Let a language model play (Model Context Protocol).
 
     MCP is the Model Context Protocol. 'dmplay guide mcp' explains the setup.
 

@@ -217,7 +217,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="number of the game; each number is a different game of the seed",
+        help="which game of the seed to play; one seed gives many games, numbered from 0",
     ),
 ]
 TurnLimit = Annotated[
@@ -250,7 +250,8 @@ Strict = Annotated[
 ]
 StrictHints = Annotated[bool, typer.Option("--strict-hints", help="same as --strict=hints")]
 Peek = Annotated[
-    bool, typer.Option("--peek", help="open an unfinished game, and mark it as peeked")
+    bool,
+    typer.Option("--peek", help="show the hidden facts of an unfinished game; marks it as peeked"),
 ]
 WorkerCount = Annotated[
     str,
@@ -293,7 +294,7 @@ TERMINAL_OPTIONS = {
     "motion": Annotated[
         bool, _shared_switch("motion", "animate moves, and play agents' turns without a key press")
     ],
-    "input": Annotated[bool, _shared_switch("input", "allow interactive prompts")],
+    "input": Annotated[bool, _shared_switch("input", "let dmplay ask questions in the terminal")],
 }
 ScreenWidth = Annotated[
     int | None, _shared_option("width", "width of the screen in columns", metavar="N", min=1)

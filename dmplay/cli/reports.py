@@ -89,7 +89,7 @@ def solve(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Solve a problem: values, best actions or equilibria.
+    """Compute the best actions of a problem and their values.
 
     The report also names the method. A value is an expected return: the sum of the
     discounted rewards. In an equilibrium, no player gains by changing its own strategy
@@ -193,8 +193,8 @@ def info(
     """Describe a problem: rules, parameters, agents and keys.
 
     The description also lists the spaces of states, actions and observations, the
-    variants, and the source of the rules. It names the decisions that dmplay makes
-    where the source leaves a rule open.
+    variants, and the source of the rules. Where the book leaves a rule open, it says
+    which rule dmplay uses.
 
     \b
       dmplay info hexworld

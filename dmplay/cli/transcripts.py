@@ -26,7 +26,7 @@ def verify(
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
 ) -> object:
-    """Re-simulate transcripts and report differences.
+    """Compute recorded games again, and report differences.
 
     dmplay computes every result again from the recorded actions and random numbers.
     It also draws the random numbers again from the seed, and asks the built-in agents
@@ -115,7 +115,7 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show the best action and the regret for each human choice.
+    """Show, for each choice of a person, the best action and the regret.
 
     The regret of an action is how much lower its expected return is than that of
     the best action.

@@ -69,7 +69,7 @@ EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_exampl
 def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "dmplay").write_text(f'#!/bin/sh\nexec "{sys.executable}" -m dmplay "$@"\n')
     (tmp_path / "dmplay").chmod(0o755)
-    (tmp_path / "game.dm").write_text(COMMAND_SCRIPT)
+    (tmp_path / "commands.txt").write_text(COMMAND_SCRIPT)
     for name in ("tiger.py", "shop.py"):
         (tmp_path / name).write_text(extract_file(read_topic("problems"), name))
     problem_lines = writer.iter_problem_lines(
