@@ -11,10 +11,13 @@ import numpy as np
 from dmplay.agents.base import (
     ESTIMATED_VALUES,
     EXACT_VALUES,
+    AdviceQuestion,
     GreedyPolicy,
     PolicyLookup,
     SeatPolicy,
 )
+from dmplay.agents.belief_policy_bases import describe_plan_length
+from dmplay.agents.random_agent import Random
 from dmplay.core.arrays import Array, Ints, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -45,6 +48,7 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     policy_lookup: PolicyLookup | None = field(default=None, compare=False, repr=False)
 
     plans_whole_game = True
+    has_opponent_model = True
     candidate_rules: ClassVar[Mapping[str, type[SeatPolicy]]] = {}  # set by each problem
 
     @property
@@ -64,26 +68,30 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
             _ = policy._rules  # raises an error for an unknown name
         return policy
 
-    def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:
-        """Return a plan for a game of `turns` rounds against the named opponent.
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return a plan for the rounds of a game against its opponent.
 
         An opponent whose rule cannot be planned against counts as unknown.
         """
-        horizon = min(turns or self.horizon, MAX_PLANNED_ROUNDS)
+        horizon = min(question.turn_limit or self.horizon, MAX_PLANNED_ROUNDS)
         policy = replace(self, horizon=horizon)
-        if len(opponents) != 1 or self.to:
+        if len(question.opponents) != 1 or self.to:
             return policy
-        exact_policy = replace(policy, to=opponents[0])
+        exact_policy = replace(policy, to=question.opponents[0])
         try:
             exact_policy.action_values(exact_policy.initial_memory(np.zeros(1, np.int64)))
         except DmplayError:
             return policy
         return exact_policy
 
+    def describe_scope(self, turns: int | None) -> str:
+        """Return the number of rounds planned at a time, if the game has more."""
+        return "" if turns == self.horizon else describe_plan_length(self.horizon)
+
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return the opponent's rule, or the number of rules that it may play."""
+        """Return the number of rules that the opponent may play; '' if its rule is known."""
         if self.to:
-            return f"against {self.to}"
+            return "" if (self.to,) == tuple(opponents) else f"against {self.to}"
         return f"if {self.problem.agents[1 - self.seat]} plays one of {len(self._rules)} rules"
 
     def describe_model(self, memory: Memory) -> str:
@@ -98,6 +106,17 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
         has_more = int((weights >= SHOWN_PROBABILITY).sum()) > len(likely)
         return f"{text}{', ...' * has_more}"
 
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the probability `[B, A]` of each action of the opponent, over its rules."""
+        posterior = self._posterior(memory)
+        rules = zip(self._rules, self._split_memories(memory), strict=True)
+        return np.asarray(
+            sum(
+                posterior[:, [index]] * self._choice_probabilities(rule, rule_memory)
+                for index, ((_, rule), rule_memory) in enumerate(rules)
+            )
+        )
+
     @cached_property
     def _rules(self) -> list[tuple[str, SeatPolicy]]:
         """The rules that the opponent may play, by name."""
@@ -108,6 +127,8 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
             ]
         if self.to in self.candidate_rules:
             return [(self.to, self.candidate_rules[self.to](self.problem, opponent))]
+        if self.to == "random":
+            return [(self.to, Random(self.problem, opponent))]
         policy = self.policy_lookup(opponent, self.to) if self.policy_lookup else None
         if policy is None:
             raise BadPolicy(f"plan-rounds: no rule {self.to!r} of the opponent")

@@ -1,13 +1,12 @@
 """Policies whose values are for the turns left in a game, or for an infinite horizon."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
 import numpy as np
 
-from dmplay.agents.base import WITHOUT_END, SeatPolicy
+from dmplay.agents.base import WITHOUT_END, AdviceQuestion, SeatPolicy
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
@@ -45,8 +44,9 @@ class TurnsLeftPolicy(SeatPolicy, ABC):
         """Return the number of rewards to come `[B]`; there must be a horizon."""
         return self.horizon - memory[-1] % self.horizon
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy for the turns left in the game, if these can be planned in time."""
+        turns = question.turn_limit
         if turns is None or not 0 < turns <= MAX_TURNS_LEFT or not self.can_plan_turns(turns):
             return self
         return replace(self, horizon=turns)

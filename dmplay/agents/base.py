@@ -13,6 +13,8 @@ from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import check_parameters
 from dmplay.core.policy import Memory, Percept, Policy, requires_fields
 from dmplay.core.problem import Problem
+from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
+from dmplay.core.text import format_count
 
 # the scopes of values that are not about the turns left
 WITHOUT_END, ONE_ROUND = "infinite horizon", "for one round"
@@ -29,6 +31,40 @@ ENDS_SOONEST, PAYS_SOONEST = (
     "tie broken by earliest reward",
 )
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
+
+
+@dataclass(frozen=True)
+class AdviceQuestion:
+    """The game that advice is about: whose seat, how many turns, and which other players.
+
+    Hints, values, forecasts, overlays, reviews, grades and ghosts all ask with it. What the seat
+    knows is its memory: its own observations and actions.
+    """
+
+    seat: int = 0
+    turn_limit: int | None = None  # None for a game without a turn limit
+    players: tuple[str, ...] = ()  # the name of each seat's player; () if unknown
+    assumes_players: bool = False  # whether a person chose the other players as an assumption
+
+    @classmethod
+    def about(cls, session: Session, seat: int, players: Sequence[str] = ()) -> Self:
+        """Return the question about a seat of a session with these players in its seats."""
+        return cls(seat, session.turn_limit, tuple(players))
+
+    @property
+    def opponents(self) -> tuple[str, ...]:
+        """The names of the players in the other seats."""
+        return tuple(name for seat, name in enumerate(self.players) if seat != self.seat)
+
+    def describe_turns_left(self, turns_done: int) -> str:
+        """Return the number of turns left as text, '' if there is no turn limit.
+
+        The limit of agents' games that would never end counts as none.
+        """
+        limit = self.turn_limit
+        if limit is None or limit == DEFAULT_TURN_LIMIT or turns_done >= limit:
+            return ""
+        return f"{format_count(limit - turns_done, 'turn')} left"
 
 
 @dataclass(frozen=True)
@@ -52,6 +88,9 @@ class SeatPolicy(Policy):
     plans_one_round: ClassVar[bool] = False
     # whether its values are those of a game without a turn limit
     values_without_end: ClassVar[bool] = False
+
+    # whether its values are against a model of the other players that suits the game
+    has_opponent_model: ClassVar[bool] = False
 
     # the name of its values, which says how accurate they are if that is known
     values_name: ClassVar[str] = "values"
@@ -101,6 +140,20 @@ class SeatPolicy(Policy):
         choices = self.choose(memory, None, np.zeros((row_count, 0)))
         return np.asarray(np.eye(len(labels))[np.asarray(choices, np.int64)])
 
+    def predict_actions(self, memory: Memory, seat: int) -> Reals | None:
+        """Return the probability `[B, A]` of each action of another seat in its model.
+
+        None if it has no model of that seat.
+        """
+        return None
+
+    def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals] | None:
+        """Return the probability `[O]` of each observation, and the belief `[O, S]` after it.
+
+        `memory` has one row. None if it has no model of the other players but random play.
+        """
+        return None
+
     def describe_model(self, memory: Memory) -> str:
         """Return its present estimate of how other agents play, '' if it has none."""
         return ""
@@ -125,8 +178,8 @@ class SeatPolicy(Policy):
         """Return the opponents that its values assume, '' if they are these `opponents`."""
         return ""
 
-    def adapt_to_game(self, turns: int | None, opponents: Sequence[str]) -> Self:
-        """Return this policy adapted to a game of `turns` turns against the named `opponents`."""
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return this policy adapted to the turn limit and the players of a game."""
         return self
 
     def with_policy_lookup(self, policy_lookup: "PolicyLookup") -> Self:

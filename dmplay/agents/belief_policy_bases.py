@@ -1,12 +1,11 @@
 """Belief policies that know the value of each action, for an infinite horizon or the turns left."""
 
 from abc import abstractmethod
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy, BeliefPolicy, apply_by_group
-from dmplay.agents.base import GreedyPolicy
+from dmplay.agents.base import AdviceQuestion, GreedyPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.parameters import parameter
@@ -28,8 +27,9 @@ class FiniteHorizonPolicy(GreedyBeliefPolicy):
 
     horizon: int = parameter(10, "number of turns planned", 1, MAX_HORIZON)
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that does not plan beyond the end of the game."""
+        turns = question.turn_limit
         return self if turns is None else replace(self, horizon=min(turns, self.horizon))
 
     def describe_scope(self, turns: int | None) -> str:
@@ -67,10 +67,11 @@ class RemainingHorizonPolicy(BeliefAndTurnPolicy, FiniteHorizonPolicy):
         """Return the number of rewards to come `[B]`."""
         return self.horizon - memory[1] % self.horizon
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans the whole game, if that is possible in time."""
+        turns = question.turn_limit
         if turns is None or turns > self.MAX_PLANNED_TURNS:
-            return super().adapt_to_game(turns, rivals)
+            return super().adapt_to_game(question)
         return replace(self, horizon=turns)
 
     def describe_scope(self, turns: int | None) -> str:

@@ -8,7 +8,7 @@ from typing import Self
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
 from dmplay.agents.belief_policy_bases import describe_plan_length
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
@@ -94,8 +94,9 @@ class JointPlan(SeatPolicy):
         node, turns_done = memory
         return self._node_values[turns_done, node]
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans the whole game, if it is not too long."""
+        turns = question.turn_limit
         return self if turns is None or turns > MAX_PLAN_TURNS else replace(self, horizon=turns)
 
     def describe_scope(self, turns: int | None) -> str:

@@ -1,6 +1,6 @@
 """Agents for problems whose state every agent sees."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -13,6 +13,7 @@ from dmplay.agents.base import (
     ESTIMATED_VALUES,
     EXACT_VALUES,
     WITHOUT_END,
+    AdviceQuestion,
     ReactivePolicy,
     SeatPolicy,
 )
@@ -57,8 +58,9 @@ class _StateAndTurnPolicy(SeatPolicy):
         """Return the new state and one more turn done."""
         return (percept.observation, memory[1] + 1)
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans all turns of the game."""
+        turns = question.turn_limit
         if turns is None or turns == self.problem.horizon or turns > MAX_HORIZON:
             return self
         return replace(self, horizon=turns)

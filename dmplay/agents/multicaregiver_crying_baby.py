@@ -13,7 +13,7 @@ from dmplay.agents._same_observation_planning import PartnerBeliefFilter, Shared
 from dmplay.agents._single_agent_planning import MAX_ALPHA_VECTOR_TURNS
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, GreedyPolicy, SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, GreedyPolicy, SeatPolicy
 from dmplay.agents.crying_baby import FeedWhenCrying
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Reals
@@ -131,6 +131,7 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
     """
 
     values_name = EXACT_VALUES
+    has_opponent_model = True
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for an infinite horizon without a discount."""
@@ -143,6 +144,22 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         if (self.to,) == tuple(opponents):
             return ""
         return "with a random partner" if self.to == "random" else f"if the partner plays {self.to}"
+
+    def describe_model(self, memory: Memory) -> str:
+        """Return the belief with a partner that is not random, which differs from the board's."""
+        if self.to == "random":
+            return ""
+        (b,) = memory[0].reshape(len(memory[0]), -1, N_LAST_OBSERVATIONS).sum(axis=2)
+        names = map(self.problem.format_state, self.problem.enumerate_states())
+        return f"belief {', '.join(f'{name} {p:.3f}' for name, p in zip(names, b, strict=True))}"
+
+    def forecast_observations(self, memory: Memory, action: int) -> tuple[Reals, Reals]:
+        """Return the probability `[O]` of each observation, and the belief `[O, S]` after it."""
+        tables = self.pomdp_tables
+        joint = memory[0][0] @ tables.transition[:, action]
+        by_state = joint.reshape(-1, N_LAST_OBSERVATIONS)[:, 1:].T  # [O, S]
+        posterior = belief.apply_bayes_rule(by_state)
+        return posterior.likelihood, posterior.belief
 
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
@@ -172,14 +189,18 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         """Return whether the alpha vectors of that many turns can be computed in time."""
         return turns <= MAX_ALPHA_VECTOR_TURNS or self.problem.discount >= 1.0
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
-        """Return the best response for the turns left, to a random partner beside a player.
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return the best response for the turns left, to a random or to an assumed partner.
 
         Beliefs, forecasts and hints assume one partner: a caregiver does not see the other act, so
-        the belief of its seat takes the other to act uniformly at random, whoever it is.
+        the belief of its seat takes the other to act uniformly at random, whoever it is. A person
+        may assume another partner.
         """
-        policy = super().adapt_to_game(turns, rivals)
-        return replace(policy, to="random") if rivals else policy
+        policy = super().adapt_to_game(question)
+        if not question.opponents:
+            return policy
+        partner = question.opponents[0] if question.assumes_players else "random"
+        return replace(policy, to=partner)
 
 
 def build_roster(problem: Problem, seat: int) -> Roster:

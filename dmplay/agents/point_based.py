@@ -1,6 +1,5 @@
 """Agents for any partially observable problem of one agent, whatever its number of states."""
 
-from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -10,7 +9,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from dmplay.agents._belief_policy import BeliefAndTurnPolicy
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, WITHOUT_END, GreedyPolicy
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, WITHOUT_END, AdviceQuestion, GreedyPolicy
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, describe_plan_length
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.parameters import parameter
@@ -137,8 +136,9 @@ class PointBasedPolicy(GreedyPolicy, BeliefAndTurnPolicy):
         q[rows, first_legal] = np.maximum(q[rows, first_legal], best_illegal)
         return q
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans the whole game, if that is possible in time."""
+        turns = question.turn_limit
         if turns in (None, self.planned_turns) or not self._should_plan_to_end(turns or 0):
             return self
         return replace(self, horizon=turns)

@@ -10,7 +10,7 @@ import numpy as np
 
 from dmplay.agents._turns_left import TurnsLeftPolicy
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import EXACT_VALUES, ReactivePolicy, StationaryPolicy
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, ReactivePolicy, StationaryPolicy
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
 from dmplay.core.chance import Categorical
@@ -78,6 +78,7 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
     """
 
     values_name = EXACT_VALUES
+    has_opponent_model = True
 
     problem: PredatorPrey
     to: str = parameter(
@@ -101,6 +102,10 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
         policy = DISTANCE_POLICIES[name](self.problem, seat)
         return np.eye(action_count)[policy.choose((states,), None, np.zeros((len(states), 0)))]
 
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the probability `[B, 6]` of each move of another seat."""
+        return np.asarray(self.action_probabilities(seat)[self.problem.state_indices(memory[0])])
+
     @requires_fields("observation")
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the new state and, if there is a horizon, one more turn done."""
@@ -123,25 +128,25 @@ class BestResponse(TurnsLeftPolicy, StationaryPolicy):
             return np.asarray(_solve_best_response(self)[s])
         return np.asarray(_solve_finite_best_response(self)[self.turns_left(memory) - 1, s])
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return the best response to the opponents' common policy, else this policy.
 
         It plans the turns left. The opponents stay natural if they play different policies, natural
         ones, or one it cannot model.
         """
-        policy = super().adapt_to_game(turns, rivals)
+        policy, opponents = super().adapt_to_game(question), question.opponents
         seats = range(len(self.problem.agents))
         natural_names = {
             _natural_policy_name(self.problem, seat) for seat in seats if seat != self.seat
         }
-        opponent_names = {*rivals}
+        opponent_names = {*opponents}
         if (
             len(opponent_names) != 1
             or opponent_names == natural_names
-            or rivals[0] not in OPPONENT_MODELS
+            or opponents[0] not in OPPONENT_MODELS
         ):
             return policy
-        return replace(policy, to=rivals[0])
+        return replace(policy, to=opponents[0])
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the others, if these opponents may play otherwise."""

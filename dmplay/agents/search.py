@@ -11,7 +11,7 @@ import numpy as np
 from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents._particle_filter import N_PARTICLES, ParticleFilter, sample_states
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE
-from dmplay.agents.base import PolicyLookup
+from dmplay.agents.base import AdviceQuestion, PolicyLookup
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import mark_best_actions
@@ -106,11 +106,21 @@ class TreeSearch(BeliefPolicy):
         """The number of turns of a game; None if it has no end."""
         return self.horizon or self.problem.horizon
 
-    def adapt_to_game(self, turns: int | None, rivals: Sequence[str]) -> Self:
-        """Return a policy that searches to the end of a game of `turns` turns."""
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return a policy that searches to the end of the game."""
+        turns = question.turn_limit
         if turns is None or turns == self.game_turns or turns > MAX_GAME_TURNS:
             return self
         return replace(self, horizon=turns)
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return the policies with which it simulates the other agents, '' if there are none."""
+        if len(self.problem.agents) == 1:
+            return ""
+        if not any(self._other_policies):
+            return "if the other agents act at random"
+        names = "their default agents" if self.others == USUAL_AGENT else self.others
+        return f"if the other agents play {names}"
 
     def with_policy_lookup(self, company: PolicyLookup) -> Self:
         """Return a policy that looks up the other agents by `policy_lookup`.
@@ -204,7 +214,11 @@ class TreeSearch(BeliefPolicy):
             if self.policy_lookup and policy_name != "random"
             else None
         )
-        return policy.adapt_to_game(self.game_turns, ()) if policy and self.horizon else policy
+        return (
+            policy.adapt_to_game(AdviceQuestion(seat, self.game_turns))
+            if policy and self.horizon
+            else policy
+        )
 
     @property
     def _leaf_value(self) -> LeafEvaluator | None:

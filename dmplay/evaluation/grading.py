@@ -9,6 +9,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.work_budget import limit_total_work
@@ -261,7 +262,8 @@ def _add_regret(
     reviewed: list[ReviewedAction] = []
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
-            reviewed = [*review_actions(session, [seat], names)]
+            question = AdviceQuestion(seat, session.turn_limit, tuple(names))
+            reviewed = [*review_actions(session, [question])]
     regrets = [move.regret for move in reviewed if move.regret is not None]
     has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
     matching_agents = [*_iter_matching_agents(session, seat)]

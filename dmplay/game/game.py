@@ -7,6 +7,7 @@ from typing import cast
 
 from rich.text import Text
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.script import EndOfScript
 from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
@@ -63,6 +64,7 @@ class Game:
     ) -> None:
         self.problem_name = problem_name
         self.player_names = tuple(player_names)
+        self.assumed_players: dict[int, str] = {}  # other players that advice assumes
         self.human_seats = keyboard.human_seats
         self.keyboard = keyboard
         self.recorder = recorder
@@ -211,8 +213,26 @@ class Game:
         """The hint provider of the viewing seat."""
         seat = self.viewing_seat
         if seat not in self._hint_providers:
-            self._hint_providers[seat] = HintProvider(self.session, seat, self.player_names)
+            self._hint_providers[seat] = HintProvider(self.session, self.advice_question(seat))
         return self._hint_providers[seat]
+
+    def advice_question(self, seat: int) -> AdviceQuestion:
+        """Return the question that all advice for a seat answers: its turns and other players."""
+        players = tuple(
+            self.assumed_players.get(other, name) for other, name in enumerate(self.player_names)
+        )
+        is_assumption = any(other != seat for other in self.assumed_players)
+        return AdviceQuestion(seat, self.session.turn_limit, players, is_assumption)
+
+    @property
+    def advice_questions(self) -> list[AdviceQuestion]:
+        """The question of each person's seat."""
+        return [self.advice_question(seat) for seat in self.human_seats]
+
+    def assume_players(self, assumed_players: Mapping[int, str]) -> None:
+        """Give advice as if these agents played in these seats; {} for the players of the game."""
+        self.assumed_players = dict(assumed_players)
+        self._hint_providers = {}
 
     def snapshot(self, seat: int | None = None) -> SeatSnapshot:
         """Return a snapshot of the game for a seat, by default the viewing seat.

@@ -113,8 +113,8 @@ class Playback(NotebookDisplay, Game):
     def review_choices(self) -> list[ReviewedAction]:
         """Play to the end of the file, and return the review of each choice of people."""
         list(self.iter_agent_turns())
-        human_seats = list_human_seats(self.player_names)
-        return list(review_actions(self.session, human_seats, self.player_names))
+        questions = [self.advice_question(seat) for seat in list_human_seats(self.player_names)]
+        return list(review_actions(self.session, questions))
 
     def redo(self) -> None:
         """Raise BadParameter, because a recorded game cannot be changed."""

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
@@ -30,13 +30,50 @@ MAX_LISTED_PROBLEMS = 4  # maximum number of problems listed for an agent that d
 
 
 class HintAgent(NamedTuple):
-    """The agent that gives the hints of a seat in one game."""
+    """The agent that answers a question about one game."""
 
-    name: str
+    name: str  # with all its parameters
     policy: SeatPolicy
-    label: str  # its name without the horizon of the game
-    scope: str  # the game that its values are about, '' if it is this one
-    has_regrets: bool  # False if its values guess what the others play
+    question: AdviceQuestion
+
+    @property
+    def label(self) -> str:
+        """Its name without the turns that it plans and the players that it assumes."""
+        return _format_agent_name(self.name.partition(":")[0], self.policy, ["horizon", "to"])
+
+    @property
+    def assumed_players(self) -> str:
+        """The other players that its values assume, '' if they are those of the game."""
+        return self.policy.describe_assumed_players(
+            () if self.question.assumes_players else self.question.opponents
+        )
+
+    @property
+    def scope(self) -> str:
+        """The game that its values are about, '' if it is that of the question."""
+        horizon = self.policy.describe_scope(self.question.turn_limit)
+        return ", ".join(filter(None, (horizon, self.assumed_players)))
+
+    @property
+    def has_regrets(self) -> bool:
+        """True if its values are about the players of the game, not about a guess."""
+        return self.policy.has_regrets
+
+    @property
+    def players(self) -> str:
+        """The other players that its values are about, '' if it has no model of them."""
+        names = dict.fromkeys(self.question.opponents)
+        if self.assumed_players or not self.policy.has_opponent_model or not names:
+            return self.assumed_players
+        return f"against {' and '.join(names)}"
+
+    def describe_game(self, turns_done: int) -> str:
+        """Return the turns left and the other players that its values are about, as text."""
+        turns = self.policy.describe_scope(self.question.turn_limit)
+        # An agent of unknown accuracy may not plan at all.
+        if not turns and (self.policy.plans_whole_game or self.policy.values_name != "values"):
+            turns = self.question.describe_turns_left(turns_done)
+        return ", ".join(filter(None, (turns, self.players)))
 
 
 def load_roster(problem: Problem, seat: int = 0) -> Roster:
@@ -113,42 +150,28 @@ def names_user_code(problem: Problem, seat: int, name: str) -> bool:
     return may_name_code(name) and name.partition(":")[0] not in agent_names
 
 
-def find_hint_provider(
-    problem: Problem, seat: int, turn_limit: int | None = None, seats: Sequence[str] = ()
-) -> HintAgent | None:
-    """Return the agent that gives hints in this game.
+def find_hint_provider(problem: Problem, question: AdviceQuestion) -> HintAgent | None:
+    """Return the agent that answers a question about a game; None if there is none.
 
-    The agent is adapted to a game of `turn_limit` turns against the agents named in `seats`. None
-    if there is no such agent, or if it refuses the problem.
+    All advice comes from it: hints, values, overlays, reviews, grades and the best ghost. It is
+    None too if the agent refuses the problem.
     """
-    name = load_roster(problem, seat).hint_provider_for(turn_limit)
+    name = load_roster(problem, question.seat).hint_provider_for(question.turn_limit)
     if name is None:
         return None
     try:
-        return load_hint_agent(problem, seat, name, turn_limit, seats)
+        return load_hint_agent(problem, question, name)
     except BadPolicy:
         return None
 
 
-def load_hint_agent(
-    problem: Problem, seat: int, name: str, turn_limit: int | None, seats: Sequence[str]
-) -> HintAgent:
-    """Return the named agent of a roster as `find_hint_provider` does.
+def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> HintAgent:
+    """Return the named agent of a roster, adapted to a question.
 
     Raises BadPolicy if it refuses the problem.
     """
-    opponents = [agent_name for other_seat, agent_name in enumerate(seats) if other_seat != seat]
-    policy = _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, opponents)
-    assumed_players = policy.describe_assumed_players(opponents)
-    scopes = policy.describe_scope(turn_limit), assumed_players
-    omitted = ["horizon"] * (turn_limit == problem.horizon) + ["to"] * bool(assumed_players)
-    return HintAgent(
-        _format_agent_name(name, policy),
-        policy,
-        _format_agent_name(name, policy, omitted),
-        ", ".join(filter(None, scopes)),
-        policy.has_regrets,
-    )
+    policy = _make_roster_agent(problem, question.seat, name).adapt_to_game(question)
+    return HintAgent(_format_agent_name(name, policy), policy, question)
 
 
 def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) -> str:
@@ -159,7 +182,7 @@ def default_agent(problem: Problem, seat: int, turn_limit: int | None = None) ->
     seat_roster = load_roster(problem, seat)
     hint_provider = (
         seat_roster.hint_provider_for(turn_limit)
-        if find_hint_provider(problem, seat, turn_limit)
+        if find_hint_provider(problem, AdviceQuestion(seat, turn_limit))
         else None
     )
     return seat_roster.batch_agent or hint_provider or seat_roster.default_partner
@@ -193,7 +216,8 @@ def plan_for_turn_limit(problem: Problem, seat: int, name: str, turn_limit: int)
     ):
         return name
     return _format_agent_name(
-        base, _make_roster_agent(problem, seat, name).adapt_to_game(turn_limit, ())
+        base,
+        _make_roster_agent(problem, seat, name).adapt_to_game(AdviceQuestion(seat, turn_limit)),
     )
 
 
@@ -278,7 +302,9 @@ def _make_opponent(problem: Problem, seat: int, name: str) -> SeatPolicy | None:
     if name in {HINT_PROVIDER_ROLE, PARTNER_ROLE} and seat_roster.simulation_agent:
         name = seat_roster.simulation_agent
     elif name == HINT_PROVIDER_ROLE:
-        provider = None if seat_roster.batch_agent else find_hint_provider(problem, seat)
+        provider = (
+            None if seat_roster.batch_agent else find_hint_provider(problem, AdviceQuestion(seat))
+        )
         name = provider[0] if provider else "random"
     elif name == PARTNER_ROLE:
         name = seat_roster.default_partner

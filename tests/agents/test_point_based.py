@@ -5,6 +5,7 @@ import pytest
 
 import dmplay
 from dmplay.agents import point_based
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.point_based import PointBasedPolicy, format_bounds, suggest_more_work
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter
@@ -90,12 +91,13 @@ def test_only_legal_actions_are_chosen() -> None:
 def test_a_short_turn_limit_is_planned_and_a_long_one_is_treated_as_infinite() -> None:
     problem = make_hallway(HALLWAY_MAP)
     short, long = (
-        PointBasedPolicy(problem, 0).adapt_to_game(turns, []).planned_turns for turns in (10, 60)
+        PointBasedPolicy(problem, 0).adapt_to_game(AdviceQuestion(0, turns)).planned_turns
+        for turns in (10, 60)
     )
     assert problem.discount**60 < point_based.MAX_IGNORED_END_WEIGHT
     assert (short, long) == (10, None)
     discounted = FileProblem(0.1, model=problem.model)
-    assert PointBasedPolicy(discounted, 0).adapt_to_game(4, []).planned_turns == 4
+    assert PointBasedPolicy(discounted, 0).adapt_to_game(AdviceQuestion(0, 4)).planned_turns == 4
 
 
 def test_a_horizon_with_negligible_last_rewards_is_treated_as_infinite() -> None:

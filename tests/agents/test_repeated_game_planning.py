@@ -9,7 +9,7 @@ import pytest
 import dmplay
 from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.core.policy import Policy
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.hint_provider import HintProvider
@@ -26,7 +26,9 @@ def plan_against(
 ) -> SeatPolicy:
     """Return the hint provider's policy in a game against one agent."""
     players = ["human", name] if seat == 0 else [name, "human"]
-    agent = find_hint_provider(dmplay.load_problem(problem), seat, turns, players)
+    agent = find_hint_provider(
+        dmplay.load_problem(problem), AdviceQuestion(seat, turns, tuple(players))
+    )
     assert agent is not None
     assert agent.name.startswith("plan-rounds")
     return agent.policy
@@ -121,7 +123,9 @@ def test_cooperation_against_tit_for_tat_is_best_until_the_last_round() -> None:
     session = Session(problem, dmplay.SeededUniforms(1), policies)
     for _ in range(10):
         session.advance([COOPERATE, None])
-    reviewed = [*review_actions(session, [0], ["human", "tit-for-tat"])]
+    reviewed = [
+        *review_actions(session, [AdviceQuestion.about(session, 0, ["human", "tit-for-tat"])])
+    ]
     assert format_summary(reviewed).startswith("review: ")
     assert [move.regret for move in reviewed] == [0.0] * 9 + [1.0]
 
@@ -132,19 +136,27 @@ def test_nine_cooperations_and_one_defection_are_optimal_against_grim() -> None:
     session = Session(problem, dmplay.SeededUniforms(1), policies)
     for action in [COOPERATE] * 9 + [DEFECT]:
         session.advance([action, None])
-    assert sum(move.regret or 0.0 for move in review_actions(session, [0], ["human", "grim"])) == 0
+    assert (
+        sum(
+            move.regret or 0.0
+            for move in review_actions(
+                session, [AdviceQuestion.about(session, 0, ["human", "grim"])]
+            )
+        )
+        == 0
+    )
 
 
 def test_against_a_person_the_hint_shows_the_posterior_over_the_rules_and_no_regret() -> None:
     problem = dmplay.load_problem("prisoners-dilemma")
     session = Session(problem, dmplay.SeededUniforms(1), turn_limit=6)
-    provider = HintProvider(session, 0, ["human", "human"])
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
     assert "if agent2 plays one of 11 rules, tit-for-tat 0.09, " in provider.create_hint()
     for own_action, other_action in ((DEFECT, COOPERATE), (DEFECT, DEFECT), (DEFECT, DEFECT)):
         session.advance([own_action, other_action])
     hint = provider.create_hint()
     assert "always-defect" not in hint
-    assert "(plan-rounds:horizon=6, if agent2 plays one of 11 rules, " in hint
+    assert "(plan-rounds, 3 turns left, if agent2 plays one of 11 rules, " in hint
     assert provider.current_hint is not None
     assert provider.current_hint.regrets is None
     seated = SeatedPolicy(session, 0, plan_against("human", 6))

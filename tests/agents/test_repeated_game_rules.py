@@ -6,6 +6,7 @@ from typing import ClassVar
 import numpy as np
 
 from dmplay import Labels, load_agent
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Array
 from dmplay.core.policy import Percept
 from dmplay.problems.shared.matrix_game import MatrixGame
@@ -64,7 +65,7 @@ def test_the_cooperative_action_is_the_one_that_pays_the_opponent_more() -> None
 def test_hints_are_best_responses_to_the_opponents_inferred_policy() -> None:
     agent_names = [*load_roster(ChickenGame()).agents]
     assert agent_names[:4] == ["nash", "frequency", "tit-for-tat", "suspicious-tit-for-tat"]
-    provider = find_hint_provider(ChickenGame(), 0)
+    provider = find_hint_provider(ChickenGame(), AdviceQuestion(0))
     assert provider is not None
     assert provider[1].hint_basis == "best response to the opponent's past actions"
     memory = provider[1].initial_memory(np.zeros(1, int))

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.core import belief
 from dmplay.core.policy import Percept
@@ -148,5 +149,5 @@ def test_the_optimal_thrower_earns_its_estimated_value() -> None:
 
 def test_the_hint_before_twenty_throws_has_the_values_of_twenty_throws() -> None:
     session = Session(Catch(), dmplay.SeededUniforms(1), turn_limit=20)
-    hint = HintProvider(session, 0).create_hint()
+    hint = HintProvider(session, AdviceQuestion.about(session, 0)).create_hint()
     assert hint.startswith("hint (optimal:horizon=20): 50. exact values: 10 215.82, 20 223.41")

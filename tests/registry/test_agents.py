@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter, BadPolicy, DmplayError, UnknownName
 from dmplay.game.seats import load_verifiable_policies
@@ -64,7 +65,9 @@ def test_every_agent_with_a_role_is_in_the_roster(name: str) -> None:
 def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
     for problem, seat in list_seats(name):
         for turns, rival in product((None, 1, 7, 1000), ("random", "human", "chase", "sing")):
-            provider = find_hint_provider(problem, seat, turns, [rival] * len(problem.agents))
+            provider = find_hint_provider(
+                problem, AdviceQuestion(seat, turns, (rival,) * len(problem.agents))
+            )
             assert provider is None or dmplay.load_agent(problem, seat, provider[0]) == provider[1]
 
 
@@ -103,7 +106,7 @@ def test_a_hint_provider_is_the_agent_of_its_name(name: str) -> None:
 def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
     name: str, turns: int | None, seats: tuple[str, ...], expected: str
 ) -> None:
-    provider = find_hint_provider(dmplay.load_problem(name), 0, turns, seats)
+    provider = find_hint_provider(dmplay.load_problem(name), AdviceQuestion(0, turns, tuple(seats)))
     assert provider is not None
     assert provider[0] == expected
 
@@ -111,7 +114,9 @@ def test_the_name_of_a_hint_provider_contains_its_parameters_for_this_game(
 def test_a_plan_is_limited_to_the_end_of_the_game_only_for_hints() -> None:
     endless = dmplay.load_problem("crying-baby", discount=1.0)
     names = [
-        provider[0] for turns in (3, 10, 30) if (provider := find_hint_provider(endless, 0, turns))
+        provider[0]
+        for turns in (3, 10, 30)
+        if (provider := find_hint_provider(endless, AdviceQuestion(0, turns)))
     ]
     assert names == [f"optimal:horizon={turns}" for turns in (3, 10, 30)]
     assert plan_for_turn_limit(endless, 0, "plan", 3) == "plan"

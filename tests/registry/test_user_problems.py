@@ -10,6 +10,7 @@ import pytest
 import dmplay
 from dmplay import Interval, Labels, Outcome, Tables, Tabular
 from dmplay.agents import point_based
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.point_based import PointBasedOptimalPolicy
 from dmplay.core.arrays import Array, Bools
 from dmplay.core.chance import Categorical, Chance
@@ -186,7 +187,7 @@ def test_an_endless_game_is_planned_once_it_has_a_turn_limit() -> None:
     names = [
         provider[0]
         for turns in (None, 4, 10**9)
-        if (provider := find_hint_provider(endless, 0, turns))
+        if (provider := find_hint_provider(endless, AdviceQuestion(0, turns)))
     ]
     assert [name.partition(":")[0] for name in names] == ["search", "plan", "search"]
 
@@ -200,7 +201,7 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
     assert make_game(FusedLamp()).hint_provider.create_hint() == "hint (search): wait"
     hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
-    assert hint == "hint (plan:horizon=3): wait. exact values: wait 3.00, switch 0.50"
+    assert hint == "hint (plan, 3 turns left): wait. exact values: wait 3.00, switch 0.50"
 
 
 def test_an_illegal_action_is_neither_valued_nor_best() -> None:
@@ -392,13 +393,13 @@ def test_a_hint_uses_less_work_than_its_agent_may(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 1000)
     assert (
-        make_game(ThreeArms(discount=0.6)).hint_provider.create_hint().startswith("hint (search): ")
+        make_game(ThreeArms(discount=0.6)).hint_provider.create_hint().startswith("hint (search, ")
     )
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 6e7)
     hint = make_game(ThreeArms(discount=0.6)).hint_provider.create_hint()
     assert hint.startswith("hint (point-based, value 1.")
     assert " to 1." in hint
-    assert " at the start): " in hint
+    assert " at the start, 20 turns left): " in hint
 
 
 @dataclass(frozen=True)
@@ -421,7 +422,7 @@ class ThreeArms(Tabular):
 def test_a_hint_for_a_problem_with_too_many_plans_is_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 5e6)
     hint = run_with_call_limit(make_game(ThreeArms(discount=0.3)).hint_provider.create_hint)
-    assert hint.startswith("hint (optimal): ")
+    assert hint.startswith("hint (optimal, 20 turns left): ")
     with pytest.raises(
         BudgetExceeded, match=r"^alpha vectors: 641 MB, more than the limit of 512 MB; there"
     ):
@@ -432,7 +433,7 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
     tiger = make_game(Tiger())
     for _ in range(9):
         tiger.session.advance([0])
-    assert tiger.hint_provider.create_hint().startswith("hint (optimal): ")
+    assert tiger.hint_provider.create_hint().startswith("hint (optimal, 1 turn left): ")
     values = tiger.hint_provider.describe_values()
     assert float(values.split("listen ")[1].split(",")[0]) == -1.0
     agent = dmplay.load_agent(Tiger(), 0, "optimal")
@@ -452,7 +453,8 @@ def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
 def test_the_first_hint_for_the_tiger_is_to_listen() -> None:
     tiger = make_game(Tiger())
     assert tiger.hint_provider.create_hint() == (
-        "hint (optimal): listen. exact values: listen 9.44, open-left -36.25, open-right -36.25"
+        "hint (optimal, 10 turns left): listen. "
+        "exact values: listen 9.44, open-left -36.25, open-right -36.25"
     )
     assert tiger.narrator.describe_situation(tiger.snapshot()) == (
         "nothing yet. belief: left 0.500, right 0.500. actions: listen, open-left, open-right."

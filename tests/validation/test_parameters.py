@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.problem import Problem, make_initial_observation
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
@@ -132,7 +133,9 @@ def test_a_hint_works_at_any_discount_or_gives_a_one_line_error(name: str) -> No
         session = Session(
             problem, SeededUniforms(7, 0), turn_limit=SHORT_GAME_TURNS if problem.horizon else None
         )
-        assert_completes_or_explains(HintProvider(session, 0).create_hint)
+        assert_completes_or_explains(
+            HintProvider(session, AdviceQuestion.about(session, 0)).create_hint
+        )
 
 
 def test_every_number_has_bounds() -> None:

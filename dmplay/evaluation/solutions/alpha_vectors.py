@@ -2,6 +2,7 @@
 
 from contextlib import suppress
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy_bases import NEGLIGIBLE_WEIGHT
 from dmplay.core import belief
 from dmplay.core.problem import Problem
@@ -70,5 +71,5 @@ def _plans_whole_game(problem: Problem) -> bool:
     """Return whether the agent that gives hints plans a game to its end."""
     from dmplay.registry.agents import find_hint_provider
 
-    hint_agent = find_hint_provider(problem, 0, problem.horizon)
+    hint_agent = find_hint_provider(problem, AdviceQuestion(0, problem.horizon))
     return hint_agent is not None and hint_agent.policy.plans_whole_game

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.belief_policy_bases import MAX_HORIZON, NEGLIGIBLE_WEIGHT, FiniteHorizonPolicy
 from dmplay.agents.point_based import (
     PointBasedOptimalPolicy,
@@ -33,7 +34,7 @@ def solve_first_actions(problem: Problem) -> Solution:
     """
     turns = resolve_horizon(problem.horizon) or (DEFAULT_TURNS if problem.discount >= 1.0 else None)
     if builtin_stem(problem):
-        hint_agent = agents.find_hint_provider(problem, 0, turns)
+        hint_agent = agents.find_hint_provider(problem, AdviceQuestion(0, turns))
         if hint_agent is None:
             return solve_by_simulation(problem)
         name, agent = hint_agent.name, hint_agent.policy

@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
@@ -132,27 +133,22 @@ def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
     )
 
 
-def create_best_ghost(
-    session: Session, human_seats: Sequence[int], player_names: Sequence[str]
-) -> Ghost | None:
-    """Return the best available agent as ghost of these seats of a finished game.
+def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> Ghost | None:
+    """Return the agent that gives the hints as ghost of these seats of a finished game.
 
     None if there is no such agent, if people have different rewards, or if the uniforms are not
     those of the seed.
     """
-    if not (_have_common_reward(session.problem, human_seats) and _uses_seed_uniforms(session)):
+    seats = [question.seat for question in questions]
+    if not (_have_common_reward(session.problem, seats) and _uses_seed_uniforms(session)):
         return None
-    candidates = {
-        seat: agents.find_hint_provider(session.problem, seat, session.turn_limit, player_names)
-        for seat in human_seats
-    }
-    policies = {seat: candidate[1] for seat, candidate in candidates.items() if candidate}
-    first_candidate = candidates[min(human_seats)]
-    return (
-        Ghost(first_candidate.label, session, policies)
-        if first_candidate and len(policies) == len(human_seats)
-        else None
-    )
+    candidates = [agents.find_hint_provider(session.problem, question) for question in questions]
+    hint_agents = [candidate for candidate in candidates if candidate]
+    if not questions or len(hint_agents) < len(questions):
+        return None
+    policies = {agent.question.seat: agent.policy for agent in hint_agents}
+    scope = hint_agents[0].scope
+    return Ghost(hint_agents[0].label + f" ({scope})" * bool(scope), session, policies)
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:
@@ -176,14 +172,14 @@ def _uses_seed_uniforms(session: Session) -> bool:
 
 
 def describe_ghost_result(
-    session: Session, human_seats: Sequence[int], player_names: Sequence[str], ghost: Ghost | None
+    session: Session, questions: Sequence[AdviceQuestion], ghost: Ghost | None
 ) -> str:
     """Return a comparison with the ghost, or the best agent, on the uniforms of a finished game.
 
     '' if there is no such agent or it fails.
     """
     try:
-        opponent = ghost or create_best_ghost(session, human_seats, player_names)
+        opponent = ghost or create_best_ghost(session, questions)
         if opponent is None:
             return ""
         run_cancellable(TaskInfo(f"{opponent.name} is playing the same game"), opponent.play_to_end)

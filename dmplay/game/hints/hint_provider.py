@@ -9,13 +9,18 @@ from typing import TypeVar
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
-from dmplay.game.hints.outcome_forecast import forecast_outcomes, format_forecast
+from dmplay.game.hints.outcome_forecast import (
+    OpponentModel,
+    forecast_outcomes,
+    format_forecast,
+)
 from dmplay.registry import agents
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 
@@ -81,7 +86,7 @@ class Hint:
     values: Reals | None  # [A], nan for illegal actions
     action: float | None = None  # the recommended action; None if several are equally good
     action_name: str = ""  # the name of `action` with all digits
-    scope: str = ""  # the game that the values are about, '' if it is this one
+    game: str = ""  # the turns and the other players that the values are about
     has_regrets: bool = True  # False if its values assume actions of others
     values_name: str = "values"  # says how accurate the values are, if that is known
 
@@ -121,6 +126,7 @@ class Hint:
             "by": by.strip("()"),
             "action": self.action_name,
             "values": finite_values,
+            **({"about": self.game} if self.game else {}),
             **accuracy_data(self.values_name),
         }
 
@@ -186,12 +192,12 @@ class Hint:
 
 
 class HintProvider:
-    """An agent that gives hints for one seat of a session without playing in it."""
+    """An agent that answers a question about the game of a session, without playing in it."""
 
-    def __init__(self, session: Session, seat: int, player_names: Sequence[str] = ()) -> None:
+    def __init__(self, session: Session, question: AdviceQuestion) -> None:
         self.session = session
-        self.seat = seat
-        self.player_names = player_names  # names of the players
+        self.question = question
+        self.seat = question.seat
         # with turn count and last turn
         self._cached_hint: tuple[int, Turn | None, Hint] | None = None
         self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
@@ -200,9 +206,7 @@ class HintProvider:
     @cached_property
     def _hint_agent(self) -> agents.HintAgent | None:
         """The agent that gives the hints, or None; loaded lazily, for a faster first frame."""
-        return agents.find_hint_provider(
-            self.session.problem, self.seat, self.session.turn_limit, self.player_names
-        )
+        return agents.find_hint_provider(self.session.problem, self.question)
 
     @property
     def name(self) -> str | None:
@@ -240,11 +244,7 @@ class HintProvider:
                     return query(self._follower)
             except (BadPolicy, BudgetExceeded):
                 self._hint_agent = agents.load_hint_agent(
-                    self.session.problem,
-                    self.seat,
-                    SEARCH_AGENT,
-                    self.session.turn_limit,
-                    self.player_names,
+                    self.session.problem, self.question, SEARCH_AGENT
                 )
                 self._follower = SeatedPolicy(self.session, self.seat, self._hint_agent.policy)
         return query(self._follower)
@@ -268,7 +268,7 @@ class HintProvider:
             self._legal_values(),
             action,
             action_name,
-            self._hint_agent.scope,
+            self.describe_game(),
             self._hint_agent.has_regrets,
             self._hint_agent.policy.values_name,
         )
@@ -287,9 +287,18 @@ class HintProvider:
         """
         if self.session.over:
             raise BadParameter("whatif: the game is over")
-        result = forecast_outcomes(self.session, self.seat, action)
+        model = self._opponent_model()
+        result = forecast_outcomes(self.session, self.seat, action, model)
         self._cached_forecast = (*self._turn_key, result)
-        return format_forecast(self.session, self.seat, result)
+        return format_forecast(self.session, self.seat, result, model)
+
+    def _opponent_model(self) -> OpponentModel | None:
+        """Return the hint agent's model of the other players; None if it has none or fails."""
+        if self._hint_agent is None or not self._hint_agent.policy.has_opponent_model:
+            return None
+        memory = self._query_agent(SeatedPolicy.current_memory)
+        agent = self._hint_agent
+        return OpponentModel(agent.policy, memory, agent.players)
 
     def clear_forecast(self) -> None:
         """Remove the stored forecast."""
@@ -339,14 +348,14 @@ class HintProvider:
         return f"({basis}): {action_text}"
 
     def _describe_basis(self) -> str:
-        """Return the hint agent, the game that its values are about, and its rule for ties."""
+        """Return the hint agent, the game of its values, its estimates, and its rule for ties."""
         assert self._hint_agent
         policy = self._hint_agent.policy
         values = self._legal_values() if policy.tie_rule else None
         is_tie = values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
         parts = [
             policy.hint_basis or self._hint_agent.label,
-            self._hint_agent.scope,
+            self.describe_game(),
             self._query_agent(lambda seated: policy.describe_model(seated.current_memory())),
             policy.tie_rule if is_tie else "",
         ]
@@ -355,7 +364,8 @@ class HintProvider:
     def describe_values(self) -> str:
         """Return the value of each legal action as text; '' if the hint agent has no values."""
         labels = self.session.action_labels(self.seat)
-        name = f"{self.values_name} ({self.scope})" if self.scope else self.values_name
+        game = self.describe_game()
+        name = f"{self.values_name} ({game})" if game else self.values_name
         return Hint("", labels, self._legal_values(), values_name=name).values_text
 
     @property
@@ -399,6 +409,21 @@ class HintProvider:
     def scope(self) -> str:
         """The game that all values are about, '' if it is this one."""
         return self._hint_agent.scope if self._hint_agent else ""
+
+    def can_assume_players(self) -> bool:
+        """Return whether the values are about the players of the question."""
+        agent, opponents = self._hint_agent, self.question.opponents
+        return agent is not None and (
+            agent.policy.has_opponent_model and not agent.policy.describe_assumed_players(opponents)
+        )
+
+    def describe_players(self) -> str:
+        """Return the other players that the values are about, '' if it has no model of them."""
+        return self._hint_agent.players if self._hint_agent else ""
+
+    def describe_game(self) -> str:
+        """Return the turns left and the other players that the values are about, as text."""
+        return self._hint_agent.describe_game(len(self.session.turns)) if self._hint_agent else ""
 
     def _compute_all_state_values(self, turns_done: int | None) -> Reals | None:
         """Return the value of every action in every state `[S, A]` after `turns_done` turns.

@@ -2,12 +2,15 @@
 
 from collections.abc import Sequence
 from itertools import product
+from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.core.arrays import Array
+from dmplay.agents.base import SeatPolicy
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.belief import apply_bayes_rule
 from dmplay.core.chance import FiniteChance
+from dmplay.core.policy import Memory
 from dmplay.core.problem import (
     ContinuousStates,
     Problem,
@@ -28,23 +31,33 @@ MAX_LISTED_OUTCOMES = 4  # maximum number of listed outcomes
 MIN_LISTED_PROBABILITY = 0.005  # smallest listed probability of a belief
 
 
-def forecast_outcomes(session: Session, seat: int, action: float) -> Forecast:
-    """Return the outcomes of an action, most probable first; other agents act at random.
+class OpponentModel(NamedTuple):
+    """A hint agent's policy with its present memory, which models the other agents."""
 
-    If states are hidden, the forecast is computed from the seat's belief only. If chance is
-    continuous or there are too many outcomes, the result is 200 samples from fixed quasi-random
-    uniforms.
+    policy: SeatPolicy
+    memory: Memory
+    text: str  # the model in words, for example "against tit-for-tat"
+
+
+def forecast_outcomes(
+    session: Session, seat: int, action: float, model: OpponentModel | None = None
+) -> Forecast:
+    """Return the outcomes of an action, most probable first.
+
+    The other agents act as in the model, or else at random. If states are hidden, the forecast is
+    computed from the seat's belief only. If chance is continuous or there are too many outcomes,
+    the result is 200 samples from fixed quasi-random uniforms, with random other agents.
     """
     action = session.validate_action(seat, action)
     problem, view = session.problem, session.view(seat)
     if problem.partially_observable:
-        return _forecast_from_belief(view, action)
+        return _forecast_from_belief(view, action, model)
     chance_list = problem.chance(session.state[None], np.zeros((1, len(problem.agents)), int))
     if all(isinstance(chance, FiniteChance) for chance in chance_list) and _can_list_replies(
         problem, seat
     ):
         try:
-            return _forecast_exactly(session, seat, action)
+            return _forecast_exactly(session, seat, action, model)
         except BudgetExceeded:  # too many outcomes to list
             return _forecast_by_sampling(session, seat, action)
     return _forecast_by_sampling(session, seat, action)
@@ -57,43 +70,61 @@ def _can_list_replies(problem: Problem, seat: int) -> bool:
     )
 
 
-def enumerate_joint_actions(session: Session, seat: int, action: float) -> Array:
-    """Return all joint actions `[J, n]` with this action of the seat and legal actions of others.
+class JointActions(NamedTuple):
+    """The joint actions with one action of a seat, and their probabilities in a model."""
+
+    actions: Array  # [J, n]
+    probabilities: Reals  # [J]
+    is_modelled: bool  # whether a model predicts the other agents; else they act at random
+
+
+def enumerate_joint_actions(
+    session: Session, seat: int, action: float, model: OpponentModel | None = None
+) -> JointActions:
+    """Return the joint actions with this action of the seat and possible actions of the others.
 
     Raise BudgetExceeded if they do not fit in memory.
     """
-    legal_masks = map(session.legal_actions_mask, range(len(session.problem.agents)))
-    options_by_seat: list[Sequence[float]] = [
-        [action]
-        if other == seat
-        else np.arange(len(action_set.labels))[slice(None) if mask is None else mask].tolist()
-        for other, (action_set, mask) in enumerate(
-            zip(session.problem.actions, legal_masks, strict=True)
-        )
-    ]
+    options_by_seat: list[Sequence[float]] = []
+    probabilities_by_seat: list[Sequence[float]] = []
+    is_modelled = False
+    for other, action_set in enumerate(session.problem.actions):
+        if other == seat:
+            options_by_seat.append([action])
+            probabilities_by_seat.append([1.0])
+            continue
+        mask = session.legal_actions_mask(other)
+        weights = np.ones(len(action_set.labels)) if mask is None else mask.astype(float)
+        predicted = model.policy.predict_actions(model.memory, other) if model else None
+        if predicted is not None and (predicted[0] * weights).any():
+            weights, is_modelled = predicted[0] * weights, True
+        possible = np.flatnonzero(weights)
+        options_by_seat.append(possible.tolist())
+        probabilities_by_seat.append((weights[possible] / weights.sum()).tolist())
     budget = Budget("the forecast of an action", "play the action instead")
     budget.check_memory(
         8.0
         * len(options_by_seat)
         * float(np.prod([float(len(options)) for options in options_by_seat]))
     )
-    return np.array([*product(*options_by_seat)])
+    probabilities = np.array([np.prod(row) for row in product(*probabilities_by_seat)])
+    return JointActions(np.array([*product(*options_by_seat)]), probabilities, is_modelled)
 
 
-def _forecast_exactly(session: Session, seat: int, action: float) -> Forecast:
-    """Return the exact distribution over next states.
-
-    All chance events are enumerated, and the other agents' joint actions are equally likely.
-    """
-    joint = enumerate_joint_actions(session, seat, action)
-    states = np.repeat(session.state[None], len(joint), axis=0)
-    _, p, outcome = enumerate_possible_outcomes(session.problem, states, joint)
+def _forecast_exactly(
+    session: Session, seat: int, action: float, model: OpponentModel | None
+) -> Forecast:
+    """Return the exact distribution over next states, from all chance events and joint actions."""
+    joint = enumerate_joint_actions(session, seat, action, model)
+    states = np.repeat(session.state[None], len(joint.actions), axis=0)
+    row, p, outcome = enumerate_possible_outcomes(session.problem, states, joint.actions)
     unique_states, indices = np.unique(outcome.state, axis=0, return_inverse=True)
-    probabilities = np.bincount(indices.reshape(-1), p / len(joint), len(unique_states)).astype(
-        float
-    )
+    probabilities = np.bincount(
+        indices.reshape(-1), p * joint.probabilities[row], len(unique_states)
+    ).astype(float)
     order = np.argsort(-probabilities, kind="stable")
-    return Forecast(action, probabilities[order], unique_states[order])
+    text = model.text if model and joint.is_modelled else ""
+    return Forecast(action, probabilities[order], unique_states[order], other_players=text)
 
 
 def _forecast_by_sampling(session: Session, seat: int, action: float) -> Forecast:
@@ -118,12 +149,17 @@ def _forecast_by_sampling(session: Session, seat: int, action: float) -> Forecas
     return Forecast(action, np.full(N_SAMPLES, 1.0 / N_SAMPLES), outcome.state, is_sampled=True)
 
 
-def _forecast_from_belief(view: View[Problem], action: float) -> Forecast:
+def _forecast_from_belief(
+    view: View[Problem], action: float, model: OpponentModel | None
+) -> Forecast:
     """Return the seat's possible observations, their probabilities and the beliefs after each.
 
     Observations of probability zero are omitted. Raise BadParameter if the session has no beliefs.
     """
     problem, seat = view.problem, view.seat
+    predicted = model.policy.forecast_observations(model.memory, int(action)) if model else None
+    if model and predicted:
+        return _order_observations(action, *predicted)._replace(other_players=model.text)
     if view.beliefs is None:
         raise BadParameter("whatif: too many states to compute the possible observations")
     budget = Budget("the forecast of an action", "play the action instead")
@@ -139,12 +175,19 @@ def _forecast_from_belief(view: View[Problem], action: float) -> Forecast:
         observations[seat] = observation
         rows.append(problem.joint_belief_update(view.belief, actions, observations))
     posterior = apply_bayes_rule(np.array(rows))
-    order = np.argsort(-posterior.likelihood, kind="stable")
-    order = order[posterior.likelihood[order] > 0.0]
-    return Forecast(action, posterior.likelihood[order], order, posterior.belief[order])
+    return _order_observations(action, posterior.likelihood, posterior.belief)
 
 
-def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
+def _order_observations(action: float, probabilities: Reals, beliefs: Reals) -> Forecast:
+    """Return the forecast of observations `[O]` with the beliefs `[O, S]`, likeliest first."""
+    order = np.argsort(-probabilities, kind="stable")
+    order = order[probabilities[order] > 0.0]
+    return Forecast(action, probabilities[order], order, beliefs[order])
+
+
+def format_forecast(
+    session: Session, seat: int, forecast: Forecast, model: OpponentModel | None = None
+) -> str:
     """Return a forecast as one line of text.
 
     It lists the outcomes with probabilities, the range of sampled states, or the payoffs of a game
@@ -157,9 +200,12 @@ def format_forecast(session: Session, seat: int, forecast: Forecast) -> str:
     )
     agents_text = "the other agents act" if other_count > 1 else "the other agent acts"
     others = f" and {agents_text} at random" if other_count else ""
+    if forecast.other_players:
+        is_condition = forecast.other_players.startswith("if ")
+        others = f" {'and ' * is_condition}{forecast.other_players.removeprefix('if ')}"
     sample_note = f" ({len(forecast.probabilities)} samples)" if forecast.is_sampled else ""
     if problem.state_count == 1 and not forecast.is_sampled:
-        return f"if {name}{others}: {_format_payoffs(session, seat, forecast.action)}"
+        return f"if {name}{others}: {_format_payoffs(session, seat, forecast.action, model)}"
     if forecast.is_sampled:
         low, high = forecast.outcomes.min(axis=0), forecast.outcomes.max(axis=0)
         state_range = f"{_format_state(problem, low)} to {_format_state(problem, high)}"
@@ -204,23 +250,28 @@ def _format_state(problem: Problem, state: Array) -> str:
     return problem.format_state(state)
 
 
-def _format_payoffs(session: Session, seat: int, action: float) -> str:
-    """Return the expected reward of an action for each reply of the other agents, and the mean.
+def _format_payoffs(session: Session, seat: int, action: float, model: OpponentModel | None) -> str:
+    """Return the reward of an action for each reply of the other agents, and the expected reward.
 
     If there are more than four replies, only the smallest and the largest reward are given.
     """
-    problem, joint = session.problem, enumerate_joint_actions(session, seat, action)
-    states = np.repeat(session.state[None], len(joint), axis=0)
-    row, p, outcome = enumerate_possible_outcomes(problem, states, joint)
-    payoffs = np.bincount(row, p * outcome.rewards[:, seat], len(joint))
-    mean = f"{payoffs.mean():.4g} on average"
-    if len(joint) > MAX_LISTED_OUTCOMES:
+    problem, joint = session.problem, enumerate_joint_actions(session, seat, action, model)
+    reply_count = len(joint.actions)
+    states = np.repeat(session.state[None], reply_count, axis=0)
+    row, p, outcome = enumerate_possible_outcomes(problem, states, joint.actions)
+    payoffs = np.bincount(row, p * outcome.rewards[:, seat], reply_count)
+    mean = f"{payoffs @ joint.probabilities:.4g} on average"
+    if reply_count > MAX_LISTED_OUTCOMES:
         return f"reward {payoffs.min():g} to {payoffs.max():g}, {mean}"
+    decimals = count_probability_decimals(joint.probabilities.tolist())
     parts = [
         f"{payoff:g} if {' and '.join(_other_action_names(problem, seat, reply))}"
-        for reply, payoff in zip(joint, payoffs, strict=True)
+        + f" ({probability:.{decimals}f})" * (joint.is_modelled and reply_count > 1)
+        for reply, payoff, probability in zip(
+            joint.actions, payoffs, joint.probabilities, strict=True
+        )
     ]
-    return f"reward {', '.join(parts)}; {mean}"
+    return f"reward {', '.join(parts)}" + f"; {mean}" * (reply_count > 1)
 
 
 def _other_action_names(problem: Problem, seat: int, joint: Array) -> list[str]:

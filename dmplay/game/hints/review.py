@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
@@ -33,6 +34,7 @@ class ReviewedAction(NamedTuple):
     regret: float | None
     values: dict[str, float]
     scope: str = ""  # the game that the values are about, '' if it is this one
+    about: str = ""  # the turns left and the other players that the values are about
     values_name: str = "values"  # says how accurate the values are, if that is known
 
     def __str__(self) -> str:
@@ -42,14 +44,13 @@ class ReviewedAction(NamedTuple):
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
-        values_text = f"{self.values_name}: {value_list}"
-        best = append_scope("best action", self.scope)
+        values_text = f"{append_scope(self.values_name, self.about)}: {value_list}"
         if self.chosen in self.best:
-            return f"{beginning}, the {best}. {values_text}"
+            return f"{beginning}, the best action. {values_text}"
         regret = (
             "" if self.regret is None else f", regret {format_fixed(self.regret, decimal_count)}"
         )
-        return f"{beginning}, {best}: {' or '.join(self.best)}{regret}. {values_text}"
+        return f"{beginning}, best action: {' or '.join(self.best)}{regret}. {values_text}"
 
 
 def append_scope(text: str, scope: str) -> str:
@@ -58,18 +59,18 @@ def append_scope(text: str, scope: str) -> str:
 
 
 def review_actions(
-    session: Session, human_seats: Sequence[int], player_names: Sequence[str] = ()
+    session: Session, questions: Sequence[AdviceQuestion]
 ) -> Iterator[ReviewedAction]:
-    """Yield a review of every choice of these people that the hint provider can value, in order.
+    """Yield a review of every choice that the hint agent can value, in order.
 
-    The turns are replayed in a copy of the session. `player_names` helps to choose the hint
-    provider.
+    There is one question for each seat to review. The turns are replayed in a copy of the session.
     """
     problem = session.problem
     replayed = session.copy_at_start()
     hint_agents: dict[int, tuple[agents.HintAgent, SeatedPolicy]] = {}
-    for seat in human_seats:
-        hint_agent = agents.find_hint_provider(problem, seat, session.turn_limit, player_names)
+    for question in questions:
+        hint_agent = agents.find_hint_provider(problem, question)
+        seat = question.seat
         if hint_agent and problem.actions[seat].labels:
             hint_agents[seat] = hint_agent, SeatedPolicy(replayed, seat, hint_agent.policy)
     budget = Budget("the review", "review a shorter game")
@@ -83,6 +84,7 @@ def review_actions(
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_regrets else None,
                     scope=hint_agent.scope,
+                    about=hint_agent.describe_game(number - 1),
                     values_name=hint_agent.policy.values_name,
                 )
         replayed.append_turns([turn])
@@ -128,13 +130,9 @@ def _regret_or_zero(move: ReviewedAction) -> float:
     return move.regret or 0.0
 
 
-def run_review(
-    session: Session, human_seats: Sequence[int], player_names: Sequence[str]
-) -> list[ReviewedAction]:
-    """Return all reviewed choices of these people, computed in a cancellable task."""
-    return run_cancellable(
-        REVIEW_TASK, lambda: [*review_actions(session, human_seats, player_names)]
-    )
+def run_review(session: Session, questions: Sequence[AdviceQuestion]) -> list[ReviewedAction]:
+    """Return all reviewed choices of these seats, computed in a cancellable task."""
+    return run_cancellable(REVIEW_TASK, lambda: [*review_actions(session, questions)])
 
 
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:

@@ -410,5 +410,5 @@ def _hint_facts(hint: Hint | None) -> list[tuple[str, str]]:
     """Return the panel facts of the hint: action values, best first, or else the hint key."""
     if hint is None or not hint.value_rows:
         return [("hint", "Tab")]
-    heading = [(hint.values_name, ""), *([(hint.scope, "")] if hint.scope else [])]
+    heading = [(text, "") for text in (hint.values_name, *hint.game.split(", ")) if text]
     return [*heading, *((f"  {label}", number) for label, number in hint.value_rows)]

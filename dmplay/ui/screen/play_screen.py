@@ -224,7 +224,7 @@ class PlayScreen:
             if self.render_upper(self._viewport).plain != plain_screen:
                 provider = self.game.hint_provider
                 accuracy = provider.values_name * (OVERLAYS[index] == "values")
-                parts = [f"overlay: {accuracy or OVERLAYS[index]}", provider.scope]
+                parts = [f"overlay: {accuracy or OVERLAYS[index]}", provider.describe_game()]
                 self.message = ", ".join(filter(None, parts))
                 return
         self.overlay_index = 0

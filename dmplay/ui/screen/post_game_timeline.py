@@ -100,7 +100,7 @@ class GameTimeline(Game):
             " or ".join(move.best),
             labels,
             values,
-            scope=move.scope,
+            game=move.about,
             has_regrets=move.regret is not None,
             values_name=move.values_name,
         )
@@ -203,15 +203,13 @@ class PostGameReview:
         if last_turn:
             with suppress(ComputationStopped):
                 game.review_lines = self._review_choices(game)
-                ghost_line = describe_ghost_result(
-                    game.session, game.human_seats, game.player_names, game.ghost
-                )
+                ghost_line = describe_ghost_result(game.session, game.advice_questions, game.ghost)
                 game.review_lines = [*game.review_lines, *filter(None, [ghost_line])]
 
     def _review_choices(self, game: Game) -> list[str]:
         """Return the review of the human players' actions, and add it to the timeline."""
         try:
-            moves = review.run_review(game.session, game.human_seats, game.player_names)
+            moves = review.run_review(game.session, game.advice_questions)
         except DmplayError as error:
             return [f"review: {error}"]
         self.timeline = GameTimeline(game, moves)

@@ -262,6 +262,12 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             key_label="W",
         ),
         Command(
+            "assume",
+            "[SEAT] [AGENT]",
+            "give advice as if AGENT played another seat",
+            _bind_to_game(of_game.assume_player),
+        ),
+        Command(
             "policy", "", "show only the suggested action", _bind_to_game(of_game.show_best_action)
         ),
         Command(

@@ -71,6 +71,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
     completers: dict[str, Callable[[], list[str]]] = {
         "act": lambda: list_actions(controller),
         "agent": lambda: _complete_agent_arguments(controller, arguments),
+        "assume": lambda: _complete_agent_arguments(controller, arguments),
         "set": lambda: (
             [] if arguments else [name.rstrip("=") for name in _list_current_parameters(controller)]
         ),
@@ -132,7 +133,7 @@ def _list_current_parameters(controller: GameController) -> list[str]:
 
 
 def _complete_agent_arguments(controller: GameController, arguments: list[str]) -> list[str]:
-    """Return the completions of `agent`: a seat, then an agent."""
+    """Return the completions of `agent` and `assume`: a seat, then an agent."""
     if not controller.has_game or len(arguments) > 1:
         return []
     game = controller.game

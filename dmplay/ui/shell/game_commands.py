@@ -6,6 +6,7 @@ from itertools import islice
 import numpy as np
 
 from dmplay.core.parameter_parsing import parse_whole_number
+from dmplay.core.problem import find_seat
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import describe_number_range
@@ -13,8 +14,10 @@ from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import TurnReports, format_reply
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.game.seats import make_seat_policy
 from dmplay.transcript.format import format_lines
 
+ACTUAL_PLAYERS = "actual"  # the word for the players of the game
 MAX_BELIEF_STATES = 8  # maximum number of listed belief states
 HINT_TASK = TaskInfo("computing a hint")
 LOOKAHEAD_TASK = TaskInfo("computing the outcomes")
@@ -175,6 +178,33 @@ def show_best_action(game: Game, argument: str) -> str:
     )
 
 
+def assume_player(game: Game, argument: str) -> str:
+    """Give advice as if the typed agent played another seat; without one, show who is assumed.
+
+    The word `actual` returns to the players of the game. Raise BadParameter if the advice does not
+    depend on that player, or cannot assume that agent.
+    """
+    own_seat, names = game.viewing_seat, game.problem.agents
+    other_seats = [seat for seat in range(len(names)) if seat != own_seat]
+    if not other_seats:
+        raise BadParameter("assume: no other agent plays in this game")
+    words = argument.split()
+    if words:
+        seat = find_seat(game.problem, words[0]) if len(words) > 1 else other_seats[0]
+        previous = game.assumed_players
+        agent_name = words[-1]
+        if agent_name == ACTUAL_PLAYERS:
+            game.assume_players({})
+        else:
+            make_seat_policy(game.problem, seat, agent_name)  # raises an error for unknown names
+            game.assume_players({**previous, seat: agent_name})
+            if not game.hint_provider.can_assume_players():
+                game.assume_players(previous)
+                raise BadParameter(f"assume: the advice in this game cannot assume {agent_name}")
+    players = run_cancellable(HINT_TASK, game.hint_provider.describe_players)
+    return f"advice is given {players or 'without a model of the other agents'}"
+
+
 def preview_typed_action(game: Game, argument: str) -> str:
     """Return the possible outcomes of the typed action, before it is played."""
     if not argument:
@@ -202,7 +232,7 @@ def show_review(game: Game, argument: str) -> str:
 
     if not game.session.over or not game.human_seats:
         raise BadParameter("review: available after the game, and only if a person played")
-    reviewed_actions = reviewing.run_review(game.session, game.human_seats, game.player_names)
+    reviewed_actions = reviewing.run_review(game.session, game.advice_questions)
     game.end_notes = "".join(reviewing.format_notes(reviewed_actions))
     return format_reply(reviewing.format_table(reviewed_actions))
 

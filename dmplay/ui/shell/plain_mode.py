@@ -169,8 +169,8 @@ class JsonReporter(Reporter):
             self._print_event("hint", {"seat": seat} | hint.data)
         elif text.startswith(VALUES_NAMES):
             provider = game.hint_provider
-            scope = {"scope": provider.scope} if provider.scope else {}
-            facts = {"seat": game.problem.agents[game.viewing_seat], **scope}
+            about = {"about": provider.describe_game()} if provider.describe_game() else {}
+            facts = {"seat": game.problem.agents[game.viewing_seat], **about}
             accuracy = accuracy_data(provider.values_name)
             values = {"values": provider.values_by_action()}
             self._print_event("values", {**facts, **values, **accuracy})

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, SeatPolicy
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, AdviceQuestion, SeatPolicy
 from dmplay.core.policy import Memory
 from dmplay.core.problem import Problem, build_percept, enumerate_outcomes
 from dmplay.core.session import Session
@@ -107,7 +107,7 @@ def check_first_values(
 
     Exact values are equal to those of the policy, and lower bounds are at most as large.
     """
-    agent = find_hint_provider(problem, 0, turns, players)
+    agent = find_hint_provider(problem, AdviceQuestion(0, turns, tuple(players)))
     assert agent is not None
     name = agent.policy.values_name
     if name not in {EXACT_VALUES, LOWER_BOUNDS} or agent.policy.describe_scope(turns):

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.policy import Policy
@@ -60,7 +61,7 @@ def create_game(name: str, seat: int) -> Game:
 def create_hint_policy(name: str, seat: int) -> Policy:
     problem = load_small_problem(name)
     named_policy = agents.find_hint_provider(
-        problem, seat, TURN_LIMIT, create_game(name, seat).player_names
+        problem, AdviceQuestion(seat, TURN_LIMIT, tuple(create_game(name, seat).player_names))
     )
     return named_policy[1] if named_policy else dmplay.load_agent(problem, seat, "random")
 
@@ -130,15 +131,20 @@ def test_a_hint_recommends_the_best_of_the_values_it_lists(name: str, seat: int)
 @pytest.mark.parametrize(
     ("name", "turn_limit", "keys", "hint"),
     [
-        ("catch", 1, "", "hint (optimal:horizon=1): 50. exact values: 10 8.74, 20 16.04, 30 21.35"),
-        ("catch", 10, "", "hint (optimal): 50. exact values: 10 153.94"),
+        (
+            "catch",
+            1,
+            "",
+            "hint (optimal, 1 turn left): 50. exact values: 10 8.74, 20 16.04, 30 21.35",
+        ),
+        ("catch", 10, "", "hint (optimal, 10 turns left): 50. exact values: 10 153.94"),
         (
             "machine-replacement",
             9,
             "m" * 8,
-            "hint (optimal:horizon=9): manufacture. exact values: ",
+            "hint (optimal, 1 turn left): manufacture. exact values: ",
         ),
-        ("crying-baby", 1, "", "hint (optimal:horizon=1): ignore. exact values: feed -10.00"),
+        ("crying-baby", 1, "", "hint (optimal, 1 turn left): ignore. exact values: feed -10.00"),
     ],
 )
 def test_a_hint_plans_only_to_the_turn_limit(
@@ -156,11 +162,11 @@ def test_a_hint_plans_only_to_the_turn_limit(
 @pytest.mark.parametrize(
     ("rival", "hint"),
     [
-        ("flee", "hint (best-response): "),
-        ("random", "hint (best-response:to=random): "),
-        ("chase", "hint (best-response:to=chase): "),
-        ("equilibrium", "hint (best-response, if the other agent plays flee): "),
-        ("human", "hint (best-response, if the other agent plays flee): "),
+        ("flee", "hint (best-response, 50 turns left, against flee): "),
+        ("random", "hint (best-response, 50 turns left, against random): "),
+        ("chase", "hint (best-response, 50 turns left, against chase): "),
+        ("equilibrium", "hint (best-response, 50 turns left, if the other agent plays flee): "),
+        ("human", "hint (best-response, 50 turns left, if the other agent plays flee): "),
     ],
 )
 def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hint: str) -> None:
@@ -176,7 +182,7 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
         action_values = policy.action_values(policy.initial_memory(game.session.state[None]))
         assert action_values is not None
         game.choose(0.0)
-        (move, *_) = review_actions(game.session, [0], seats)
+        (move, *_) = review_actions(game.session, [AdviceQuestion.about(game.session, 0, seats)])
         assert [*move.values.values()] == action_values[0].tolist()
 
 
@@ -221,7 +227,9 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
         if expected[-1] is not None:
             recommended.append(parse_hint(episode.hint_provider.create_hint())[0])
     reviewed: list[ReviewedAction] = list(
-        review_actions(episode.session, [seat], episode.player_names)
+        review_actions(
+            episode.session, [AdviceQuestion.about(episode.session, seat, episode.player_names)]
+        )
     )
     available_values = [action_values for action_values in expected if action_values is not None]
     assert (

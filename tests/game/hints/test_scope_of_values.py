@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import AdviceQuestion, SeatPolicy
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.core.session import Session
@@ -30,7 +30,7 @@ def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = (
     """Return the first hint of a game for its first seat."""
     problem = dmplay.load_problem(name)
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
-    return HintProvider(session, 0, seats).create_hint()
+    return HintProvider(session, AdviceQuestion.about(session, 0, seats)).create_hint()
 
 
 def play_rounds(name: str, opponent: str, actions: list[float]) -> Session:
@@ -48,10 +48,12 @@ def test_feeding_in_the_last_turn_only_costs_the_effort() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     for _ in range(19):
         session.advance([2])
-    hint = HintProvider(session, 0, ["human"]).create_hint()
-    assert hint == "hint (optimal): ignore. exact values: feed -15.00, sing -10.50, ignore -10.00"
+    hint = HintProvider(session, AdviceQuestion.about(session, 0, ["human"])).create_hint()
+    assert hint == (
+        "hint (optimal, 1 turn left): ignore. exact values: feed -15.00, sing -10.50, ignore -10.00"
+    )
     session.advance([2])
-    (*_, last) = review_actions(session, [0], ["human"])
+    (*_, last) = review_actions(session, [AdviceQuestion.about(session, 0, ["human"])])
     assert (last.best, last.regret) == (("ignore",), 0.0)
 
 
@@ -72,7 +74,7 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
     ("name", "turns", "hint"),
     [
         ("hexworld", None, "hint (optimal): "),
-        ("hexworld", 2, "hint (optimal:horizon=2): "),
+        ("hexworld", 2, "hint (optimal, 2 turns left): "),
         ("crying-baby", 101, "hint (optimal, infinite horizon): "),
         ("2048", None, "hint (expectimax): "),
         ("2048", 3, "hint (expectimax, infinite horizon): "),
@@ -80,18 +82,26 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("collision-avoidance", None, "hint (optimal): "),
         ("collision-avoidance", 3, "hint (optimal, infinite horizon): "),
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
-        ("catch", None, "hint (optimal): "),
-        ("catch", 11, "hint (optimal:horizon=11): "),
+        ("catch", None, "hint (optimal, 10 turns left): "),
+        ("catch", 11, "hint (optimal, 11 turns left): "),
         ("catch", 21, "hint (optimal, in plans of 10 turns): "),
         ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
-        ("predator-prey", 2, "hint (best-response:horizon=2, if the other agent plays flee): "),
+        ("predator-prey", 2, "hint (best-response, 2 turns left, if the other agent plays flee): "),
         (
             "collaborative-predator-prey",
             None,
             "hint (qmdp, assuming a visible state from the next turn on, infinite horizon): ",
         ),
-        ("prisoners-dilemma", None, "hint (plan-rounds, if agent2 plays one of 11 rules, tit-for-"),
-        ("prisoners-dilemma", 1, "hint (plan-rounds:horizon=1, if agent2 plays one of 11 rules, "),
+        (
+            "prisoners-dilemma",
+            None,
+            "hint (plan-rounds, 10 turns left, if agent2 plays one of 11 rules, ",
+        ),
+        (
+            "prisoners-dilemma",
+            1,
+            "hint (plan-rounds, 1 turn left, if agent2 plays one of 11 rules, ",
+        ),
     ],
 )
 def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
@@ -114,12 +124,16 @@ def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
 def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, hint: str) -> None:
     problem = dmplay.load_problem(name, discount=1.0)
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
-    assert HintProvider(session, 0, ["human"] * len(problem.agents)).create_hint().startswith(hint)
+    assert (
+        HintProvider(session, AdviceQuestion.about(session, 0, ["human"] * len(problem.agents)))
+        .create_hint()
+        .startswith(hint)
+    )
 
 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
-    provider = HintProvider(session, 0, ["human", "human"])
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
     assert provider.create_hint().startswith("hint (equilibrium, infinite horizon): ")
     overlay = provider.build_overlay("values")
     assert overlay is not None
@@ -141,7 +155,7 @@ def test_the_last_move_of_a_hunt_pays_only_itself() -> None:
 def test_values_of_all_states_are_those_of_the_turns_left() -> None:
     problem = dmplay.load_problem("hexworld")
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=2)
-    provider = HintProvider(session, 0, ["human"])
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human"]))
     before = provider.build_overlay("values")
     assert provider.is_overlay_ready
     session.advance([0])
@@ -157,12 +171,16 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
 def test_listed_values_say_what_they_are_about() -> None:
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5), turn_limit=300)
     assert (
-        HintProvider(session, 0)
+        HintProvider(session, AdviceQuestion.about(session, 0))
         .describe_values()
         .startswith("exact values (infinite horizon): feed ")
     )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
-    assert HintProvider(session, 0).describe_values().startswith("exact values: feed ")
+    assert (
+        HintProvider(session, AdviceQuestion.about(session, 0))
+        .describe_values()
+        .startswith("exact values (20 turns left): feed ")
+    )
 
 
 @pytest.mark.parametrize(
@@ -177,16 +195,21 @@ def test_regrets_count_the_rounds_left_against_a_known_rule(
     opponent: str, first_values: str, regrets: list[float]
 ) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
-    reviewed = list(review_actions(session, [0], ["human", opponent]))
+    reviewed = list(
+        review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
+    )
     assert [move.regret for move in reviewed] == regrets
-    assert str(reviewed[0]).endswith(f"values: {first_values}")
-    assert f"best action (against {opponent})" in str(reviewed[-1])
+    assert str(reviewed[0]).endswith(
+        f"exact values (10 turns left, against {opponent}): {first_values}"
+    )
 
 
 @pytest.mark.parametrize("opponent", ["human", "gradient-ascent"])
 def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     session = play_rounds("prisoners-dilemma", opponent, [0.0] * 10)
-    reviewed = list(review_actions(session, [0], ["human", opponent]))
+    reviewed = list(
+        review_actions(session, [AdviceQuestion.about(session, 0, ["human", opponent])])
+    )
     assert {move.regret for move in reviewed} == {None}
     assert "best action (if agent2 plays one of 11 rules)" in format_summary(reviewed)
     assert format_summary(reviewed).endswith(
@@ -212,40 +235,46 @@ def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
 def test_values_have_regrets_only_against_a_rule_that_can_be_planned_against(
     name: str, opponent: str, turns: int, *, is_exact: bool
 ) -> None:
-    hint_agent = find_hint_provider(dmplay.load_problem(name), 0, turns, ("human", opponent))
+    hint_agent = find_hint_provider(
+        dmplay.load_problem(name), AdviceQuestion(0, turns, ("human", opponent))
+    )
     assert hint_agent is not None
     assert hint_agent.has_regrets is (is_exact or (turns, opponent) == (1, "best-response"))
 
 
 @pytest.mark.parametrize(
-    ("name", "opponent", "scope"),
+    ("name", "opponent", "players"),
     [
-        ("predator-prey", "flee", ""),
-        ("predator-prey", "random", ""),
+        ("predator-prey", "flee", "against flee"),
+        ("predator-prey", "random", "against random"),
         ("predator-prey", "human", "if the other agent plays flee"),
         ("predator-prey", "equilibrium", "if the other agent plays flee"),
-        ("multicaregiver-crying-baby", "random", ""),
+        ("multicaregiver-crying-baby", "random", "against random"),
         ("multicaregiver-crying-baby", "feed-when-crying", "with a random partner"),
         ("multicaregiver-crying-baby", "human", "with a random partner"),
     ],
 )
-def test_hint_values_and_review_name_players_that_are_only_assumed(
-    name: str, opponent: str, scope: str
+def test_hint_values_and_review_name_the_other_players(
+    name: str, opponent: str, players: str
 ) -> None:
-    players = ["human", opponent]
+    seats = ["human", opponent]
     session = play_rounds(name, opponent, [0.0] * 2)
-    provider = HintProvider(session.copy_at_start(), 0, players)
+    provider = HintProvider(session.copy_at_start(), AdviceQuestion.about(session, 0, seats))
     by, _, _ = provider.create_hint().partition("): ")
-    assert by.endswith(f", {scope}") if scope else ", " not in by.replace(",to=", "")
-    assert provider.describe_values().startswith(
-        f"exact values ({scope}):" if scope else "exact values:"
-    )
-    (first, *_) = review_actions(session, [0], players)
-    assert first.scope == scope
+    assert by == f"hint (best-response, 2 turns left, {players}"
+    assert provider.describe_values().startswith(f"exact values (2 turns left, {players}): ")
+    reviewed = [*review_actions(session, [AdviceQuestion.about(session, 0, seats)])]
+    assert [move.about for move in reviewed] == [
+        f"2 turns left, {players}",
+        f"1 turn left, {players}",
+    ]
+    assert {move.scope for move in reviewed} == {players * (not players.startswith("against"))}
 
 
 def test_a_prey_is_assumed_to_be_chased() -> None:
-    hint_agent = find_hint_provider(dmplay.load_problem("predator-prey"), 1, 5, ("human", "human"))
+    hint_agent = find_hint_provider(
+        dmplay.load_problem("predator-prey"), AdviceQuestion(1, 5, ("human", "human"))
+    )
     assert hint_agent is not None
     assert hint_agent.scope == "if the other agent plays chase"
     two_prey = dmplay.load_problem("predator-prey", prey=2)
@@ -271,7 +300,10 @@ def test_review_and_grade_report_the_regret_of_a_repeated_game(
     table.end_game()
     data = json.loads(str(interpret_command(["review", str(file), "--json"])))
     assert [action["regret"] for action in data["actions"]] == regrets
-    assert [action["scope"] for action in data["actions"]] == [f"against {opponent}"] * 2
+    assert [action["about"] for action in data["actions"]] == [
+        f"2 turns left, against {opponent}",
+        f"1 turn left, against {opponent}",
+    ]
     (grade,) = grade_files([file]).grades
     assert grade.regret == sum(regrets)
 
@@ -281,10 +313,10 @@ def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
     for partner in ("feed-when-crying", "joint-plan", "human"):
         seated = [None, None if partner == "human" else dmplay.load_agent(problem, 1, partner)]
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
-        provider = HintProvider(session, 0, ["human", partner])
+        provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
         hint = provider.create_hint()
-        assert hint.startswith("hint (best-response:horizon=6, with a random partner): ")
-        agent = find_hint_provider(problem, 0, 6, ["human", partner])
+        assert hint.startswith("hint (best-response, 6 turns left, with a random partner): ")
+        agent = find_hint_provider(problem, AdviceQuestion(0, 6, ("human", partner)))
         assert agent is not None
         policy = agent.policy
         assert isinstance(policy, BestResponse)

@@ -17,6 +17,7 @@ from dmplay import (
     load_agent,
     rollout,
 )
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.chance import Chance
 from dmplay.core.parameters import parameter
@@ -287,7 +288,7 @@ def test_iteration_continues_until_ending_the_game_becomes_cheaper() -> None:
 
 
 def test_the_optimal_agent_gives_hints_and_rejects_simultaneous_games() -> None:
-    hint_agent = find_hint_provider(Nim(), 0)
+    hint_agent = find_hint_provider(Nim(), AdviceQuestion(0))
     assert hint_agent is not None
     assert hint_agent[0] == "optimal"
     assert [*load_roster(Nim()).agents] == ["optimal", "random", "search"]
@@ -355,13 +356,15 @@ def test_actions_of_equal_value_end_an_undiscounted_game_soonest(
 
 
 def test_a_hint_says_that_it_is_the_one_of_equals_that_ends_soonest() -> None:
-    hint = HintProvider(Session(Pond(), SeededUniforms(1)), 0, ["human"]).create_hint()
+    hint = HintProvider(Session(Pond(), SeededUniforms(1)), AdviceQuestion()).create_hint()
     assert hint == (
         "hint (optimal, tie broken by earliest end): on. "
         "exact values: back 1.00, on 1.00, dive 0.00"
     )
-    tight = HintProvider(Session(Pond(turns=5), SeededUniforms(1)), 0, ["human"]).create_hint()
-    assert tight.startswith("hint (optimal): on. ")
+    tight = HintProvider(
+        Session(Pond(turns=5), SeededUniforms(1)), AdviceQuestion(0, 5)
+    ).create_hint()
+    assert tight.startswith("hint (optimal, 5 turns left): on. ")
 
 
 def test_a_state_that_nobody_can_leave_counts_as_an_end() -> None:

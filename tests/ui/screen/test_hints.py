@@ -20,7 +20,7 @@ def make_screen(name: str, *seats: str) -> PlayScreen:
 
 def test_a_hint_ranks_the_keys_by_regret() -> None:
     *_, message, row = play_keys(make_game("crying-baby"), "tab").last.split("\n")
-    assert message == " hint (optimal): feed"
+    assert message == " hint (optimal, 20 turns left): feed"
     assert row.startswith(" f feed best  s sing █-2.54  i ignore █-2.60  ")
 
 

@@ -573,7 +573,7 @@ def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) ->
 
 def test_a_hint_in_a_simultaneous_game_states_its_assumption() -> None:
     screen_text = play_keys(make_game("prisoners-dilemma", "human", "grim"), "c", "tab").last
-    assert " hint (plan-rounds, against grim): cooperate\n" in screen_text
+    assert " hint (plan-rounds, 9 turns left, against grim): cooperate\n" in screen_text
 
 
 # Whole games

@@ -1,0 +1,128 @@
+"""Advice assumes one policy of the other agents, and a person can choose another one."""
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.game.game import Game
+from dmplay.ui.shell.game_commands import (
+    assume_player,
+    preview_typed_action,
+    show_hint,
+    show_values,
+)
+from tests.support.screens import make_game
+
+COOPERATE, DEFECT = 0, 1
+FEED, SING, IGNORE = 0, 1, 2
+SATED, HUNGRY = 0, 1
+
+
+def test_an_outcome_is_forecast_with_the_rule_that_the_opponent_plays() -> None:
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat")
+    assert preview_typed_action(game, "defect") == (
+        "if defect against tit-for-tat: reward 0 if cooperate"
+    )
+    game.choose(DEFECT)
+    assert preview_typed_action(game, "cooperate") == (
+        "if cooperate against tit-for-tat: reward -4 if defect"
+    )
+
+
+def test_an_unknown_opponent_is_forecast_from_the_posterior_over_the_rules() -> None:
+    # Of the eleven rules two defect first: suspicious-tit-for-tat and always-defect. Random and
+    # nash defect in half of the games and always.
+    game = make_game("prisoners-dilemma", "human", "human")
+    line = preview_typed_action(game, "cooperate")
+    assert line.startswith(
+        "if cooperate and agent2 plays one of 11 rules: reward -1 if cooperate ("
+    )
+    assert line.endswith("; -1.682 on average")  # (8 + 0.5) / 11 cooperate, 2.5 / 11 defect
+    assert pytest.approx(-1 * 8.5 / 11 - 4 * 2.5 / 11, abs=5e-4) == -1.682
+
+
+@pytest.mark.parametrize("prey", ["flee", "random", "chase"])
+def test_a_prey_is_forecast_with_the_policy_that_the_hint_assumes(prey: str) -> None:
+    game = make_game("predator-prey", "human", prey)
+    outcomes = forecast(game, "e")
+    assert sum(outcomes.values()) == pytest.approx(1.0)
+    expected: dict[tuple[int, ...], float] = {}
+    problem, state = game.problem, game.session.state
+    policy = dmplay.load_agent(problem, 1, prey)
+    moves = (
+        np.arange(6)
+        if prey == "random"
+        else policy.choose(policy.initial_memory(state[None]), None, np.zeros((1, 0)))
+    )
+    for move in moves:
+        p, outcome = dmplay.enumerate_outcomes(problem, state[None], np.array([[0, move]]))
+        for probability, successor in zip(p[0], outcome.state[0], strict=True):
+            key = tuple(successor.tolist())
+            expected[key] = expected.get(key, 0.0) + probability / len(moves)
+    assert outcomes == pytest.approx({key: p for key, p in expected.items() if p})
+
+
+def forecast(game: Game, action: str) -> dict[tuple[int, ...], float]:
+    """Return the probability of each next state after an action."""
+    preview_typed_action(game, action)
+    outlook = game.hint_provider.current_forecast
+    assert outlook is not None
+    states = map(tuple, outlook.outcomes.tolist())
+    return dict(zip(states, outlook.probabilities.tolist(), strict=True))
+
+
+def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> None:
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=5)
+    assert "against tit-for-tat): cooperate. " in show_hint(game, "")
+    assert assume_player(game, "always-defect") == "advice is given against always-defect"
+    assert show_hint(game, "").startswith(
+        "hint (plan-rounds, 5 turns left, against always-defect): defect. "
+    )
+    assert show_values(game, "") == (
+        "exact values (5 turns left, against always-defect): cooperate -16.00, defect -15.00"
+    )
+    assert preview_typed_action(game, "cooperate") == (
+        "if cooperate against always-defect: reward -4 if defect"
+    )
+    assert assume_player(game, "actual") == "advice is given against tit-for-tat"
+    assert show_values(game, "") == (
+        "exact values (5 turns left, against tit-for-tat): cooperate -4.00, defect -6.00"
+    )
+
+
+def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
+    # Both hear the same. After crying the partner feeds, so the baby is sated after the next turn.
+    game = make_game("multicaregiver-crying-baby", "human", "human", turns=6)
+    reply = assume_player(game, "feed-when-crying")
+    assert reply == "advice is given if the partner plays feed-when-crying"
+    while not game.session.turns or game.session.observation_after(0, len(game.session.turns)) != 0:
+        game.session.advance([IGNORE, IGNORE])
+    assert preview_typed_action(game, "ignore") == (
+        "if ignore and the partner plays feed-when-crying: 1.00 quiet (then sated 1.00)"
+    )
+    assert "if the partner plays feed-when-crying, belief " in show_hint(game, "")
+
+
+@pytest.mark.parametrize(
+    ("problem", "agent", "message"),
+    [
+        ("crying-baby", "feed", "assume: no other agent plays in this game"),
+        ("predator-prey", "equilibrium", "the advice in this game cannot assume equilibrium"),
+        ("collaborative-predator-prey", "random", "the advice in this game cannot assume random"),
+    ],
+)
+def test_an_agent_that_the_advice_cannot_assume_is_refused(
+    problem: str, agent: str, message: str
+) -> None:
+    game = make_game(problem)
+    with pytest.raises(BadParameter, match=message):
+        assume_player(game, agent)
+    assert not game.assumed_players
+
+
+def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
+    game = make_game("prisoners-dilemma")
+    with pytest.raises(UnknownName, match="tit-for-tat"):
+        assume_player(game, "tit-for-tot")
+    assert not game.assumed_players
