@@ -371,7 +371,7 @@ def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
         "find the hidden prey",
         f"a catch pays each predator {CAPTURE_REWARD:g}",
         f"other turns cost {-MOVE_REWARD:g}",
-        f"{view.player_label} {'sense' if is_second_person else 'senses'} it at most one hex away",
+        f"{view.player_label} {'sense' if is_second_person else 'senses'} the prey at most one hex away",
         *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
     ]
 
@@ -428,7 +428,7 @@ def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> s
     sentences = []
     for name, probabilities in hex_beliefs._asdict().items():
         hexes_text = ", ".join(
-            f"{hex_} {probability:.3f}"
+            f"{hex_} ({format_percent(probability)})"
             for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
         )
         sentences.append(
@@ -449,7 +449,7 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
 
         def describe_hex(hex_: Hex) -> str:
             """Return the prey's probability in a hex as text."""
-            return f"prey {hex_beliefs.prey[problem.hexes.index(hex_)]:.3f}"
+            return f"prey {format_percent(hex_beliefs.prey[problem.hexes.index(hex_)]) or '0%'}"
 
         sentences += [
             f"at {format_hex(own_hex)}.",

@@ -221,7 +221,7 @@ def test_help_longer_than_the_screen_is_split_into_parts() -> None:
 def test_look_shows_the_situation_without_truncation() -> None:
     screen_text = play_keys(make_game("hexworld"), "L").last
     assert "\n at (7,2). E (8,2) floor. NE wall. " in screen_text
-    assert "goal\n   +10 at (9,0): 2 steps.\n" in screen_text
+    assert "exit\n   +10 at (9,0): 2 steps.\n" in screen_text
 
 
 def test_one_key_cycles_through_the_overlays() -> None:
