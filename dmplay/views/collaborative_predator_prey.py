@@ -213,12 +213,11 @@ def _format_caption(
             strict=False,
         )
         observation_texts = (
-            f"{map_row} row after {observation_names[int(observation)]} "
-            f"({format_percent(float(p))})"
+            f"{observation_names[int(observation)]} ({format_percent(float(p))}): {map_row} row"
             for map_row, observation, p in forecast_rows
         )
         return [
-            f"{hexgrid.format_move_condition(options.forecast)}: belief about the prey",
+            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey after sensing",
             "; ".join(observation_texts),
         ]
     if options.regret is not None:
@@ -366,12 +365,13 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
-    slip, is_second_person = view.problem.slip, view.player_label == "you"
+    slip = view.problem.slip
+    verb = "sense" if view.player_label == "you" else "senses"
     return [
         "find the hidden prey",
         f"a catch pays each predator {CAPTURE_REWARD:g}",
         f"other turns cost {-MOVE_REWARD:g}",
-        f"{view.player_label} {'sense' if is_second_person else 'senses'} the prey at most one hex away",
+        f"{view.player_label} {verb} the prey at most one hex away",
         *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
     ]
 

@@ -123,9 +123,8 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
     if options.regret is not None:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
-    return (
-        f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{', letters are keys' * options.show_keys}"
-    )
+    keys = ", letters are keys" * options.show_keys
+    return f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{keys}"
 
 
 def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:

@@ -243,14 +243,14 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         return [
             f"a turn that begins on the prey's hex pays 1{unit}{sharing_clause}",
             "any other turn costs 1",
-            f"a caught prey loses {-DEVOURED_REWARD:g} and reappears on a random hex",
             *slips,
+            f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
         ]
     return [
         f"avoid predators: being caught costs {-DEVOURED_REWARD:g}",
         "moving is free",
-        "once caught, you reappear on a random hex",
         *slips,
+        "once caught, you reappear on a random hex",
     ]
 
 

@@ -221,16 +221,16 @@ def test_help_longer_than_the_screen_is_split_into_parts() -> None:
 def test_look_shows_the_situation_without_truncation() -> None:
     screen_text = play_keys(make_game("hexworld"), "L").last
     assert "\n at (7,2). E (8,2) floor. NE wall. " in screen_text
-    assert "exit\n   +10 at (9,0): 2 steps.\n" in screen_text
+    assert "exit +10\n   at (9,0): 2 steps.\n" in screen_text
 
 
 def test_one_key_cycles_through_the_overlays() -> None:
     result = play_keys(make_game("hexworld"), "V", "V", "V", "V", size=(80, 24))
     assert "overlay: exact values" in result.frames[1]
     assert "│ 7.04│" in result.frames[1]
-    assert "overlay: policy" in result.frames[2]
+    assert "overlay: best actions" in result.frames[2]
     assert "  ↘  " in result.frames[2]
-    assert "overlay: states" in result.frames[3]
+    assert "overlay: state numbers" in result.frames[3]
     assert "│  22 │" in result.frames[3]
     assert "overlay: none" in result.frames[4]
 
