@@ -248,6 +248,13 @@ def test_a_key_without_a_meaning_says_so() -> None:
     assert "z: no such key; ? lists the keys" in play_keys(make_game("crying-baby"), "z").last
 
 
+def test_a_small_n_after_the_game_names_the_key_of_a_new_game() -> None:
+    baby = play_keys(start_new_game(GameRequest("crying-baby", turns=1)), "f", "n").last
+    assert "n: no such key; N starts a new game" in baby
+    map_key = play_keys(start_new_game(GameRequest("hexworld", turns=1)), "n", "n").last
+    assert "n: the game is over; N starts a new game" in map_key
+
+
 def test_repainting_changes_nothing_on_the_screen() -> None:
     result = play_keys(make_game("hexworld"), "h", "c-l")
     assert result.frames[1] == result.frames[2]
