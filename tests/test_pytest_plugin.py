@@ -59,6 +59,9 @@ def test_an_untrusted_problem_file_suggests_trust_and_not_an_update(
 ) -> None:
     replace_in_file(transcript_path, '"hexworld"', '"../lamp.py:Lamp"')
     result = run_pytest(tmp_path)
+    assert (
+        "problem '../lamp.py:Lamp' is code outside dmplay, so it is not imported; " in result.stdout
+    )
     assert "if you trust its code, add --trust (in pytest, dmplay_trust = true)\n" in result.stdout
     assert "to accept the change" not in result.stdout
 

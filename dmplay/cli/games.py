@@ -35,7 +35,7 @@ def play(
     rate: options.RealTimeRate = None,
     assignment: options.AssignmentFile = None,
     player: options.PlayerName = "",
-    trust: options.Trust = False,
+    trust: options.TrustAssignment = False,
     *,
     terminal_options: TerminalOptions,
     ctx: typer.Context,
@@ -49,7 +49,7 @@ def play(
       dmplay play hexworld --seed 7
       dmplay play prisoners-dilemma --vs grim --turns 20
       dmplay play crying-baby --agent feed-when-crying -o game.dmt
-      printf 'e\\nne\\nquit\\n' | dmplay play hexworld
+      printf 'ignore\\nfeed\\nquit\\n' | dmplay play crying-baby
     """
     from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import AnyGameRequest, GameRequest
@@ -213,7 +213,7 @@ def shell(
 
     \b
       dmplay shell < commands.txt
-      dmplay -e 'play hexworld --seed 7' -e ne -e 'hint; quit'
+      dmplay -e 'play crying-baby --seed 7' -e feed -e 'hint; quit'
     """
     from dmplay.game.command_line_results import ShellCommand
 

@@ -121,7 +121,8 @@ Seed = Annotated[
 ]
 FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
 GhostAgent = Annotated[
-    str, _agent_option("agent that plays beside you with the same random numbers", "--ghost")
+    str,
+    _agent_option("agent that plays a copy of your game, with the same random numbers", "--ghost"),
 ]
 OtherAgents = Annotated[
     str, _agent_option("agent that plays all other seats (default: see 'dmplay agents')", "--vs")
@@ -137,7 +138,7 @@ OptionalTranscriptPath = Annotated[
     Path | None,
     _argument(
         "FILE",
-        "transcript file (default: the newest game that you left)",
+        "transcript file (default: the newest game you left)",
         name_lists.complete_transcripts,
     ),
 ]
@@ -145,7 +146,7 @@ OptionalProblemName = Annotated[
     str,
     _argument(
         "PROBLEM",
-        "problem: NAME, NAME:VARIANT or FILE; omit it with --assignment",
+        "problem: NAME, NAME:VARIANT or FILE (with --assignment: none)",
         name_lists.complete_problems,
     ),
 ]
@@ -177,7 +178,7 @@ ProblemKind = Annotated[
     str,
     _argument(
         "KIND",
-        "kind of problem, such as MDP or POMDP; or games, to list the saved games",
+        "MDP, POMDP or another kind of problem; games lists the saved games",
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
@@ -191,7 +192,9 @@ Trust = Annotated[
 ]
 TrustAssignment = Annotated[
     bool,
-    typer.Option("--trust", help="import user-defined problems and agents of the assignment"),
+    typer.Option(
+        "--trust", help="run user code: import the problems and agents that the assignment names"
+    ),
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
@@ -225,11 +228,11 @@ TurnLimit = Annotated[
 ]
 UnattendedTurnLimit = Annotated[
     int | None,
-    typer.Option("--turns", metavar="N", help="maximum number of turns if only agents play"),
+    typer.Option("--turns", metavar="N", help="turn limit; only for games without a person"),
 ]
 RecordPath = Annotated[
     Path | None,
-    typer.Option("--record", "-o", metavar="FILE", help="record the game in FILE, as a transcript"),
+    typer.Option("--record", "-o", metavar="FILE", help="write the transcript of the game to FILE"),
 ]
 KeptMegabytes = Annotated[
     int,

@@ -9,7 +9,7 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.safe_files import OPEN_FILES_FOLDER, write_file
 from dmplay.core.text import escape_newlines, format_json_report
-from dmplay.errors import BadParameter, BadTranscript, DmplayError, UnknownName
+from dmplay.errors import BadParameter, BadTranscript, DmplayError
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.saves import STDIN_PATH, resolve_dash
 from dmplay.game.seats import load_verifiable_policies
@@ -28,6 +28,7 @@ from dmplay.transcript.verification_report import (
 from dmplay.transcript.verify import verify_transcript
 
 TRANSCRIPT_SUFFIX = ".dmt"
+UNTRUSTED_CODE = "is code outside dmplay, so it is not imported"
 TRUST_HINT = "; if you trust its code, add --trust (in pytest, dmplay_trust = true)"
 NOT_ASSIGNED_REASON = "is not part of the assignment, so its code is not imported"
 
@@ -84,12 +85,13 @@ def load_transcript_problem(
             loaded_problem = problems.resolve_problem(name, parameters, trusted=may_import)
         except DmplayError as error:
             line = entries.get(key, entries["problem"]).line
-            untrusted = isinstance(error, UnknownName) and key == "problem" and not may_import
+            is_untrusted_code = not may_import and problems.names_code(name)
             is_assigned = assigned_names is None or header.problem in assigned_names
-            if untrusted and not is_assigned and problems.requires_trust(name):
-                explanation = f"problem {header.problem!r} {NOT_ASSIGNED_REASON}"
-            else:
-                explanation = f"{error}{TRUST_HINT if untrusted and is_assigned else ''}"
+            explanation = str(error)
+            if is_untrusted_code:
+                explanation = f"problem {header.problem!r} " + (
+                    f"{UNTRUSTED_CODE}{TRUST_HINT}" if is_assigned else NOT_ASSIGNED_REASON
+                )
             raise transcript.error_at(line, explanation) from None
     return loaded_problem
 

@@ -2,8 +2,8 @@
 
 Source: appendix F.13; PredatorPreyHexWorld.jl. Decisions: A capture depends on the hexes before the
 move. If n predators and m prey are on the same hex, each of these predators stays there and gets
-m/n (10 in the package). Every other predator pays 1, also if it bumps. A prey moves at no cost. A
-caught prey pays 100 and reappears on any hex, occupied or not. One predator and one prey on the
+m/n (10 in the package). Every other predator loses 1, also if it bumps. A prey moves at no cost. A
+caught prey loses 100 and reappears on any hex, occupied or not. One predator and one prey on the
 standard map start as in figure F.16; all others start on uniformly random hexes. The variant
 `circle` is the ring of six hexes, `triangle` the ring of three.
 """

@@ -17,7 +17,7 @@ PRISON_YEARS = np.array([[1.0, 4.0], [0.0, 3.0]])  # served by the row player
 
 @dataclass(frozen=True)
 class PrisonersDilemma(MatrixGame):
-    """Both silent: 1 year each; both blame: 3 each; only one blames: 0, the other 4."""
+    """Two prisoners: both silent, 1 year each; both blame, 3 each; one blames, 0 and 4 years."""
 
     actions = (Labels(("cooperate", "defect")),) * 2
     payoffs = np.stack([0.0 - PRISON_YEARS, 0.0 - PRISON_YEARS.T], axis=2)

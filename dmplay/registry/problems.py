@@ -88,7 +88,11 @@ def find_problem(
     name = name if folder == CURRENT_FOLDER else rebase_name(name, folder, CURRENT_FOLDER)
     source = _source_of(name)
     if not (source.safe or trusted):
-        raise UnknownName("built-in problem", name, problem_names())
+        if names_code(name):
+            raise BadParameter(
+                f"problem {name!r} is code outside dmplay; if you trust it, add --trust"
+            )
+        raise UnknownName("problem", name, problem_names())
     result = source.load(name)
     if not parameters:
         return LoadedProblem(result.name, result.problem, {}, result.origin)
@@ -180,6 +184,11 @@ def full_description(problem: Problem) -> str:
 def requires_trust(name: str) -> bool:
     """Return whether a name may load code other than dmplay's, so that transcripts need trust."""
     return not _source_of(name).safe
+
+
+def names_code(name: str) -> bool:
+    """Return whether a name is that of a problem whose code is not part of dmplay."""
+    return requires_trust(name) and is_problem_name(name)
 
 
 def _is_shared_class(problem: Problem) -> bool:

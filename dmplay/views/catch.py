@@ -36,9 +36,9 @@ HEAT_LABEL_COLUMNS, HEAT_CELL_COLUMNS = (
 )  # columns before the heat map, columns of a distance
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 PAYOFF_CHART_HEIGHTS = (6, 4, 2, 0)  # rows of the expected-reward chart, tried in this order
-HEAT_LEGEND = "skill: half of the throws that far are caught; cells: % caught"
+HEAT_LEGEND = "skill 40 m: half of 40 m throws are caught; table: % caught"
 ACTION_PHRASE = "throw {} m"
-PLOT_LEGEND = ("p(caught) by", "skill:", "2 is 20 m,", "4 is 40 m ...")
+PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
 
 def _read_throw(view: View[Catch], turn: int) -> tuple[str, bool]:
@@ -326,8 +326,9 @@ def panel_rows(view: View[Catch]) -> list[tuple[str, str]]:
 def describe_turn(view: View[Catch]) -> str:
     """Describe the last throw: its distance, its result and the likeliest skill."""
     name, caught = _read_throw(view, view.turns_played - 1)
-    likeliest = format_belief(PROFICIENCY_NAMES, view.belief).partition(",")[0]
-    return f"threw {name} m: {'caught' if caught else 'dropped'}. likeliest skill {likeliest}."
+    likeliest = int(view.belief.argmax())
+    likeliest_text = f"{PROFICIENCY_NAMES[likeliest]} ({format_percent(view.belief[likeliest])})"
+    return f"threw {name} m: {'caught' if caught else 'dropped'}. likeliest skill {likeliest_text}."
 
 
 def describe_situation(view: View[Catch]) -> str:

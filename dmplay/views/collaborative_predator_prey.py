@@ -213,12 +213,11 @@ def _format_caption(
             strict=False,
         )
         observation_texts = (
-            f"{map_row} row after {observation_names[int(observation)]} "
-            f"({format_percent(float(p))})"
+            f"{observation_names[int(observation)]} ({format_percent(float(p))}): {map_row} row"
             for map_row, observation, p in forecast_rows
         )
         return [
-            f"{hexgrid.format_move_condition(options.forecast)}: belief about the prey",
+            f"{hexgrid.format_move_condition(options.forecast)}: chance of the prey after sensing",
             "; ".join(observation_texts),
         ]
     if options.regret is not None:
@@ -366,12 +365,13 @@ def _describe_partners(view: View[CollaborativePredatorPrey]) -> str:
 
 def goal_lines(view: View[CollaborativePredatorPrey]) -> list[str]:
     """Return the goal: the rewards of the team, and the information it lacks."""
-    slip, is_second_person = view.problem.slip, view.player_label == "you"
+    slip = view.problem.slip
+    verb = "sense" if view.player_label == "you" else "senses"
     return [
         "find the hidden prey",
         f"a catch pays each predator {CAPTURE_REWARD:g}",
         f"other turns cost {-MOVE_REWARD:g}",
-        f"{view.player_label} {'sense' if is_second_person else 'senses'} it at most one hex away",
+        f"{view.player_label} {verb} the prey at most one hex away",
         *([f"{format_percent(slip)} of steps slip sideways"] if slip else []),
     ]
 
@@ -428,7 +428,7 @@ def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> s
     sentences = []
     for name, probabilities in hex_beliefs._asdict().items():
         hexes_text = ", ".join(
-            f"{hex_} {probability:.3f}"
+            f"{hex_} ({format_percent(probability)})"
             for hex_, probability in _list_likeliest_hexes(view, probabilities, hex_count)
         )
         sentences.append(
@@ -449,7 +449,7 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
 
         def describe_hex(hex_: Hex) -> str:
             """Return the prey's probability in a hex as text."""
-            return f"prey {hex_beliefs.prey[problem.hexes.index(hex_)]:.3f}"
+            return f"prey {format_percent(hex_beliefs.prey[problem.hexes.index(hex_)]) or '0%'}"
 
         sentences += [
             f"at {format_hex(own_hex)}.",

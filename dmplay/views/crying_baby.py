@@ -88,7 +88,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = f"P({view.problem.state_names[-1]}) by turn "
+    title = "chance of hunger by turn "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     canvas.write_text(0, y, title, "dim")
     probabilities = [float(b[-1]) for b in (view.beliefs or ())[-columns:]]
@@ -135,7 +135,9 @@ def _draw_expected_rewards(
     """
     heading = "reward this turn hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
-    canvas.write_text(len(heading) + 2, y, "vs best" if options.regret is not None else "", "dim")
+    canvas.write_text(
+        len(heading) + 2, y, "below best" if options.regret is not None else "", "dim"
+    )
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
     for row, action in enumerate(rank_actions(options, len(keys)), y + 1):

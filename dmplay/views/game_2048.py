@@ -247,8 +247,12 @@ def _draw_margins(
 ) -> None:
     """Draw the title of the forecast, and at each edge the regret of a slide that way."""
     left, width, height = area  # column of the left border; offsets of the right and bottom borders
-    canvas.write_text(left + 1, 0, displayed.title, "bold")
+    long_title = f"{displayed.title.rstrip()}; %: chance of a new tile "
+    title = long_title if displayed.title and len(long_title) < width else displayed.title
+    canvas.write_text(left + 1, 0, title, "bold")
     for action in sort_regrets(options):
+        if title and action == UP:
+            continue  # The title is at its place.
         arrow, regret_text, regret_bar = (
             ARROWS[action],
             format_regret(

@@ -119,13 +119,12 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
             f"{format_signed(exits[position])}"
         )
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}: probability of each hex"
+        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
     if options.regret is not None:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
-    return (
-        f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{', letters are keys' * options.show_keys}"
-    )
+    keys = ", letters are keys" * options.show_keys
+    return f"@ {view.player_label}{ghost}, ◆ reward, ✗ cost{keys}"
 
 
 def _describe_last_move(view: View[HexWorld]) -> tuple[str, str]:
@@ -214,11 +213,8 @@ def describe_situation(view: View[HexWorld]) -> str:
         problem.hexes, position, lambda hex_: _describe_hex(hex_, exits)
     )
     for hex_, pay in exits.items():
-        exit_kind, distance = (
-            "goal" if pay > 0 else "hazard",
-            hexgrid.format_distance(position, hex_),
-        )
-        sentences.append(f"{exit_kind} {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
+        distance = hexgrid.format_distance(position, hex_)
+        sentences.append(f"exit {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
 
 

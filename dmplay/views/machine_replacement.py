@@ -113,7 +113,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "P(failure) by turn "
+    title = "failure risk by turn "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
@@ -131,7 +131,8 @@ def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> T
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
     canvas.write_text(0, y + 2, "expected reward now", "dim")
-    canvas.write_text(REGRET_COLUMN, y + 2, "vs best" if options.regret is not None else "", "dim")
+    regret_heading = "below best" if options.regret is not None else ""
+    canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
         key, name, reward = rewards_by_action[action]

@@ -169,14 +169,14 @@ def _make_arrival_cell(
 def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     """Return the caption of the map: the forecast, feeding, wall regrets or the agents' names."""
     if options.forecast:
-        return f"{hexgrid.format_move_condition(options.forecast)}: probabilities"
+        return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
     if (
         _flag_feeding_agents(view)[view.seat]
         and not view.end_reason
         and (options.allow_large or options.regret is not None)
     ):
         is_predator = view.seat in view.problem.predator_seats
-        return "any action eats the prey" if is_predator else "caught: any action"
+        return "any action eats the prey" if is_predator else "caught: any key moves you away"
     if options.regret is not None:
         return hexgrid.format_wall_regrets(
             view.problem.hexes, _list_positions(view)[view.seat], options
@@ -244,8 +244,14 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
             f"a turn that begins on the prey's hex pays 1{unit}{sharing_clause}",
             "any other turn costs 1",
             *slips,
+            f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
         ]
-    return [f"avoid predators: being caught costs {-DEVOURED_REWARD:g}", "moving is free", *slips]
+    return [
+        f"avoid predators: being caught costs {-DEVOURED_REWARD:g}",
+        "moving is free",
+        *slips,
+        "once caught, you reappear on a random hex",
+    ]
 
 
 def lesson(view: View[PredatorPrey]) -> Lesson:
@@ -256,17 +262,19 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         if problem.slip
         else "no step slips"
     )
-    name = f"{get_agent_glyph(problem, view.seat)}, {problem.agents[view.seat]}"
+    name = f"{problem.agents[view.seat]}, {get_agent_glyph(problem, view.seat)} on the map"
     role = f"You are {name}; all agents see each other and move one hex at the same time"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
         objective = (
-            f"You want to reach a prey: a turn that begins on its hex pays 1{sharing_clause}"
+            f"You want to reach a prey: a turn that begins on its hex pays 1{sharing_clause}; you "
+            f"stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
         return Lesson(role, objective, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
     objective = "You want to avoid the hexes of predators"
     costs = (
-        f"Being caught costs {-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
+        "A turn that begins on the hex of a predator costs you "
+        f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
     )
     return Lesson(role, objective, f"{costs}, and {slips}")
 

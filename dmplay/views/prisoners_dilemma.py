@@ -15,10 +15,11 @@ KEYS = {"c": "cooperate", "d": "defect"}
 
 def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     """Return the reward of each action against each action of the other agent, as clauses."""
+    other = view.problem.agents[1 - view.seat]
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
-        f"other cooperates: cooperate {cc:g}, defect {dc:g}",
-        f"other defects: cooperate {cd:g}, defect {dd:g}",
+        f"{other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
+        f"{other} defects: cooperate pays {cd:g}, defect {dd:g}",
         "both choose at the same time",
     ]
 
@@ -28,8 +29,9 @@ def lesson(view: View[PrisonersDilemma]) -> Lesson:
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return Lesson(
-        f"You are {you} and choose at the same time as {other}, in every round",
-        f"You want a high score of your own, whatever {other} gets",
+        f"You are {you}, a prisoner; in every round you cooperate (stay silent) or defect (blame "
+        f"{other}), and {other} chooses at the same time",
+        f"You want few years in prison, whatever {other} gets; a year costs 1",
         f"Cooperating pays {cc:g} if {other} does it too, else {cd:g}; defecting pays {dc:g} if "
         f"{other} cooperates, else {dd:g}",
         "cooperate",

@@ -45,7 +45,7 @@ def test_an_example_includes_its_variables_but_not_its_comment() -> None:
     )
     assert (
         find_examples(COMMANDS["dmplay play"])[-1]
-        == r"printf 'e\nne\nquit\n' | dmplay play hexworld"
+        == r"printf 'ignore\nfeed\nquit\n' | dmplay play crying-baby"
     )
 
 

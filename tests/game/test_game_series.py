@@ -257,6 +257,7 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
         "2     feed    ignore  5.00 ####################",
         "1     feed    ignore  0.05 #",
         "review: best action 0 of 2 times, total expected regret 5.05 (largest in turn 2)",
+        "regret = value of the best action minus value of yours",
     ]
     controller.end_game()
     path = tmp_path / "game.dmt"

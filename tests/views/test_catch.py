@@ -20,7 +20,7 @@ def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
     )
     assert (
         catch.describe_turn(make_view_after("50", "100"))
-        == "threw 100 m: dropped. likeliest skill 80 m 0.395."
+        == "threw 100 m: dropped. likeliest skill 80 m (39%)."
     )
 
 
@@ -29,10 +29,10 @@ FRAMES = {
         make_view_after("50", "100", "60"),
         DrawOptions(80, 24),
         """
-1.0 ┤   68  68   8   8                          p(caught) by
-    │    4   4   6   6   8   8                  skill:
-    │    2       4       6       8              2 is 20 m,
-0.5 ┤        2       4       6       8          4 is 40 m ...
+1.0 ┤   68  68   8   8                          chance of catch
+    │    4   4   6   6   8   8                  2: skill 20 m
+    │    2       4       6       8              4: skill 40 m
+0.5 ┤        2       4       6       8          and so on
     │            2       4       6       8
     │                2   2   4   4   6   6   8
 0.0 ┤                        2   2  24  24 246
@@ -51,10 +51,10 @@ throws 50✓ 100✗ 60✗""",
         make_view_after("50", "100", "60"),
         DrawOptions(120, 24, ascii=True),
         """
-1.0 +   68  68   8   8                          p(caught) by    belief: skill
-    |    4   4   6   6   8   8                  skill:          20 m  ###................. 0.134
-    |    2       4       6       8              2 is 20 m,      40 m  ######.............. 0.318
-0.5 +        2       4       6       8          4 is 40 m ...   60 m  #######............. 0.373
+1.0 +   68  68   8   8                          chance of catch belief: skill
+    |    4   4   6   6   8   8                  2: skill 20 m   20 m  ###................. 0.134
+    |    2       4       6       8              4: skill 40 m   40 m  ######.............. 0.318
+0.5 +        2       4       6       8          and so on       60 m  #######............. 0.373
     |            2       4       6       8                      80 m  ####................ 0.175
     |                2   2   4   4   6   6   8
 0.0 +                        2   2  24  24 246

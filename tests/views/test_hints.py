@@ -57,16 +57,17 @@ heard  crying
 
 sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
-P(hungry) by turn =#
+chance of hunger by turn =#
 
-reward this turn hunger  effort     sum  vs best
+reward this turn hunger  effort     sum  below best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
 
-if you sing:  P(sated)  P(hungry)
- 82% crying       0.00       1.00
- 18% quiet        0.48       0.52""",
+if you sing:  belief then:
+chance        sated  hungry
+ 82% crying    0.00    1.00
+ 18% quiet     0.48    0.52""",
     ),
     "the baby of the second of two": (
         make_view_after("multicaregiver-crying-baby", "ignore feed", seat=1),
@@ -76,7 +77,7 @@ heard  quiet
 
 sated   ████████████████████████████████████████ 1.000
 hungry  ········································ 0.000
-P(hungry) by turn ▅▁··················
+chance of hunger by turn ▅▁··················
 
 reward this turn hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
@@ -100,15 +101,16 @@ saw  nondefective                            0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-P(failure) by turn _.:                       /*m m m \
+failure risk by turn _.:                     /*m m m \
                                             / m m m e \
-expected reward now  vs best               / m m m e e \
+expected reward now  below best            / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
 e examine     +0.497 #....... -0.25      / i i i i i i i \
 i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
 r replace     -2.000 ######## -2.75    / i i i i i i r r r \
 true state: 1 failed                  -----o-----------------
-if you examine:    P(0)  P(1)  P(2)   1 failed       2 failed
+if you examine:    belief then:       1 failed       2 failed
+chance                0     1     2
  75% nondefective  0.71  0.27  0.03
  25% defective     0.00  0.78  0.22""",
     ),
@@ -122,17 +124,16 @@ skill belief   throw  10  20  30  40  50  60  70  80  90 100
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6
 80 m #....... 0.175  #99 #98 #97 #94 #88 *79 +66 =50 :34 .21
 
-                          ::  ++  ##  ##  **  ==  ..
-                      ++  ##  ##  ##  ##  ##  ##  ##  **  ==
 expected reward        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
 regret (* best)        9 4.5 2.2   1   * 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 
-if you throw 60 m:  P(20 m)  P(40 m)  P(60 m)  P(80 m)
- 60% dropped           0.21     0.42     0.31     0.06
- 40% caught            0.02     0.17     0.47     0.35""",
+if you throw 60 m:  belief then:
+chance              20 m  40 m  60 m  80 m
+ 60% dropped        0.21  0.42  0.31  0.06
+ 40% caught         0.02  0.17  0.47  0.35""",
     ),
     "the second prisoner with what is lost and paid": (
         make_view_after("prisoners-dilemma", "defect cooperate", "defect defect", seat=1),
@@ -210,9 +211,10 @@ hungry  ████████████████████████
 1 feed      ██▌················· -0.4
 3 ignore    ████████████████████ -3.25
 
-if you sing:  P(sated)  P(hungry)
- 82% crying       0.00       1.00
- 18% quiet        0.48       0.52""",
+if you sing:  belief then:
+chance        sated  hungry
+ 82% crying    0.00    1.00
+ 18% quiet     0.48    0.52""",
     ),
     "generic in few rows": (
         make_view_after("crying-baby", "ignore"),
@@ -222,9 +224,10 @@ if you sing:  P(sated)  P(hungry)
         """
 observed  crying
 hint: best sing; feed ▌··· -0.4; ignore ████ -3.25
-if you sing (samples):  P(sated)  P(hungry)
- 82% crying                 0.00       1.00
- 18% quiet                  0.48       0.52""",
+if you sing (samples):  belief then:
+chance                  sated  hungry
+ 82% crying              0.00    1.00
+ 18% quiet               0.48    0.52""",
     ),
     "generic with illegal actions and many outcomes": (
         make_view_after("2048"),
@@ -271,7 +274,8 @@ observed  nothing
 5 sw
 6 se
 
-if you e:
+if you e:  belief then:
+chance     likeliest states
 100% prey  (-1,2) (-1,2) (0,0) 1.000, (-1,2) (-1,2) (-1,2) 0.000, (-1,2) (-1,2)
 (0,2) 0.000""",
     ),

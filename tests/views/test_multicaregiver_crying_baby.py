@@ -22,7 +22,7 @@ heard  quiet
 
 sated   ████████████████████ 1.000
 hungry  ···················· 0.000
-P(hungry) by turn ▅█▁·················
+chance of hunger by turn ▅█▁·················
 the belief assumes that caregiver1 acts at random"""
     )
 
@@ -38,7 +38,7 @@ heard  quiet
 
 sated   ##################.. 0.909
 hungry  ##.................. 0.091
-P(hungry) by turn =_
+chance of hunger by turn =_
 belief assumes a random caregiver2"""
     )
 

@@ -17,6 +17,7 @@ from dmplay.game.hints.hint_provider import count_decimals, format_fixed
 from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
+REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("reviewing your actions")
 
@@ -139,7 +140,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     """Return the review as an aligned table, largest regret first, with a summary line.
 
     The columns are turn, seat (if several), choice, best actions, and regret with a bar, unless
-    there is none.
+    there is none. The last line then explains the regret.
     """
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     max_regret, decimal_count = max(regrets, default=0.0), count_decimals(regrets)
@@ -158,7 +159,11 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret])
-    return [*(align_columns(rows) if reviewed_actions else []), format_summary(reviewed_actions)]
+    return [
+        *(align_columns(rows) if reviewed_actions else []),
+        format_summary(reviewed_actions),
+        *([REGRET_EXPLANATION] if regrets else []),
+    ]
 
 
 def format_lines(reviewed_actions: list[ReviewedAction]) -> list[str]:

@@ -159,10 +159,12 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
     elif key.isprintable():
+        # In a replayed transcript, N starts no game.
+        is_over = game.session.over and game.request is not None
+        explanation = "N starts a new game" if is_over else "? lists the keys"
         is_late_action = game.session.over and game.is_action_key(key)
-        screen.message = (
-            f"{key}: {GAME_OVER_MESSAGE if is_late_action else 'no such key; ? lists the keys'}"
-        )
+        problem_text = GAME_OVER_MESSAGE if is_late_action else "no such key"
+        screen.message = f"{key}: {problem_text}; {explanation}"
 
 
 def _scroll_rows(key: str) -> float:

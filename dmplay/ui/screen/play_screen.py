@@ -28,6 +28,7 @@ from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
 from dmplay.ui.screen.turn_animation import TurnAnimation
 
 OVERLAYS = ("", "values", "policy", "states")
+OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 VALUES_TASK = TaskInfo("computing the value of every state")
 
@@ -224,7 +225,10 @@ class PlayScreen:
             if self.render_upper(self._viewport).plain != plain_screen:
                 provider = self.game.hint_provider
                 accuracy = provider.values_name * (OVERLAYS[index] == "values")
-                parts = [f"overlay: {accuracy or OVERLAYS[index]}", provider.describe_game()]
+                parts = [
+                    f"overlay: {accuracy or OVERLAY_LABELS[OVERLAYS[index]]}",
+                    provider.describe_game(),
+                ]
                 self.message = ", ".join(filter(None, parts))
                 return
         self.overlay_index = 0

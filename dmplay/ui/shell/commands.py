@@ -268,7 +268,10 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _bind_to_game(of_game.assume_player),
         ),
         Command(
-            "policy", "", "show only the suggested action", _bind_to_game(of_game.show_best_action)
+            "policy",
+            "",
+            "show the suggested action without the values",
+            _bind_to_game(of_game.show_best_action),
         ),
         Command(
             "step",
@@ -344,7 +347,10 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "T",
         ),
         Command(
-            "load", "[FILE]", "resume a saved game, or the latest one", of_table.resume_transcript
+            "load",
+            "[FILE]",
+            "resume the game in FILE, or the newest game you left",
+            of_table.resume_transcript,
         ),
         Command("replay", "FILE", "open a recorded game as a replay", of_table.replay_transcript),
         Command(
@@ -366,7 +372,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             of_table.export_game,
         ),
     ),
-    "book": (
+    "problems": (
         Command("list", "[KIND]", "list the problems", _bind_to_cli("list")),
         Command(
             "records", "", "show your records and your latest results", _bind_to_cli("records")

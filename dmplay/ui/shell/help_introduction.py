@@ -48,10 +48,10 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     initial_state = session.state
     reward = float(session.advance(actions).rewards[seat])
     shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
-    hidden_note = " (hidden)" * problem.partially_observable
+    state_word = "with the hidden state" if problem.partially_observable else "in state"
     state_text = problem.format_state(initial_state)
     shows_state = shows_state and len(state_text) <= MAX_STATE_COLUMNS  # no whole board
-    start = f" in state {state_text}{hidden_note}" if shows_state else " one turn"
+    start = f" {state_word} {state_text}" if shows_state else " one turn"
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
     return f"For example,{start}: {turn_text} The reward is {reward:.4g}."
 

@@ -206,24 +206,24 @@ def format_forecast_rows(
     condition = format_action_condition(view, forecast, phrase_template)
     rows = [f"{condition}:", *outcome_rows]
     if forecast.beliefs is not None:
+        rows = [f"{condition}:", "chance", *outcome_rows]
         column_width = max(map(len, rows))
-        headings = [f"P({name})" for name in state_names]
         header = (
-            _format_columns(headings, headings) if len(state_names) <= MAX_STATE_COLUMNS else ""
+            _format_columns(state_names, state_names)
+            if len(state_names) <= MAX_STATE_COLUMNS
+            else "  likeliest states"
         )
-        belief_texts = [
-            _format_belief_columns(state_names, headings, belief) for belief in forecast.beliefs
-        ]
-        pairs = zip(rows, [header, *belief_texts], strict=False)
+        belief_texts = [_format_belief_columns(state_names, belief) for belief in forecast.beliefs]
+        pairs = zip(rows, ["  belief then:", header, *belief_texts], strict=False)
         rows = [f"{row:<{column_width}}{tail}".rstrip() for row, tail in pairs]
     more_row = [f"     … {len(forecast.probabilities) - MAX_FORECAST_ROWS} more"]
     return [*rows, *(more_row if len(forecast.probabilities) > MAX_FORECAST_ROWS else [])]
 
 
-def _format_belief_columns(names: Sequence[str], headings: Sequence[str], belief: Reals) -> str:
-    """Format a belief in columns below their headings; of many states the likeliest."""
+def _format_belief_columns(names: Sequence[str], belief: Reals) -> str:
+    """Format a belief in columns below the states' names; of many states the likeliest."""
     if len(names) <= MAX_STATE_COLUMNS:
-        return _format_columns(headings, [f"{probability:.2f}" for probability in belief])
+        return _format_columns(names, [f"{probability:.2f}" for probability in belief])
     return "  " + ", ".join(format_likeliest_states(names, belief)[: MAX_STATE_COLUMNS - 1])
 
 

@@ -263,7 +263,7 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
-    return f"into a wall: {' '.join(parts)} vs best" if parts else "value of each direction vs best"
+    return f"wall keys: {' '.join(parts)} below best" if parts else "numbers: value below the best"
 
 
 def format_move_condition(forecast: Forecast) -> str:

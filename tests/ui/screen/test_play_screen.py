@@ -221,16 +221,16 @@ def test_help_longer_than_the_screen_is_split_into_parts() -> None:
 def test_look_shows_the_situation_without_truncation() -> None:
     screen_text = play_keys(make_game("hexworld"), "L").last
     assert "\n at (7,2). E (8,2) floor. NE wall. " in screen_text
-    assert "goal\n   +10 at (9,0): 2 steps.\n" in screen_text
+    assert "exit +10\n   at (9,0): 2 steps.\n" in screen_text
 
 
 def test_one_key_cycles_through_the_overlays() -> None:
     result = play_keys(make_game("hexworld"), "V", "V", "V", "V", size=(80, 24))
     assert "overlay: exact values" in result.frames[1]
     assert "│ 7.04│" in result.frames[1]
-    assert "overlay: policy" in result.frames[2]
+    assert "overlay: best actions" in result.frames[2]
     assert "  ↘  " in result.frames[2]
-    assert "overlay: states" in result.frames[3]
+    assert "overlay: state numbers" in result.frames[3]
     assert "│  22 │" in result.frames[3]
     assert "overlay: none" in result.frames[4]
 
@@ -246,6 +246,13 @@ def test_a_board_without_overlays_says_so(problem: str, size: tuple[int, int]) -
 
 def test_a_key_without_a_meaning_says_so() -> None:
     assert "z: no such key; ? lists the keys" in play_keys(make_game("crying-baby"), "z").last
+
+
+def test_a_small_n_after_the_game_names_the_key_of_a_new_game() -> None:
+    baby = play_keys(start_new_game(GameRequest("crying-baby", turns=1)), "f", "n").last
+    assert "n: no such key; N starts a new game" in baby
+    map_key = play_keys(start_new_game(GameRequest("hexworld", turns=1)), "n", "n").last
+    assert "n: the game is over; N starts a new game" in map_key
 
 
 def test_repainting_changes_nothing_on_the_screen() -> None:

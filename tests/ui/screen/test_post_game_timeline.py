@@ -90,7 +90,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
-into a wall: u -0.624 y -0.624 b -0.624 n -0.624 vs best         w      -0.48
+wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
                                                                  sw     -1.10
@@ -123,7 +123,7 @@ heard  quiet
 
 sated   ███████████████████▊ 0.989
 hungry  ▎··················· 0.011
-P(hungry) by turn ▅▁▁▁▁▁··············
+chance of hunger by turn ▅▁▁▁▁▁··············
 true state: sated
 
    scored -15, you -19.423
@@ -138,7 +138,7 @@ heard  quiet
 
 sated   ███████████████████▌ 0.973
 hungry  ▌··················· 0.027
-P(hungry) by turn ▅▁▁▁················
+chance of hunger by turn ▅▁▁▁················
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
@@ -154,9 +154,9 @@ heard  quiet                                               reward   0
                                                            discount 0.90
 sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027       ignore -1.38
-P(hungry) by turn =___                                       sing   -1.88
+chance of hunger by turn =___                                sing   -1.88
                                                              feed   -5.27
-reward this turn hunger  effort     sum  vs best
+reward this turn hunger  effort     sum  below best
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -179,7 +179,7 @@ heard  quiet                                            reward   -0.5
                                                         discount 0.90
 sated   ███████████████████████████████████████▌ 0.989
 hungry  ▌······································· 0.011
-P(hungry) by turn ▅▁▁▁▁▁··············
+chance of hunger by turn ▅▁▁▁▁▁··············
 
 reward this turn hunger  effort     sum
 f feed            -0.11   -5.00   -5.11

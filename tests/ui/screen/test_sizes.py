@@ -79,7 +79,7 @@ def test_an_option_or_variable_limits_the_width_of_the_screen(
     name, columns = setting
     arguments, env = ([name, columns], {}) if name.startswith("-") else ([], {name: columns})
     with Terminal("hexworld", "--seed", "7", *arguments, folder=tmp_path, env=env) as terminal:
-        terminal.ready().press("l", "turn 1 ").press("L", "goal +10 at (9,0): 2 steps.")
+        terminal.ready().press("l", "turn 1 ").press("L", "exit +10 at (9,0): 2 steps.")
         assert max(map(len, terminal.text.split("\n"))) <= 50
         terminal.press("q")
         assert terminal.ended() == 0

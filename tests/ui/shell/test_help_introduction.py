@@ -25,7 +25,10 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
             f"expected a sentence that begins with {beginning!r}, got {row!r}; "
             f"see lesson in dmplay/views/{name_to_stem(name)}.py"
         )
-    assert re.match("For example, (one turn|in state .*): .* The reward is -?[0-9.]+", lines[-1])
+    assert re.match(
+        "For example, (one turn|(in|with the hidden) state .*): .* The reward is -?[0-9.]+",
+        lines[-1],
+    )
     other_game = make_game(name, "human", *others, seed=2)
     assert lesson_lines(other_game) == lines
     legal_actions = [
@@ -60,7 +63,10 @@ def test_a_lesson_contains_the_parameters_of_the_game(
     [
         ("2048", "slid left. new 2 in row 3, column 4. The reward is 4."),
         ("hexworld", "in state (7,1): chose W, slipped, moved SW to (7,0). The reward is 0."),
-        ("crying-baby", "in state hungry (hidden): chose feed, heard quiet. belief: sated 1.000, "),
+        (
+            "crying-baby",
+            "with the hidden state hungry: chose feed, heard quiet. belief: sated 1.000, ",
+        ),
         ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. The reward is 1."),
     ],
 )
