@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import WITHOUT_END, AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
@@ -147,8 +147,10 @@ def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> 
     if not questions or len(hint_agents) < len(questions):
         return None
     policies = {agent.question.seat: agent.policy for agent in hint_agents}
-    scope = hint_agents[0].scope
-    return Ghost(hint_agents[0].label + f" ({scope})" * bool(scope), session, policies)
+    first = hint_agents[0]
+    plan = WITHOUT_END if WITHOUT_END in first.scope else ""
+    scope = ", ".join(filter(None, (plan, first.assumed_players)))
+    return Ghost(first.label + f" ({scope})" * bool(scope), session, policies)
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:

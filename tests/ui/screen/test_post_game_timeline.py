@@ -73,7 +73,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
  review: best action 1 of 4 times, total expected regret 6.13 (largest in turn
    1)
- with the same random numbers: optimal:horizon=4 scored 8.1, you -1.539
+ with the same random numbers: optimal scored 8.1, you -1.539
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
 
  Enter review  Tab hint  Bksp undo  ? help  q quit  : command""",
@@ -89,8 +89,9 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲     ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   discount
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
-  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱      e      -0.48
-wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        w      -0.48
+  ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
+wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        e      -0.48
+                                                                 w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
                                                                  sw     -1.10
@@ -99,7 +100,6 @@ wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        w      -0.48
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  regret █▂[▂]▁  worst: turn 1, 3, 2
  turn 3 of 4: chose se; e or w was better by 0.62.
-
 
  ← → turns  Enter play from here  N new  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -126,7 +126,7 @@ hungry  ▎··················· 0.011
 chance of hunger by turn ▅▁▁▁▁▁··············
 true state: sated
 
-   scored -15, you -19.423
+   -15, you -19.423
  over: turn limit after 5 turns. agent score
    -19.423 (undiscounted -21).
  rows 30-32 of 32: PgUp PgDn Home End
@@ -153,10 +153,10 @@ hint: best i; s ▌··· -0.5; f ████ -3.88
 heard  quiet                                               reward   0
                                                            discount 0.90
 sated   #######################################. 0.973     exact values
-hungry  #....................................... 0.027       ignore -1.38
-chance of hunger by turn =___                                sing   -1.88
-                                                             feed   -5.27
-reward this turn hunger  effort     sum  below best
+hungry  #....................................... 0.027     2 turns left
+chance of hunger by turn =___                                ignore -1.38
+                                                             sing   -1.88
+reward this turn hunger  effort     sum  below best          feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -192,7 +192,7 @@ an unfed sated baby gets hungry: 10%
 true state: sated
 
    4)
- with the same random numbers: optimal:horizon=5 scored -15, you -19.423
+ with the same random numbers: optimal scored -15, you -19.423
  over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
  rows 19-21 of 21: PgUp PgDn Home End
 
@@ -278,11 +278,11 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "with the same random numbers: optimal:horizon=4 scored 8.1, you -1.539" in press_keys(
+    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(
         screen
     )
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "with the same random numbers: optimal:horizon=4 scored 8.1, you -0.81" in press_keys(
+    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(
         screen, "u"
     )
     assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
