@@ -61,9 +61,16 @@ def main() -> None:
         "--games", type=int, default=league.DEFAULT_GAMES, help="of each agent of the league"
     )
     parser.add_argument("--workers", type=int, default=1, help="of the league")
+    parser.add_argument(
+        "--write", action="store_true", help="replace the lines of the league in the guide"
+    )
     options = parser.parse_args()
     if options.part == ["league"]:
-        league.report(options.games, options.problem, options.agent, options.workers)
+        if options.write and options.agent:
+            parser.error("--write needs all agents; leave out --agent")
+        league.report(
+            options.games, options.problem, options.agent, options.workers, write=options.write
+        )
         return
     unknown = set(options.part) - set(BENCHMARKS)
     if unknown:

@@ -2,14 +2,18 @@
 reference.
 
 `python -m tests.benchmarks league [--problem NAME ...] [--agent NAME ...] [--games N]
-[--workers N]` uses the functions behind `dmplay run` and `dmplay tournament`. The problem's default
-agents play the seats that are not measured; in a team the same agent plays every seat. Slow agents
-play fewer games, as the output shows. The results are published in `dmplay/guide/80-league.md`,
-which `dmplay guide league` shows.
+[--workers N] [--write]` uses the functions behind `dmplay run` and `dmplay tournament`. The
+problem's default agents play the seats that are not measured; in a team the same agent plays every
+seat. Slow agents play fewer games, as the output shows. `--write` replaces the lines of the
+measured problems in `dmplay/guide/80-league.md`, which `dmplay guide league` shows.
 """
 
 import math
-from collections.abc import Iterator
+import re
+import textwrap
+from collections.abc import Iterator, Sequence
+from datetime import UTC, date, datetime
+from pathlib import Path
 from typing import NamedTuple
 
 import dmplay
@@ -38,6 +42,15 @@ SLOW_AGENT_DIVISORS = {
     "chase-belief": 10,
     "qmdp": 10,
 }
+SLOW_SEARCH_DIVISORS = {
+    "2048": 100, "collaborative-predator-prey": 25, "crying-baby": 50,
+    "multicaregiver-crying-baby": 100, "predator-prey": 160, "cart-pole": 300,
+}  # fmt: skip
+# the agent that plays in place of another one
+AGENT_SETTINGS = {("2048", "search"): "search:simulations=200"}
+LEAGUE_PAGE = Path(dmplay.__file__).parent / "guide" / "80-league.md"
+MAX_LISTED_AGENTS = 5  # agents in a line of the page, besides `random`
+PAGE_COLUMNS = 100
 # solved for an infinite horizon
 INFINITE_HORIZON_PROBLEMS = ("crying-baby", "predator-prey", "multicaregiver-crying-baby")
 # round-robin tournaments
@@ -110,19 +123,26 @@ def measure_agent(
     try:
         policies = [
             dmplay.load_agent(
-                problem, i, agent if i in seats else load_roster(problem, i).default_partner
+                problem,
+                i,
+                AGENT_SETTINGS.get((name, agent), agent)
+                if i in seats
+                else load_roster(problem, i).default_partner,
             )
             for i in range(len(problem.agents))
         ]
     except DmplayError:
         return None
+    divisor = SLOW_AGENT_DIVISORS.get(agent, 1)
+    if agent == "search":
+        divisor = SLOW_SEARCH_DIVISORS.get(name, divisor)
     factor = (
         REFERENCE_GAMES_FACTOR * RARE_EVENT_FACTORS.get(name, 1)
         if reference and agent == reference.agent
         else 1
     )
     result = run(
-        problem, policies, episodes=max(10, games * factor // SLOW_AGENT_DIVISORS.get(agent, 1)),
+        problem, policies, episodes=max(10, games * factor // divisor),
         turns=TURN_LIMITS.get(name, problem.horizon), seed=SEED, workers=workers,
     )  # fmt: skip
     returns = result.rollout.returns[:, seats[:1] if problem.shared_reward else seats]
@@ -149,10 +169,57 @@ def format_reference(reference: ReferenceReturn | None) -> str:
     return f"  {'best known':<24}{reference.number:>12.4g}{'':>10}  {reference.source}"
 
 
-def report(games: int, problems: list[str], agents: list[str], workers: WorkerCount = 1) -> None:
+def format_standing(league_game: LeagueGame, results: Sequence[AgentResult], measured: date) -> str:
+    """Return the line of a game on the page: the reference, the best agents and `random`.
+
+    The results come best first. The agent that should reach the reference is bold.
+    """
+    reference = league_game.reference
+    known = f"{reference.number:.7g} ({reference.source})" if reference else "no reference"
+    if reference and abs(reference.number) < 1e5:
+        known = f"{reference.number:.4g} ({reference.source})"
+    listed = [
+        result
+        for rank, result in enumerate(results)
+        if rank < MAX_LISTED_AGENTS or result.agent == "random"
+    ]
+    agents_text = ", ".join(_format_result(result, reference) for result in listed)
+    return textwrap.fill(
+        f"- `{league_game}`: {known}. {agents_text}. Measured {measured}.",
+        PAGE_COLUMNS,
+        subsequent_indent="  ",
+        break_long_words=False,
+        break_on_hyphens=False,
+    )
+
+
+def _format_result(result: AgentResult, reference: ReferenceReturn | None) -> str:
+    """Return an agent's mean and standard error, in bold if it should reach the reference."""
+    error = f" ± {result.error:.2g}" if result.error else ""
+    text = f"{result.agent} {result.mean:.4g}{error}"
+    return f"**{text}**" if reference and result.agent == reference.agent else text
+
+
+def replace_standing(page: str, standing: str) -> str:
+    """Return the page with this line in place of the one of the same game, or at the end."""
+    start = standing.partition(":")[0]
+    pattern = re.compile(rf"^{re.escape(start)}:.*\n(?:  .*\n)*", re.MULTILINE)
+    if not pattern.search(page):
+        return f"{page.rstrip()}\n{standing}\n"
+    return pattern.sub(lambda _: f"{standing}\n", page)
+
+
+def report(
+    games: int,
+    problems: list[str],
+    agents: list[str],
+    workers: WorkerCount = 1,
+    *,
+    write: bool = False,
+) -> None:
     """Print the results of each game, best agent first, and the verdict.
 
-    For matrix games, print a round-robin tournament too.
+    For matrix games, print a round-robin tournament too. `write` replaces the lines of the page.
     """
     for league_game in iter_league_games(problems):
         reference = league_game.reference
@@ -171,6 +238,10 @@ def report(games: int, problems: list[str], agents: list[str], workers: WorkerCo
                 f"  {entry.games} games, {entry.seconds:.1f} s"
             )
         print(f"  {format_verdict(reference, rows)}", flush=True)
+        if write:
+            standing = format_standing(league_game, rows, datetime.now(UTC).date())
+            page = LEAGUE_PAGE.read_text(encoding="utf-8")
+            LEAGUE_PAGE.write_text(replace_standing(page, standing), encoding="utf-8")
         fast_agents = [entry for entry in agent_names if entry not in SLOW_AGENT_DIVISORS]
         if league_game.name in ROUND_ROBIN_PROBLEMS and len(fast_agents) > 1:
             match = EvaluationRequest(league_game.name, seed=SEED, workers=workers)

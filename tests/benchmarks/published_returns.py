@@ -66,7 +66,9 @@ def find_team_reference_return(name: str, problem: Problem) -> ReferenceReturn:
     team_tables = tables._replace(rewards=tables.rewards.sum(axis=2, keepdims=True))
     vectors = exact_pomdp.solve_infinite_horizon(team_tables, problem.discount).alpha_vectors
     value = float((vectors @ belief.initial_belief(problem)).max())
-    return ReferenceReturn(value, "optimum of one planner who hears", "joint-plan")
+    return ReferenceReturn(
+        value, "optimum of one planner for both seats, who hears the baby", "joint-plan"
+    )
 
 
 def _solve_hexworld(problem: Problem) -> float:
@@ -120,7 +122,8 @@ def _solve_predator_prey(problem: Problem, seat: int) -> ReferenceReturn:
     equilibrium_value = (
         start @ markov_game_policy_iteration.find_equilibrium(problem).action_values[seat]
     )
-    source = f"best reply to the usual opponent; the equilibrium is worth {equilibrium_value:.4g}"
+    opponent = load_roster(problem, 1 - seat).default_partner
+    source = f"best response to `{opponent}`; equilibrium {equilibrium_value:.4g}"
     return ReferenceReturn(float(start @ q.max(axis=1)), source, "best-response")
 
 
@@ -135,7 +138,7 @@ def _bound_collaborative_hunt(problem: CollaborativePredatorPrey) -> ReferenceRe
     upper_bound = CentralizedPomdp(
         PredatorPreyDecPomdp.from_predator_prey(problem), turns, budget, np.inf
     ).upper_bound
-    return ReferenceReturn(upper_bound, "bound: one planner who senses for both")
+    return ReferenceReturn(upper_bound, "bound: one planner who has the observations of both seats")
 
 
 # Problem -> function of the problem and a seat. A problem whose seats play only as a team is not
@@ -145,18 +148,18 @@ REFERENCE_RETURNS: dict[str, Callable[[Problem, int], ReferenceReturn]] = {
         _solve_hexworld(problem), "optimum, by policy iteration", "optimal"
     ),
     "2048": lambda _problem, _seat: ReferenceReturn(
-        625_377, "Guei, Chen and Wu (2021): TDL2048+, 6-ply search; p_two is 0.9"
+        625_377, "published: TDL2048+, six plies; Guei, Chen and Wu, 2021, with `p_two` 0.9"
     ),
     "cart-pole": lambda _problem, _seat: ReferenceReturn(500, "optimum: all turns", "regulate"),
     "mountain-car": lambda problem, _seat: ReferenceReturn(
-        _solve_mountain_car(problem), "optimum on the grid", "optimal"
+        _solve_mountain_car(problem), "optimum on the agent's grid of states", "optimal"
     ),
     "simple-regulator": lambda problem, _seat: ReferenceReturn(
-        _solve_simple_regulator(problem), "optimum, closed form", "optimal"
+        _solve_simple_regulator(problem), "optimum, in closed form", "optimal"
     ),
     "collision-avoidance": lambda _problem, _seat: ReferenceReturn(
         read_expected_value("collision", "collision/nmac/0002", "mean_return"),
-        "tests/truth: the grid policy in 10^6 games",
+        "mean of a million games of the policy solved on a grid",
         "optimal",
     ),
     "crying-baby": lambda problem, _seat: ReferenceReturn(
@@ -164,23 +167,23 @@ REFERENCE_RETURNS: dict[str, Callable[[Problem, int], ReferenceReturn]] = {
     ),
     "machine-replacement": lambda _problem, _seat: ReferenceReturn(
         read_expected_value("machine", "machine/value_grid/0014", "values", -1),
-        "tests/truth: optimum",
+        "optimum",
         "optimal",
     ),
     "catch": lambda _problem, _seat: ReferenceReturn(
         read_expected_value("catch", "catch/optimal_from_uniform/0009", "value"),
-        "tests/truth: optimum",
+        "optimum",
         "optimal",
     ),
     "prisoners-dilemma": lambda _problem, _seat: ReferenceReturn(
-        -9, "best reply: betray in the last round"
+        -9, "best response to `tit-for-tat`: defect in the last round only"
     ),
-    "rock-paper-scissors": lambda _problem, _seat: ReferenceReturn(10, "bound: every round won"),
+    "rock-paper-scissors": lambda _problem, _seat: ReferenceReturn(10, "bound: win every round"),
     "travelers-dilemma": lambda problem, _seat: ReferenceReturn(
-        _solve_travelers_dilemma(problem), "best reply to level-k"
+        _solve_travelers_dilemma(problem), "best response to `level-k`"
     ),
     "predator-prey": _solve_predator_prey,
     "multicaregiver-crying-baby": lambda problem, seat: ReferenceReturn(
-        _solve_multicaregiver(problem, seat), "best reply to feed-when-crying", "best-response"
+        _solve_multicaregiver(problem, seat), "best response to `feed-when-crying`", "best-response"
     ),
 }

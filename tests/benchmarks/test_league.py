@@ -1,6 +1,7 @@
 """Tests of the league's verdicts: agents that should earn a reference return do so."""
 
 import math
+from datetime import date
 
 import pytest
 
@@ -47,6 +48,30 @@ def test_a_problem_without_a_reference_is_measured_too(
     output = capsys.readouterr().out
     assert "no reference; add one to tests/benchmarks/published_returns.py" in output
     assert "random" in output
+
+
+def test_a_line_of_the_page_has_the_reference_the_best_agents_and_a_date() -> None:
+    game = LeagueGame(
+        "catch", dmplay.load_problem("catch"), (0,), ReferenceReturn(171.18, "optimum", "optimal")
+    )
+    results = [
+        AgentResult(agent, mean, error, 10_000, 1.0)
+        for agent, mean, error in [
+            ("optimal", 171.2, 0.32), ("greedy", 170.9, 1.0), ("search", 166.9, 3.2),
+            ("thompson", 165.7, 0.96), ("always-50", 150.0, 0.0), ("always-100", 120.0, 1.0),
+            ("random", 113.2, 0.83),
+        ]
+    ]  # fmt: skip
+    line = league.format_standing(game, results, date(2026, 11, 24))
+    assert line == (
+        "- `catch`: 171.2 (optimum). **optimal 171.2 ± 0.32**, greedy 170.9 ± 1, "
+        "search 166.9 ± 3.2, thompson\n  165.7 ± 0.96, always-50 150, random 113.2 ± 0.83. Measured 2026-11-24."
+    )
+    page = "# Standings\n\n- `2048`: 1.\n- `catch`: 0.\n  random 0\n- `hexworld`: 4.\n"
+    assert league.replace_standing(page, line) == (
+        f"# Standings\n\n- `2048`: 1.\n{line}\n- `hexworld`: 4.\n"
+    )
+    assert league.replace_standing("# Standings\n", line) == f"# Standings\n{line}\n"
 
 
 @pytest.mark.parametrize("name", problem_names())

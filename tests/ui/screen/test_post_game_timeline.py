@@ -278,13 +278,9 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(
-        screen
-    )
+    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(screen)
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(
-        screen, "u"
-    )
+    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
     assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
 
 
