@@ -175,9 +175,10 @@ def format_standing(league_game: LeagueGame, results: Sequence[AgentResult], mea
     The results come best first. The agent that should reach the reference is bold.
     """
     reference = league_game.reference
-    known = f"{reference.number:.7g} ({reference.source})" if reference else "no reference"
-    if reference and abs(reference.number) < 1e5:
-        known = f"{reference.number:.4g} ({reference.source})"
+    best = "no reference"
+    if reference:
+        number = format(reference.number, ".4g" if abs(reference.number) < 1e5 else ".0f")
+        best = f"{number} ({reference.source})"
     listed = [
         result
         for rank, result in enumerate(results)
@@ -185,7 +186,7 @@ def format_standing(league_game: LeagueGame, results: Sequence[AgentResult], mea
     ]
     agents_text = ", ".join(_format_result(result, reference) for result in listed)
     return textwrap.fill(
-        f"- `{league_game}`: {known}. {agents_text}. Measured {measured}.",
+        f"- `{league_game}`: {best}. {agents_text}. Measured {measured}.",
         PAGE_COLUMNS,
         subsequent_indent="  ",
         break_long_words=False,

@@ -65,7 +65,8 @@ def test_a_line_of_the_page_has_the_reference_the_best_agents_and_a_date() -> No
     line = league.format_standing(game, results, date(2026, 11, 24))
     assert line == (
         "- `catch`: 171.2 (optimum). **optimal 171.2 ± 0.32**, greedy 170.9 ± 1, "
-        "search 166.9 ± 3.2, thompson\n  165.7 ± 0.96, always-50 150, random 113.2 ± 0.83. Measured 2026-11-24."
+        "search 166.9 ± 3.2, thompson\n"
+        "  165.7 ± 0.96, always-50 150, random 113.2 ± 0.83. Measured 2026-11-24."
     )
     page = "# Standings\n\n- `2048`: 1.\n- `catch`: 0.\n  random 0\n- `hexworld`: 4.\n"
     assert league.replace_standing(page, line) == (

@@ -403,7 +403,7 @@ def test_values_in_json_lines_name_the_game_that_they_are_about(tmp_path: Path) 
     done = run_dmplay(tmp_path, "prisoners-dilemma", "--seed", "7", "--json", stdin="values\n")
     (event,) = [event for event in map(json.loads, done.stdout.splitlines()) if "values" in event]
     assert event == {
-        "event": "values", "seat": "agent1", "scope": "against tit-for-tat",
+        "event": "values", "seat": "agent1", "about": "10 turns left, against tit-for-tat",
         "values": {"cooperate": -9.0, "defect": -11.0}, "accuracy": "exact",
     }  # fmt: skip
 

@@ -41,6 +41,7 @@ QUERY_ARGUMENTS: Arguments = {
     "undo": ("0", "99", "x"),
     "values": ("",),
     "whatif": ("", "{action}", "nonsense"),
+    "assume": ("", "random", "actual", "nonsense"),
 }
 
 # These do not change it either; they are also commands of the program.

@@ -17,7 +17,7 @@ from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.outcome_forecast import (
-    OpponentModel,
+    AssumedPlayers,
     forecast_outcomes,
     format_forecast,
 )
@@ -292,13 +292,13 @@ class HintProvider:
         self._cached_forecast = (*self._turn_key, result)
         return format_forecast(self.session, self.seat, result, model)
 
-    def _opponent_model(self) -> OpponentModel | None:
+    def _opponent_model(self) -> AssumedPlayers | None:
         """Return the hint agent's model of the other players; None if it has none or fails."""
         if self._hint_agent is None or not self._hint_agent.policy.has_opponent_model:
             return None
         memory = self._query_agent(SeatedPolicy.current_memory)
         agent = self._hint_agent
-        return OpponentModel(agent.policy, memory, agent.players)
+        return AssumedPlayers(agent.policy, memory, agent.players)
 
     def clear_forecast(self) -> None:
         """Remove the stored forecast."""

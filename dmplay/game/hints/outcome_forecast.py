@@ -31,7 +31,7 @@ MAX_LISTED_OUTCOMES = 4  # maximum number of listed outcomes
 MIN_LISTED_PROBABILITY = 0.005  # smallest listed probability of a belief
 
 
-class OpponentModel(NamedTuple):
+class AssumedPlayers(NamedTuple):
     """A hint agent's policy with its present memory, which models the other agents."""
 
     policy: SeatPolicy
@@ -40,7 +40,7 @@ class OpponentModel(NamedTuple):
 
 
 def forecast_outcomes(
-    session: Session, seat: int, action: float, model: OpponentModel | None = None
+    session: Session, seat: int, action: float, model: AssumedPlayers | None = None
 ) -> Forecast:
     """Return the outcomes of an action, most probable first.
 
@@ -79,7 +79,7 @@ class JointActions(NamedTuple):
 
 
 def enumerate_joint_actions(
-    session: Session, seat: int, action: float, model: OpponentModel | None = None
+    session: Session, seat: int, action: float, model: AssumedPlayers | None = None
 ) -> JointActions:
     """Return the joint actions with this action of the seat and possible actions of the others.
 
@@ -112,7 +112,7 @@ def enumerate_joint_actions(
 
 
 def _forecast_exactly(
-    session: Session, seat: int, action: float, model: OpponentModel | None
+    session: Session, seat: int, action: float, model: AssumedPlayers | None
 ) -> Forecast:
     """Return the exact distribution over next states, from all chance events and joint actions."""
     joint = enumerate_joint_actions(session, seat, action, model)
@@ -150,7 +150,7 @@ def _forecast_by_sampling(session: Session, seat: int, action: float) -> Forecas
 
 
 def _forecast_from_belief(
-    view: View[Problem], action: float, model: OpponentModel | None
+    view: View[Problem], action: float, model: AssumedPlayers | None
 ) -> Forecast:
     """Return the seat's possible observations, their probabilities and the beliefs after each.
 
@@ -186,7 +186,7 @@ def _order_observations(action: float, probabilities: Reals, beliefs: Reals) -> 
 
 
 def format_forecast(
-    session: Session, seat: int, forecast: Forecast, model: OpponentModel | None = None
+    session: Session, seat: int, forecast: Forecast, model: AssumedPlayers | None = None
 ) -> str:
     """Return a forecast as one line of text.
 
@@ -250,7 +250,9 @@ def _format_state(problem: Problem, state: Array) -> str:
     return problem.format_state(state)
 
 
-def _format_payoffs(session: Session, seat: int, action: float, model: OpponentModel | None) -> str:
+def _format_payoffs(
+    session: Session, seat: int, action: float, model: AssumedPlayers | None
+) -> str:
     """Return the reward of an action for each reply of the other agents, and the expected reward.
 
     If there are more than four replies, only the smallest and the largest reward are given.
