@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 import dmplay
+from dmplay.agents.base import AdviceQuestion
 from dmplay.agents.mountain_car import VALUE_GRID
 from dmplay.agents.multicaregiver_crying_baby import BestResponse
 from dmplay.core import belief
@@ -17,10 +18,10 @@ from dmplay.core.tabular import tabulate
 from dmplay.core.work_budget import Budget
 from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
 from dmplay.problems.simple_regulator import SimpleRegulator
-from dmplay.registry.agents import load_roster
+from dmplay.registry.agents import find_hint_provider, load_roster
 from dmplay.solvers.decpomdp.centralized_pomdp import CentralizedPomdp
 from dmplay.solvers.decpomdp.collaborative_predator_prey_model import PredatorPreyDecPomdp
-from dmplay.solvers.games import bimatrix_game, induced_mdp, markov_game_policy_iteration
+from dmplay.solvers.games import induced_mdp, markov_game_policy_iteration
 from dmplay.solvers.mdp import (
     grid_value_iteration,
     linear_gaussian_evaluation,
@@ -101,10 +102,16 @@ def _solve_crying_baby(problem: Problem) -> float:
     return float((stage.alpha_vectors @ belief.initial_belief(problem)).max())
 
 
-def _solve_travelers_dilemma(problem: Problem) -> float:
-    payoffs = tabulate(problem).rewards.reshape(99, 99, 2)
-    level = bimatrix_game.compute_hierarchical_softmax(payoffs, 0.5, 2)
-    return 10 * float(bimatrix_game.compute_response_values(payoffs, level)[0].max())
+def _solve_repeated_game(problem: Problem, seat: int) -> float:
+    """Return the best expected return against the default opponent over all rounds."""
+    partner = load_roster(problem, 1 - seat).default_partner
+    players = ("", partner) if seat == 0 else (partner, "")
+    hint_agent = find_hint_provider(problem, AdviceQuestion(seat, problem.horizon, players))
+    assert hint_agent
+    assert hint_agent.describe_game(0) == f"{problem.horizon} turns left, against {partner}"
+    values = hint_agent.policy.action_values(hint_agent.policy.initial_memory(np.zeros(1)))
+    assert values is not None
+    return float(values.max())
 
 
 def _solve_predator_prey(problem: Problem, seat: int) -> ReferenceReturn:
@@ -175,12 +182,15 @@ REFERENCE_RETURNS: dict[str, Callable[[Problem, int], ReferenceReturn]] = {
         "optimum",
         "optimal",
     ),
-    "prisoners-dilemma": lambda _problem, _seat: ReferenceReturn(
-        -9, "best response to `tit-for-tat`: defect in the last round only"
+    "prisoners-dilemma": lambda problem, seat: ReferenceReturn(
+        _solve_repeated_game(problem, seat),
+        "best response to `tit-for-tat`: defect in the last round only",
     ),
-    "rock-paper-scissors": lambda _problem, _seat: ReferenceReturn(10, "bound: win every round"),
-    "travelers-dilemma": lambda problem, _seat: ReferenceReturn(
-        _solve_travelers_dilemma(problem), "best response to `level-k`"
+    "rock-paper-scissors": lambda problem, seat: ReferenceReturn(
+        _solve_repeated_game(problem, seat), "best response to `frequency`: win every round"
+    ),
+    "travelers-dilemma": lambda problem, seat: ReferenceReturn(
+        _solve_repeated_game(problem, seat), "best response to `level-k`"
     ),
     "predator-prey": _solve_predator_prey,
     "multicaregiver-crying-baby": lambda problem, seat: ReferenceReturn(
