@@ -1,6 +1,7 @@
 """Agents for games of two players with one state and a payoff table (chapter 24)."""
 
 from abc import abstractmethod
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -77,6 +78,15 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
     values_name = ESTIMATED_VALUES
 
     plans_one_round = True
+    has_opponent_model = True
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the other agents play the equilibrium, unless they do."""
+        return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
+
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the probability `[B, A]` of each action of another seat in the equilibrium."""
+        return np.repeat(self._solution.mixed_strategies[seat][None], len(memory[0]), axis=0)
 
     @cached_property
     def _solution(self) -> RegretMatchingResult:
@@ -128,7 +138,20 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
 
     uniform_count = 0
     plans_one_round = True
-    hint_basis = "best response to the opponent's past actions"
+    has_opponent_model = True
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the opponent repeats its past frequencies."""
+        return f"if {self.problem.agents[1 - self.seat]} acts as often each way as before"
+
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the frequency `[B, A]` of each action of the opponent, uniform at first."""
+        (counts,) = memory
+        rounds = counts.sum(axis=1, keepdims=True)
+        frequencies = np.where(rounds > 0, counts, 1) / np.where(
+            rounds > 0, rounds, counts.shape[1]
+        )
+        return np.asarray(frequencies)
 
     def initial_memory(self, observation: Array) -> Memory:
         """Return zero counts of the opponent's actions."""

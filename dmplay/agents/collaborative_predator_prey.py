@@ -1,5 +1,6 @@
 """Policies for collaborative predator-prey."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
@@ -117,6 +118,10 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
         super().__post_init__()
         if not _can_plan(self.problem):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the belief assumes random partners, unless they are."""
+        return "" if {*opponents} == {"random"} else "belief with random partners"
 
     @cached_property
     def _q(self) -> Reals:

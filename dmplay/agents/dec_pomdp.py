@@ -41,6 +41,10 @@ class JointPlan(SeatPolicy):
         0, "turns planned; 0: the problem's horizon, or 4 if none", 0, MAX_PLAN_TURNS
     )
 
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the whole team follows the plan, unless it does."""
+        return "" if {*opponents} == {"joint-plan"} else "if the whole team follows the plan"
+
     @property
     def planned_turns(self) -> int:
         """The number of turns that the plan covers."""

@@ -1,6 +1,6 @@
 """Agents for problems whose state every agent sees."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
@@ -101,6 +101,11 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     values_name = EXACT_VALUES
 
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the other agents take their best actions, if there are any that may not."""
+        is_assumption = len(self.problem.agents) > 1 and {*opponents} != {"optimal"}
+        return "if the other agents take their best actions" if is_assumption else ""
+
     @cached_property
     def _solution(self) -> BackwardInductionResult:
         """The backward-induction solution."""
@@ -187,8 +192,22 @@ class MaximinPolicy(_StateAndTurnPolicy):
     """
 
     values_name = EXACT_VALUES
+    has_opponent_model = True
 
     uniform_count = 1  # for the action
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the opponent plays its maximin strategy, unless it is this agent."""
+        opponent = self.problem.agents[1 - self.seat]
+        is_assumption = tuple(opponents) != ("optimal",)
+        return f"if {opponent} plays its maximin strategy" if is_assumption else ""
+
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the probability `[B, A]` of each action in the opponent's maximin strategy."""
+        probabilities = np.zeros((len(memory[0]), self.problem.action_counts[seat]))
+        for rows, _, strategies in self._iter_matrix_games(memory):
+            probabilities[rows] = strategies[1 + seat]
+        return probabilities
 
     @cached_property
     def _solution(self) -> ShapleyResult:
@@ -241,6 +260,16 @@ class BestReplyEquilibrium(ReactivePolicy):
 
     uniform_count = 1  # for the action
     values_without_end = True
+    has_opponent_model = True
+
+    def describe_assumed_players(self, opponents: Sequence[str]) -> str:
+        """Return that the other agents play the equilibrium, unless they do."""
+        return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
+
+    def predict_actions(self, memory: Memory, seat: int) -> Reals:
+        """Return the probability `[B, A]` of each action of another seat in the equilibrium."""
+        state_indices = self._solution.graph.find_state_indices(self.problem, memory[0])
+        return np.asarray(self._solution.policies[seat][state_indices])
 
     @cached_property
     def _solution(self) -> BestResponseResult:

@@ -194,6 +194,7 @@ class HuntEquilibrium(ReactivePolicy):
     """
 
     values_name = EXACT_VALUES
+    values_without_end = True
 
     problem: PredatorPrey
 

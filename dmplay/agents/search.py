@@ -118,7 +118,7 @@ class TreeSearch(BeliefPolicy):
         if len(self.problem.agents) == 1:
             return ""
         if not any(self._other_policies):
-            return "if the other agents act at random"
+            return "with random other agents"
         names = "their default agents" if self.others == USUAL_AGENT else self.others
         return f"if the other agents play {names}"
 

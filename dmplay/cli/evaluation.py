@@ -19,7 +19,7 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="where the games run: dask, dask:tcp://HOST:PORT, MODULE:FACTORY or ./FILE.py:FACTORY",
+        help="where the games run: dask, dask:tcp://HOST:PORT, or a FUNCTION of MODULE or FILE.py",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -154,7 +154,7 @@ def compare(
         typer.Option(
             "--bounds",
             metavar="LOW,HIGH",
-            help="smallest and largest return of a game; --decide needs them if unknown",
+            help="smallest and largest return of a game, for --decide, if dmplay cannot tell",
         ),
     ] = "",
     asymptotic: Annotated[

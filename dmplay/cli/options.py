@@ -146,7 +146,7 @@ OptionalProblemName = Annotated[
     str,
     _argument(
         "PROBLEM",
-        "problem: NAME, NAME:VARIANT or FILE (with --assignment: none)",
+        "problem: NAME, NAME:VARIANT or FILE; leave it out with --assignment",
         name_lists.complete_problems,
     ),
 ]
@@ -178,7 +178,7 @@ ProblemKind = Annotated[
     str,
     _argument(
         "KIND",
-        "MDP, POMDP or another kind of problem; games lists the saved games",
+        "kind of problem, such as MDP (see dmplay guide glossary); 'games': saved games",
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]

@@ -83,7 +83,7 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="work for bounds on values; 2 is twice the default",
+            help="planning effort if values can only be bounded; 2: twice the default",
         ),
     ] = None,
     *,
@@ -126,7 +126,7 @@ def convert(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     force: options.Force = False,
 ) -> object:
-    """Write a finite problem as .pomdp, .mdp, .dpomdp or .nfg.
+    """Write a problem as a .pomdp, .mdp, .dpomdp or .nfg file.
 
     Other programs can read these formats. The suffix of FILE selects the format.
 

@@ -32,8 +32,8 @@ def verify(
     It also draws the random numbers again from the seed, and asks the built-in agents
     for their actions again. If a transcript differs, the exit code is 3.
 
-    Another version of dmplay may show turns as other pictures. --no-frames does
-    not compare the pictures.
+    A transcript may hold a drawing of each turn. Another version of dmplay may
+    draw turns differently; --no-frames does not compare the drawings.
 
     \b
       dmplay verify game.dmt
@@ -115,7 +115,7 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show, for each choice of a person, the best action and the regret.
+    """Show the best action and the regret of each choice.
 
     The regret of an action is how much lower its expected return is than that of
     the best action.

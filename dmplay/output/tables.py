@@ -58,7 +58,11 @@ def format_mean(mean: object, error: object, number_format: str = ".5g") -> str:
     """Return a mean and its standard error as text, or the mean alone if it has no error."""
     has_mean = format_cell(mean) != MISSING_CELL
     text = f"{mean:{number_format}}" if has_mean else MISSING_CELL
-    return text if not has_mean or format_cell(error) == MISSING_CELL else f"{text} ± {error:.2g}"
+    return (
+        text
+        if not has_mean or error is None or format_cell(error) == MISSING_CELL
+        else f"{text} ± {error:.2g}"
+    )
 
 
 def format_csv(rows: Sequence[Row]) -> str:

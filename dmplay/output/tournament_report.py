@@ -59,7 +59,11 @@ def report_tournament(
     facts = {"problem": request.problem, "parameters": request.parameters, "entrants": [*entrants],
              "episodes": episodes, "turns": request.turn_limit, "seed": request.seed}  # fmt: skip
     facts |= {"seats": orders} if orders != SEATING_ORDERS[0] else {}
-    exact_agent = _find_equilibrium_agent_name(problem) if orders == SEATING_ORDERS[0] else ""
+    exact_agent = (
+        _find_equilibrium_agent_name(problem, request.turn_limit)
+        if orders == SEATING_ORDERS[0]
+        else ""
+    )
     seatings = list_seatings(len(entrants), seat_count, orders)
     played_seatings = seatings + (list_equilibrium_pairings(len(entrants)) if exact_agent else [])
     returns_by_seating = (
@@ -143,11 +147,13 @@ def _format_tournament(
         )
     if tournament.equilibrium_count > 1:
         parts.append(
-            f"equilibrium: the first of {tournament.equilibrium_count} of this table; in the "
-            "others, shares and regrets differ"
+            f"this table has {tournament.equilibrium_count} equilibria; "
+            "shares and regrets are those of the first"
         )
     if tournament.exact_regrets:
-        parts.append(f"exact regret: against {exact_agent}, an equilibrium of the problem itself")
+        parts.append(
+            f"exact regret: mean loss against {exact_agent}, which plays an exact equilibrium"
+        )
     return "\n\n".join(parts)
 
 
@@ -156,10 +162,11 @@ def _entrant_policies(problem: Problem, name: str, request: EvaluationRequest) -
     return [make_policy(problem, seat, name, request) for seat in range(len(problem.agents))]
 
 
-def _find_equilibrium_agent_name(problem: Problem) -> str:
-    """Return the agent that plays an equilibrium of the problem itself, or '' if there is none.
+def _find_equilibrium_agent_name(problem: Problem, turn_limit: int | None) -> str:
+    """Return the agent that plays an equilibrium of the game itself, or '' if there is none.
 
-    Only two-agent problems without hidden states are considered.
+    Only two-agent problems without hidden states are considered. An equilibrium of an infinite
+    horizon is none of a game with a turn limit.
     """
     if len(problem.agents) != 2 or problem.partially_observable:
         return ""
@@ -169,6 +176,7 @@ def _find_equilibrium_agent_name(problem: Problem) -> str:
             name
             for name in EQUILIBRIUM_AGENTS
             if all(name in seat_agents for seat_agents in agents_by_seat)
+            and not agents_by_seat[0][name](problem, 0).describe_scope(turn_limit)
         ),
         "",
     )

@@ -12,7 +12,7 @@ from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 from dmplay.agents.available_agents import HINT_PROVIDER_ROLE, PARTNER_ROLE, Roster
-from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.base import LOWER_BOUNDS, UPPER_BOUNDS, AdviceQuestion, SeatPolicy
 from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
@@ -58,6 +58,11 @@ class HintAgent(NamedTuple):
     def has_regrets(self) -> bool:
         """True if its values are about the players of the game, not about a guess."""
         return self.policy.has_regrets
+
+    @property
+    def has_exact_regrets(self) -> bool:
+        """True if differences of its values are regrets: no guess, and no bounds."""
+        return self.has_regrets and self.policy.values_name not in {LOWER_BOUNDS, UPPER_BOUNDS}
 
     @property
     def players(self) -> str:

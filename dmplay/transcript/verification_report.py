@@ -88,8 +88,8 @@ def merge_waiting_observations(findings: Sequence[Finding]) -> list[Finding]:
 
 def describe_peeks_and_hints(hint_counts: Mapping[str, int], *, peeked: bool) -> list[str]:
     """Return notes for a game that was peeked at, and on hint counts; [] if there are none."""
-    counts_text = ", ".join(f"{name} {count}" for name, count in hint_counts.items())
-    return [*(["peeked"] * peeked), *([f"hints: {counts_text}"] if counts_text else [])]
+    counts = [f"{format_count(count, 'hint')} ({name})" for name, count in hint_counts.items()]
+    return [*(["peeked"] * peeked), *([", ".join(counts)] if counts else [])]
 
 
 def _format_value(value: object) -> str:

@@ -183,7 +183,7 @@ def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
         ("last", view.last_action_label.upper() or "-"),
-        ("moved", move_text),
+        ("step", move_text),
         ("reward", reward),
         ("forward", f"{1 - problem.slip:.2f}"),
         ("slip", f"{problem.slip / 2:.2f} each side"),

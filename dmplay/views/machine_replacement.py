@@ -47,13 +47,13 @@ TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "at a corner, that state is certain",
+    "at corner 1, 1 part failed for sure",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
     "● belief now; letters: best action",
     "at each belief, for the turns left",
-    "(at most 40)",
+    "(or for 40, if more are left)",
 )
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -113,7 +113,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "failure risk by turn "
+    title = "chance of a failed part "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")
@@ -257,7 +257,8 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
     intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
     one_failed, two_failed = (f"{pays[0]:.3g}" for pays in failed_rewards)
     other_clauses = [
-        f"{label} pays {pay:.3g}" for label, pay in zip(labels, intact_rewards, strict=True)
+        f"{label} pays {'at most ' * bool(np.ptp(pays))}{pays[0]:.3g}"
+        for label, pays in zip(labels, view.problem.tables.rewards[:, :, 0].T, strict=True)
     ]
     return [
         f"{labels[0]} pays {intact_rewards[0]:.3g}",
@@ -273,7 +274,8 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
     production, *other_actions = zip(view.problem.actions[0].labels, rewards.T, strict=True)
     clauses = [f"{name} {_format_rewards_by_failures(pays)}" for name, pays in other_actions]
     return Lesson(
-        "You run a machine of two parts; failures are hidden, and examining is the only clue",
+        "You run a machine of two parts; failures are hidden. Examine tests a product, interrupt "
+        "repairs failed parts, replace puts in two new parts",
         (
             "You want it to produce as much as it can: "
             f"{production[0]} pays {_format_rewards_by_failures(production[1])} "

@@ -18,8 +18,8 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     other = view.problem.agents[1 - view.seat]
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
-        f"{other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
-        f"{other} defects: cooperate pays {cd:g}, defect {dd:g}",
+        f"if {other} cooperates: cooperate {cc:g}, defect {dc:g}",
+        f"if {other} defects: cooperate {cd:g}, defect {dd:g}",
         "both choose at the same time",
     ]
 

@@ -37,6 +37,8 @@ class Forecast(NamedTuple):
     outcomes: Array  # [K, ...], states, or observations if states are hidden
     beliefs: Reals | None = None  # [K, S], the belief after each outcome, if the seat has beliefs
     is_sampled: bool = False  # whether the outcomes are samples, as for real numbers
+    # the probability [A] of each action of the only other agent, if a model predicts it
+    reply_probabilities: Reals | None = None
     other_players: str = ""  # how the other agents are assumed to act, as text
 
 

@@ -67,7 +67,7 @@ def test_hints_are_best_responses_to_the_opponents_inferred_policy() -> None:
     assert agent_names[:4] == ["nash", "frequency", "tit-for-tat", "suspicious-tit-for-tat"]
     provider = find_hint_provider(ChickenGame(), AdviceQuestion(0))
     assert provider is not None
-    assert provider[1].hint_basis == "best response to the opponent's past actions"
+    assert provider.describe_game(0) == "for one round, if agent2 acts as often each way as before"
     memory = provider[1].initial_memory(np.zeros(1, int))
     for opponent_action in (1, 0, 0, 0):  # after a single dare, the opponent may dare again
         chosen = np.zeros(1, int)

@@ -371,11 +371,11 @@ def test_the_list_of_saved_games_shows_marks_and_hint_counts() -> None:
     game = start_new_game(GameRequest("crying-baby", seed=7))
     for command in ("hint", "feed"):
         run_line(GameController(game), command)
-    expected = f"{game.transcript_path}: crying-baby, agent human; unfinished; hints: agent 1"
+    expected = f"{game.transcript_path}: crying-baby, agent human; unfinished; 1 hint (agent)"
     assert run_command_line(controller, "list", "games") == expected
     game.finish()
     resume_game(ResumeRequest(game.transcript_path or Path())).finish()
-    expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; hints: agent 1"
+    expected = f"{game.transcript_path}: crying-baby, agent human; quit; peeked; 1 hint (agent)"
     assert run_command_line(controller, "list", "games") == expected
     (data,) = json.loads(run_command_line(controller, "list", "games", "--json"))["games"]
     assert (data["peeked"], data["help"], data["path"]) == (

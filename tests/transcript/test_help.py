@@ -46,7 +46,7 @@ def test_hints_and_overlays_stay_counted_after_undo(tmp_path: Path) -> None:
     controller.end_game()
     assert read_end_hint_counts(tmp_path / "g.dmt") == {"agent": 3}
     assert read_values(tmp_path / "g.dmt", "help") == ['{"agent": 1}'] * 3
-    summary = "0 turns; not recomputed: human; hints: agent 3"
+    summary = "0 turns; not recomputed: human; 3 hints (agent)"
     assert verify(tmp_path / "g.dmt").summary == summary
 
 

@@ -8,13 +8,14 @@ from dmplay.agents.base import WITHOUT_END, AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
-from dmplay.core.text import escape_unprintable
+from dmplay.core.text import escape_unprintable, format_count
 from dmplay.core.uniforms import NATURE_STREAM, SeededUniforms
 from dmplay.core.work_budget import Budget
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.registry import agents
 
+NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
 GHOST_NOTE_PREFIX = "# ghost: "  # beginning of the transcript note
 
 
@@ -89,9 +90,13 @@ class Ghost:
     def describe_comparison(self) -> str:
         """Return a sentence that compares the returns of ghost and player."""
         player_return = float(self.player_session.returns()[self.seat])
+        ghost_turns, player_turns = len(self.session.turns), len(self.player_session.turns)
+        is_unequal = self.player_session.end_reason not in NATURAL_END_REASONS
+        ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
+        player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
         return (
-            f"with the same random numbers: {self.name} scored {self.score:.6g}, "
-            f"you {player_return:.6g}"
+            f"with the same random numbers: {self.name} scored {self.score:.6g}{ghost_note}, "
+            f"you {player_return:.6g}{player_note}"
         )
 
 

@@ -118,13 +118,29 @@ def _forecast_exactly(
     joint = enumerate_joint_actions(session, seat, action, model)
     states = np.repeat(session.state[None], len(joint.actions), axis=0)
     row, p, outcome = enumerate_possible_outcomes(session.problem, states, joint.actions)
-    unique_states, indices = np.unique(outcome.state, axis=0, return_inverse=True)
-    probabilities = np.bincount(
-        indices.reshape(-1), p * joint.probabilities[row], len(unique_states)
-    ).astype(float)
+    unique_states, indices = _find_unique_states(session.problem, outcome.state)
+    probabilities = np.bincount(indices, p * joint.probabilities[row], len(unique_states)).astype(
+        float
+    )
     order = np.argsort(-probabilities, kind="stable")
-    text = model.text if model and joint.is_modelled else ""
-    return Forecast(action, probabilities[order], unique_states[order], other_players=text)
+    result = Forecast(action, probabilities[order], unique_states[order])
+    if model is None or not joint.is_modelled:
+        return result
+    if len(session.problem.agents) == 2:
+        replies = np.zeros(session.problem.action_counts[1 - seat])
+        replies[joint.actions[:, 1 - seat].astype(int)] = joint.probabilities
+        result = result._replace(reply_probabilities=replies)
+    return result._replace(other_players=model.text)
+
+
+def _find_unique_states(problem: Problem, states: Array) -> tuple[Array, Array]:
+    """Return the different states, and the index of each of the states `[K]` among them."""
+    if states.dtype != object:
+        unique_states, indices = np.unique(states, axis=0, return_inverse=True)
+        return unique_states, indices.reshape(-1)
+    names = [problem.format_state(state) for state in states]  # objects may have no order
+    _, first, indices = np.unique(names, return_index=True, return_inverse=True)
+    return states[first], indices.reshape(-1)
 
 
 def _forecast_by_sampling(session: Session, seat: int, action: float) -> Forecast:
@@ -237,10 +253,10 @@ def _format_outcome(problem: Problem, seat: int, forecast: Forecast, outcome_ind
     ]
     decimals = count_probability_decimals(belief.tolist())
     belief_text = ", ".join(
-        f"{problem.format_state(states[index])} {belief[index]:.{decimals}f}"
+        f"{problem.format_state(states[index])}: {belief[index]:.{decimals}f}"
         for index in likely_states
     )
-    return f"{observation} (then {belief_text})" if belief_text else observation
+    return f"{observation} (then belief {belief_text})" if belief_text else observation
 
 
 def _format_state(problem: Problem, state: Array) -> str:
@@ -262,18 +278,21 @@ def _format_payoffs(
     states = np.repeat(session.state[None], reply_count, axis=0)
     row, p, outcome = enumerate_possible_outcomes(problem, states, joint.actions)
     payoffs = np.bincount(row, p * outcome.rewards[:, seat], reply_count)
-    mean = f"{payoffs @ joint.probabilities:.4g} on average"
+    mean = f"{round(float(payoffs @ joint.probabilities), 10) + 0.0:.4g} on average"
     if reply_count > MAX_LISTED_OUTCOMES:
         return f"reward {payoffs.min():g} to {payoffs.max():g}, {mean}"
     decimals = count_probability_decimals(joint.probabilities.tolist())
+    if reply_count == 1:
+        names = " and ".join(_other_action_names(problem, seat, joint.actions[0]))
+        return f"reward {payoffs[0]:g}, as the other agent chooses {names}"
     parts = [
         f"{payoff:g} if {' and '.join(_other_action_names(problem, seat, reply))}"
-        + f" ({probability:.{decimals}f})" * (joint.is_modelled and reply_count > 1)
+        + f" ({probability:.{decimals}f})" * joint.is_modelled
         for reply, payoff, probability in zip(
             joint.actions, payoffs, joint.probabilities, strict=True
         )
     ]
-    return f"reward {', '.join(parts)}" + f"; {mean}" * (reply_count > 1)
+    return f"reward {', '.join(parts)}; {mean}"
 
 
 def _other_action_names(problem: Problem, seat: int, joint: Array) -> list[str]:

@@ -25,7 +25,7 @@ REVIEW_TASK = TaskInfo("reviewing your actions")
 class ReviewedAction(NamedTuple):
     """One choice of a person, with the action values and its regret.
 
-    The regret is None if the values assume how the other agents play.
+    The regret is None if the values are bounds, or guess how the other agents play.
     """
 
     turn: int
@@ -83,7 +83,7 @@ def review_actions(
             if values is not None and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
-                    regret=reviewed.regret if hint_agent.has_regrets else None,
+                    regret=reviewed.regret if hint_agent.has_exact_regrets else None,
                     scope=hint_agent.scope,
                     about=hint_agent.describe_game(number - 1),
                     values_name=hint_agent.policy.values_name,
@@ -114,16 +114,17 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     if not reviewed_actions:
         return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
-    best = append_scope("best action", reviewed_actions[0].scope)
+    scopes = {move.scope for move in reviewed_actions}
+    best = append_scope("best action", *scopes) if len(scopes) == 1 else "best action"
     text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
-        return f"{text}; no regret, because the values assume how the other agent plays"
+        return f"{text}; no regret, because the values are bounds or guess how other agents play"
     total_regret = sum(regrets)
     worst = max(reviewed_actions, key=_regret_or_zero)
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = f"{text}, total expected regret {regret_text}"
-    return text if best_count == len(reviewed_actions) else f"{text} (largest in turn {worst.turn})"
+    text = f"{text}, total expected regret (value lost) {regret_text}"
+    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
 
 
 def _regret_or_zero(move: ReviewedAction) -> float:
@@ -144,7 +145,9 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     """
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     max_regret, decimal_count = max(regrets, default=0.0), count_decimals(regrets)
-    best_heading = append_scope("best", reviewed_actions[0].scope if reviewed_actions else "")
+    scopes = {move.scope for move in reviewed_actions}
+    has_one_scope = len(scopes) == 1
+    best_heading = append_scope("best", *scopes) if has_one_scope else "best"
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
     rows = [
         ["turn", *["seat"] * has_several_seats, "chosen", best_heading, *["regret"] * bool(regrets)]
@@ -158,6 +161,7 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
         )
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
+        best = best if has_one_scope else append_scope(best, move.scope)
         rows.append([str(move.turn), *seat, move.chosen, best, *regret])
     return [
         *(align_columns(rows) if reviewed_actions else []),

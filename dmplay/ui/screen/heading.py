@@ -67,12 +67,14 @@ def _title_facts(
 def _format_players(
     agents: Sequence[str], player_names: Sequence[str], own_seat: int | None, *, is_short: bool
 ) -> tuple[str, ...]:
-    """Return the player's own agent as 'you play AGENT', then each other agent with its player.
+    """Return the person's own seat as 'you are SEAT', then each other seat with its player.
 
-    The short forms are 'you: AGENT' and 'AGENT: PLAYER'.
+    The short forms are 'you: SEAT' and 'SEAT: PLAYER'. A person alone has no entry.
     """
-    own_verb, other_verb = (":", ":") if is_short else (" play", " played by")
-    own_entry = () if own_seat is None else (f"you{own_verb} {agents[own_seat]}",)
+    own_verb, other_verb = (":", ":") if is_short else (" are", " played by")
+    own_entry = (
+        () if own_seat is None or len(agents) == 1 else (f"you{own_verb} {agents[own_seat]}",)
+    )
     others = enumerate(zip(agents, player_names, strict=True))
     return (
         *own_entry,

@@ -83,7 +83,12 @@ def _handle_number_key(screen: PlayScreen, key: str) -> bool:
     )  # Enter then plays the previewed action.
     if plays_preview or not screen.number_input.handle_key(screen.game, key):
         return False
-    screen.message = screen.number_input.describe_input(screen.game)
+    effect = (
+        "Enter shows what may follow"
+        if screen.modes.display_mode is Mode.LOOKAHEAD
+        else "Enter plays it"
+    )
+    screen.message = screen.number_input.describe_input(screen.game, effect)
     return True
 
 

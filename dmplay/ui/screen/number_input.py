@@ -33,13 +33,16 @@ class NumberInput:
             return key == "enter" and keyboard.is_number_entry(game.viewing_seat)
         return True
 
-    def describe_input(self, game: Game) -> str:
-        """Describe the number, or the error in it; only its presence if several people play."""
+    def describe_input(self, game: Game, effect: str) -> str:
+        """Describe the number and the effect of Enter, or the error in the number.
+
+        If several people play, say only that there is one.
+        """
         if len(game.human_seats) > 1:
-            return "the number is hidden   Enter plays it"
+            return f"the number is hidden   {effect}"
         try:
             return (
-                f"{self.text}{self._describe_action(game)}   Enter plays it"
+                f"{self.text}{self._describe_action(game)}   {effect}"
                 if self.text
                 else NO_NUMBER_MESSAGE
             )

@@ -59,7 +59,12 @@ def start_lookahead(screen: PlayScreen) -> None:
         screen.message = "what if: not available in real time"
     else:
         screen.modes.handle_event(ModeEvent.LOOKAHEAD_STARTED)
-        screen.message = "what if: press an action key; then Enter plays it, Esc cancels"
+        is_number = screen.game.keyboard.is_number_entry(screen.game.viewing_seat)
+        screen.message = (
+            "what if: type a number, then Enter shows what may follow, Esc cancels"
+            if is_number
+            else "what if: press an action key; then Enter plays it, Esc cancels"
+        )
 
 
 def start_clock(screen: PlayScreen) -> None:

@@ -263,7 +263,9 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
-    return f"wall keys: {' '.join(parts)} below best" if parts else "numbers: value below the best"
+    if not parts:
+        return "numbers: value minus best value"
+    return f"walls: {' '.join(parts)} (value minus best)"
 
 
 def format_move_condition(forecast: Forecast) -> str:

@@ -148,7 +148,15 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     problem, seat, own_action = view.problem, view.seat, int(options.forecast.action)
     payoffs = problem.payoffs[own_action, :, 0] if seat == 0 else problem.payoffs[:, own_action, 1]
     replies = zip(payoffs, problem.actions[1 - seat], strict=True)
-    text = ", ".join(f"{payoff:g} against {reply}" for payoff, reply in replies)
+    texts = [f"{payoff:g} against {reply}" for payoff, reply in replies]
+    probabilities = options.forecast.reply_probabilities
+    if probabilities is not None:
+        texts = [
+            f"{text} ({probability:.2f})"
+            for text, probability in zip(texts, probabilities.tolist(), strict=True)
+            if probability > 0.0
+        ]
+    text = ", ".join(texts)
     return [f"if {problem.format_action(seat, own_action)}: {text}"]
 
 

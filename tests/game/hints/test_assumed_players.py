@@ -4,8 +4,12 @@ import numpy as np
 import pytest
 
 import dmplay
+from dmplay import SeededUniforms, Session
+from dmplay.agents.base import AdviceQuestion
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.game import Game
+from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.game.hints.review import format_table, review_actions
 from dmplay.ui.shell.game_commands import (
     assume_player,
     preview_typed_action,
@@ -13,6 +17,7 @@ from dmplay.ui.shell.game_commands import (
     show_values,
 )
 from tests.support.screens import make_game
+from tests.support.soccer import Soccer
 
 COOPERATE, DEFECT = 0, 1
 FEED, SING, IGNORE = 0, 1, 2
@@ -22,11 +27,11 @@ SATED, HUNGRY = 0, 1
 def test_an_outcome_is_forecast_with_the_rule_that_the_opponent_plays() -> None:
     game = make_game("prisoners-dilemma", "human", "tit-for-tat")
     assert preview_typed_action(game, "defect") == (
-        "if defect against tit-for-tat: reward 0 if cooperate"
+        "if defect against tit-for-tat: reward 0, as the other agent chooses cooperate"
     )
     game.choose(DEFECT)
     assert preview_typed_action(game, "cooperate") == (
-        "if cooperate against tit-for-tat: reward -4 if defect"
+        "if cooperate against tit-for-tat: reward -4, as the other agent chooses defect"
     )
 
 
@@ -83,7 +88,7 @@ def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> No
         "exact values (5 turns left, against always-defect): cooperate -16.00, defect -15.00"
     )
     assert preview_typed_action(game, "cooperate") == (
-        "if cooperate against always-defect: reward -4 if defect"
+        "if cooperate against always-defect: reward -4, as the other agent chooses defect"
     )
     assert assume_player(game, "actual") == "advice is given against tit-for-tat"
     assert show_values(game, "") == (
@@ -99,7 +104,7 @@ def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
     while not game.session.turns or game.session.observation_after(0, len(game.session.turns)) != 0:
         game.session.advance([IGNORE, IGNORE])
     assert preview_typed_action(game, "ignore") == (
-        "if ignore and the partner plays feed-when-crying: 1.00 quiet (then sated 1.00)"
+        "if ignore and the partner plays feed-when-crying: 1.00 quiet (then belief sated: 1.00)"
     )
     assert "if the partner plays feed-when-crying, belief " in show_hint(game, "")
 
@@ -126,3 +131,35 @@ def test_an_unknown_agent_is_refused_with_the_nearest_name() -> None:
     with pytest.raises(UnknownName, match="tit-for-tat"):
         assume_player(game, "tit-for-tot")
     assert not game.assumed_players
+
+
+def test_a_zero_sum_hint_says_that_it_assumes_a_maximin_opponent() -> None:
+    session = Session(Soccer(), SeededUniforms(3), turn_limit=3)
+    players = ["human", "random"]
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    opponent = Soccer().agents[1]
+    assert f"3 turns left, if {opponent} plays its maximin strategy): " in provider.create_hint()
+    assert f" and {opponent} plays its maximin strategy: " in provider.forecast_action(0)
+    session.advance([0, 0])
+    (reviewed,) = review_actions(session, [AdviceQuestion.about(session, 0, players)])
+    assert reviewed.scope == f"if {opponent} plays its maximin strategy"
+
+
+def test_bounds_give_no_regret() -> None:
+    session = make_game("collaborative-predator-prey", turns=2).session
+    session.advance([0, 0])
+    question = AdviceQuestion.about(session, 0, ["human", "human"])
+    (reviewed,) = review_actions(session, [question])
+    assert reviewed.values_name == "upper bounds"
+    assert reviewed.regret is None
+
+
+def test_the_review_of_two_people_names_the_assumption_of_each() -> None:
+    session = make_game("prisoners-dilemma", turns=1).session
+    session.advance([DEFECT, COOPERATE])
+    people = ["human", "human"]
+    questions = [AdviceQuestion.about(session, seat, people) for seat in (0, 1)]
+    header, *rows = format_table([*review_actions(session, questions)])
+    assert "one of" not in header
+    assert any("agent2 plays one of 11 rules" in row and "agent1" in row for row in rows)
+    assert any("agent1 plays one of 11 rules" in row and "agent2" in row for row in rows)

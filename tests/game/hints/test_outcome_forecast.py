@@ -254,7 +254,9 @@ def test_a_game_with_strict_hints_shows_no_forecast() -> None:
 
 def test_the_whatif_command_requires_an_action() -> None:
     controller = GameController(make_game("crying-baby"))
-    assert run_line(controller, "whatif feed").startswith("if feed: 0.90 quiet (then sated 1.00)")
+    assert run_line(controller, "whatif feed").startswith(
+        "if feed: 0.90 quiet (then belief sated: 1.00)"
+    )
     with pytest.raises(BadParameter, match="expected an action"):
         run_line(controller, "whatif")
 

@@ -23,7 +23,6 @@ from tests.support.random_problems import RandomGame
 from tests.support.screens import make_game
 
 BABY = "crying-baby"
-BEST_REPLY = "best response to the opponent's past actions"
 
 
 def give_hint(name: str, *, turns: int | None = None, seats: tuple[str, ...] = ()) -> str:
@@ -134,7 +133,7 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
     provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
-    assert provider.create_hint().startswith("hint (equilibrium, infinite horizon): ")
+    assert provider.create_hint().startswith("hint (equilibrium, infinite horizon, if the other ")
     overlay = provider.build_overlay("values")
     assert overlay is not None
     assert np.isfinite(overlay.action_values).any()
@@ -213,7 +212,7 @@ def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     assert {move.regret for move in reviewed} == {None}
     assert "best action (if agent2 plays one of 11 rules)" in format_summary(reviewed)
     assert format_summary(reviewed).endswith(
-        "no regret, because the values assume how the other agent plays"
+        "no regret, because the values are bounds or guess how other agents play"
     )
 
 

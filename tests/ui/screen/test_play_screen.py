@@ -804,7 +804,7 @@ def test_a_narrow_title_drops_the_seed_before_other_facts() -> None:
     wide = play_keys(make_game("prisoners-dilemma", "human", "tit-for-tat"), size=(120, 24)).last
     assert wide.startswith(
         " dmplay prisoners-dilemma    seed 7   turn 0/10   score 0   "
-        "you play agent1   agent2 played by tit-for-tat\n"
+        "you are agent1   agent2 played by tit-for-tat\n"
     )
     narrow = play_keys(make_game("prisoners-dilemma", "human", "tit-for-tat"), size=(80, 24)).last
     assert narrow.startswith(

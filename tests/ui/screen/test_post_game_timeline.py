@@ -71,7 +71,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  turn 3. chose SE, bumped, stayed at (5,2). reward -1. score -0.81.
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
- review: best action 1 of 4 times, total expected regret 6.13 (largest in turn
+ review: best action 1 of 4 times, total expected regret (value lost) 6.13 (largest in turn
    1)
  with the same random numbers: optimal scored 8.1, you -1.539
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).

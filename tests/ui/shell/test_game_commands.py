@@ -137,7 +137,7 @@ def test_the_c_locale_is_drawn_in_ascii(env: dict[str, str], ascii_: bool) -> No
     [
         ("prisoners-dilemma", " prisoners-dilemma  turn 0/10  score 0"),
         ("multicaregiver-crying-baby", " multicaregiver-crying-baby  turn 0/20"),
-        ("hexworld", " hexworld  turn 0  score 0  you play agent"),
+        ("hexworld", " hexworld  turn 0  score (discounted) 0"),
     ],
 )
 def test_a_title_shows_each_fact_completely_or_not_at_all(name: str, title: str) -> None:
