@@ -34,7 +34,7 @@ COMPARED_GAMES = 100  # games of each agent that the score is compared with
 COMPARISON_SEED = 1_000_003
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
 MAX_SECONDS = 1.0  # seconds of each part of a verdict that nobody waits for
-COMPARISON_TASK = TaskInfo("comparing your score with other games")
+COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 UNKNOWN_PLAYER = "?"  # no agent has this name
 RANDOM_AGENT = "random"
@@ -69,15 +69,14 @@ class SeatChoices:
         cost = "" if self.regret <= 0 else f"; regret {format_fixed(self.regret, decimals)}"
         rows = [f"{prefix}choices: {share}{cost}"]
         if self.luck is not None and self.start_value is not None:
-            parts = [
+            score, start, loss, luck = (
                 format_fixed(value, decimals)
-                for value in (self.luck, self.score, self.start_value, -self.regret)
-            ]
-            luck, score, start, loss = parts
+                for value in (self.score, self.start_value, self.regret, abs(self.luck))
+            )
+            sign = "-" if self.luck < 0 else "+"
             rows.append(
-                f"{prefix}luck: {'+' * (self.luck >= 0)}{luck}. your score {score} = "
-                f"{start} expected at best, {loss} regret, "
-                f"{'+' * (self.luck >= 0)}{luck} luck"
+                f"{prefix}luck: {sign}{luck}. score {score} = {start} expected at best "
+                f"- {loss} regret {sign} {luck} luck"
             )
         if self.worst:
             rows.append(f"{prefix}worst: {_describe_worst(self.worst)}")
@@ -142,10 +141,15 @@ class Verdict:
             for choices in self.choices
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        better = " and than ".join(map(str, self.comparisons))
-        rows += [f"better than {better}, on other random numbers"] if better else []
+        better = ", ".join(map(str, self.comparisons))
+        rows += [f"other seeds: better than {better}"] if better else []
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
+
+    @property
+    def has_facts(self) -> bool:
+        """True if there is anything to say about the score."""
+        return bool(self.choices or self.comparisons)
 
     @property
     def data(self) -> dict[str, object]:

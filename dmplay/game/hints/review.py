@@ -17,7 +17,7 @@ from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
-REVIEW_TASK = TaskInfo("reviewing your actions")
+REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
 
 
 class ReviewedAction(NamedTuple):

@@ -18,6 +18,7 @@ from dmplay.views.toolkit.canvas import BAR_LEVELS
 COMMAND_KEY_HELP = ": command"
 GAME_OVER_KEYS = (
     ("new", "restart", "undo", "help", "quit"),
+    ("new", "restart", "help", "quit"),
     ("new", "help", "quit"),
     ("help", "quit"),
 )
@@ -193,7 +194,7 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     if frame_state.is_lookback:
         return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.human_seats:
-        return ("Enter review",) * bool(game.session.over and game.session.turns)
+        return ("Enter look back", "PgUp turns") if game.session.over and game.session.turns else ()
     return () if is_game_over else ("Space step", "P play")
 
 
