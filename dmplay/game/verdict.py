@@ -105,7 +105,7 @@ class SeatChoices:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ScoreComparison:
     """The share of an agent's games, on other random numbers, that scored less than this game."""
 
     agent: str
@@ -128,7 +128,7 @@ class Verdict:
 
     moves: tuple[ReviewedAction, ...] = ()
     choices: tuple[SeatChoices, ...] = ()
-    comparisons: tuple[Comparison, ...] = ()
+    comparisons: tuple[ScoreComparison, ...] = ()
     ghost_line: str = ""  # an agent's score with the same random numbers
     error: str = ""  # why the choices could not be reviewed
 
@@ -322,8 +322,8 @@ def _describe_worst(move: ReviewedAction) -> str:
 
 def compare_score(
     session: Session, human_seats: Sequence[int], player_names: Sequence[str]
-) -> tuple[Comparison, ...]:
-    """Return how many games of random play, and of a strong agent, scored less than this game.
+) -> tuple[ScoreComparison, ...]:
+    """Return the counts of games of random play and of a strong agent that scored less.
 
     They are games of the same problem, turn limit and other players, with other random numbers.
     Empty unless the game ended by its rules, and all people have the same reward. A comparison that
@@ -344,7 +344,7 @@ def compare_score(
             if returns is not None:
                 score = session.seat_return(human_seats[0])
                 lower = returns < score - RETURN_TOLERANCE * max(abs(score), 1.0)
-                comparisons.append(Comparison(name, COMPARED_GAMES, int(lower.sum())))
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, int(lower.sum())))
     return tuple(comparisons)
 
 

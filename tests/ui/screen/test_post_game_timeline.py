@@ -316,7 +316,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
         GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
     )
     end = press_keys(screen, "left")
-    assert "Enter review" in end
+    assert "Enter look back" in end
     assert "left: the game is over" in press_keys(screen, "left")
     assert "what if: the game is over" in press_keys(screen, "W")
     assert "turn 1 of 1: chose w" in press_keys(screen, "enter")
