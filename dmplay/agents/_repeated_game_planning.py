@@ -52,6 +52,11 @@ class RepeatedGamePlan(GreedyPolicy, SeatPolicy):
     candidate_rules: ClassVar[Mapping[str, type[SeatPolicy]]] = {}  # set by each problem
 
     @property
+    def planned_turns(self) -> int:
+        """The number of turns of a plan; after these it begins again."""
+        return self.horizon
+
+    @property
     def has_regrets(self) -> bool:
         """True if the opponent's rule is known, so that the values are exact."""
         return bool(self.to)

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.agents._belief_policy import SparseTransition, apply_by_group
-from dmplay.agents.base import UPPER_BOUNDS, SeatPolicy
+from dmplay.agents.base import ESTIMATED_VALUES, SeatPolicy
 from dmplay.core import belief
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.best_actions import select_greedy_actions
@@ -31,17 +31,17 @@ class SharedObservationPlan(SeatPolicy):
     sum of both rewards over these turns.
     """
 
-    values_name = UPPER_BOUNDS
+    values_name = ESTIMATED_VALUES
 
     horizon: int = parameter(
         MAX_PLAN_TURNS, f"number of turns planned, 1 to {MAX_PLAN_TURNS}", 1, MAX_PLAN_TURNS
     )
 
-    hint_basis = "joint plan that both agents follow"
+    hint_basis = "joint plan that both agents follow, for the sum of their rewards"
 
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it plans ahead in every turn, of which fewer may be left."""
-        return "" if turns == 1 else f"{format_count(self.horizon, 'turn')} ahead"
+        return f"{format_count(self.horizon, 'turn')} ahead"
 
     def __post_init__(self) -> None:
         """Raise an error for a horizon out of bounds, or with too many plans."""

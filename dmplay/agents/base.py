@@ -100,6 +100,11 @@ class SeatPolicy(Policy):
         check_parameters(self)
 
     @property
+    def planned_turns(self) -> int | None:
+        """The number of turns of a plan that then begins again, or None."""
+        return None
+
+    @property
     def hint_basis(self) -> str:
         """The basis of its hints, '' if the agent's name says enough."""
         return ""

@@ -47,6 +47,11 @@ class RemainingHorizonPolicy(BeliefAndTurnPolicy, FiniteHorizonPolicy):
     plans_whole_game = True
     MAX_PLANNED_TURNS = 100  # turns that it can plan in time
 
+    @property
+    def planned_turns(self) -> int:
+        """The number of turns of a plan; after these it begins again."""
+        return self.horizon
+
     @abstractmethod
     def finite_horizon_values(self, b: Reals, turns_left: int) -> Reals:
         """Return Q `[B, A]` of beliefs `[B, S]` with `turns_left` rewards to come."""

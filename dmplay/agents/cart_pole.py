@@ -65,7 +65,8 @@ class LinearQuadraticPolicy(ReactivePolicy):
 
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it looks ahead, of which fewer may be left."""
-        return f"{LOOKAHEAD_TURNS} turns ahead"
+        note = "" if self.problem.discount == 1.0 else ", no discount"
+        return f"{LOOKAHEAD_TURNS} turns ahead{note}"
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.

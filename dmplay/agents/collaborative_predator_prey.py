@@ -111,7 +111,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
     values_name = UPPER_BOUNDS
 
     values_without_end = True
-    hint_basis = "qmdp, assuming a visible state from the next turn on"
+    hint_basis = "qmdp, if partners see the state now, you from the next turn on"
 
     def __post_init__(self) -> None:
         """Raise BadPolicy for hunts that it cannot plan."""

@@ -5,7 +5,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ESTIMATED_POINTS, GreedyPolicy, ReactivePolicy, SeatPolicy
+from dmplay.agents.base import (
+    ESTIMATED_POINTS,
+    WITHOUT_END,
+    GreedyPolicy,
+    ReactivePolicy,
+    SeatPolicy,
+)
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept, requires_fields
@@ -66,6 +72,11 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
     def depends_on_clock(self) -> bool:
         """True if its choice depends on the speed of the machine."""
         return self.milliseconds > 0
+
+    def describe_scope(self, turns: int | None) -> str:
+        """Return that its values have no horizon and no discount, if the game has one."""
+        scope = super().describe_scope(turns)
+        return scope if self.problem.discount == 1.0 else f"{scope or WITHOUT_END}, no discount"
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the points to come with each slide; -inf for a slide that moves nothing."""

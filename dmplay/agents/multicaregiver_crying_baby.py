@@ -206,11 +206,11 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
 def build_roster(problem: Problem, seat: int) -> Roster:
     """Return the agents that care for a baby.
 
-    The best response gives the hints if the discount is below 1, else the joint plan does.
+    The best response gives the hints, or the joint plan in a game without discount and turn limit.
     """
     adviser = "best-response" if problem.discount < 1.0 else "joint-plan"
     return Roster(
         {"best-response": BestResponse, "feed-when-crying": FeedWhenCrying,
          "joint-plan": SharedObservationPlan},
-        adviser, default_partner="feed-when-crying",
+        adviser, "best-response", default_partner="feed-when-crying",
     )  # fmt: skip

@@ -1,14 +1,15 @@
 """Limits on the work and memory of one computation, which are the same on every machine.
 
-Time is not limited, because it differs between machines. A solver, a search, a reader or an
-enumeration creates a `Budget`, checks memory before it allocates, and counts work as it runs. The
-caller may observe the progress and stop the computation.
+Time is not limited, because it differs between machines, except for results that can be omitted. A
+solver, a search, a reader or an enumeration creates a `Budget`, checks memory before it allocates,
+and counts work as it runs. The caller may observe the progress and stop the computation.
 """
 
 from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
+from time import monotonic
 
 from dmplay.errors import BudgetExceeded
 
@@ -112,6 +113,28 @@ def report_progress_to(callback: ProgressCallback) -> Iterator[None]:
         callback(largest_share)
 
     token = _progress_callback.set(report_increasing)
+    try:
+        yield
+    finally:
+        _progress_callback.reset(token)
+
+
+@contextmanager
+def stop_after(seconds: float) -> Iterator[None]:
+    """Run the block, and raise ComputationStopped when it reports progress after that time.
+
+    For results that can be omitted; an outer callback is still called.
+    """
+    outer_callback, deadline = _progress_callback.get(), monotonic() + seconds
+
+    def check_time(share: float) -> None:
+        """Report progress to the outer callback, and stop after the deadline."""
+        if outer_callback:
+            outer_callback(share)
+        if monotonic() > deadline:
+            raise ComputationStopped
+
+    token = _progress_callback.set(check_time)
     try:
         yield
     finally:

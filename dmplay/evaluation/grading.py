@@ -28,7 +28,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 
 # Values of one round of a repeated game ignore how the opponent reacts later.
-NO_REGRET_REMARK = "no regret, because the values are bounds or guess how other agents play"
+NO_REGRET_REMARK = "no regret, because the values are not exactly about this game"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
 MIN_TURNS_TO_MATCH = 5  # Shorter games match too many agents.

@@ -24,6 +24,7 @@ class TaskInfo(NamedTuple):
 
     message: str  # such as "optimal is thinking"
     is_agent_move: bool = False  # An agent's move blocks everything else.
+    is_after_game: bool = False  # The review of a finished game.
 
 
 class TaskCancelled(KeyboardInterrupt):

@@ -32,6 +32,7 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.game.narration import Narrator
 from dmplay.game.saves import SaveRemoval
 from dmplay.game.seat_snapshot import SeatSnapshot
+from dmplay.game.verdict import Verdict, compute_verdict
 from dmplay.registry.agents import load_roster
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import builtin_stem
@@ -73,7 +74,7 @@ class Game:
         self.warning = ""  # displayed when the game is resumed or replayed
         self.is_resumed = False  # whether its first turns were played earlier
         self.end_notes = ""  # appended to the transcript at the end
-        self.review_lines: Sequence[str] = ()  # review of the choices and uniforms, after the game
+        self.verdict = Verdict()  # computed after the game
         self.ghost: Ghost | None = None
         self.save_removal = SaveRemoval()  # old saves deleted to make room for this game
         self.repeats_uniforms = False  # whether a game with the same uniforms was played before
@@ -373,6 +374,20 @@ class Game:
         return run_cancellable(
             self._thinking_task_info, lambda: self.session.fill_in_actions(actions)
         )
+
+    def compute_verdict(self) -> Verdict:
+        """Compute and return the verdict on a finished game; it is empty if it was left."""
+        self.verdict = (
+            Verdict()
+            if self.is_paused
+            else compute_verdict(self.session, self.advice_questions, self.ghost)
+        )
+        return self.verdict
+
+    def closing_lines(self) -> list[str]:
+        """Return the last lines of a game: hidden facts, the result and the verdict on it."""
+        lines = self.narrator.closing_lines()
+        return [*lines, *(line for line in self.compute_verdict().lines if line not in lines)]
 
     def recreate_agents(self) -> None:
         """Recreate the agents' memory and the hint providers, after a background task was

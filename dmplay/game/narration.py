@@ -137,13 +137,13 @@ class Narrator:
         return self.end_explanations.get(self.session.end_reason or "", "")
 
     def closing_lines(self) -> list[str]:
-        """Return lines with the result, the ghost's result, and the hidden facts of every turn."""
+        """Return lines with the hidden facts of every turn, the result, and the ghost's result."""
         if self.is_paused:
             return [self.describe_result()]
         return [
+            *self.debrief_lines(),
             f"over: {self.describe_result()}",
             *self._ghost_comparison_lines(),
-            *self.debrief_lines(),
         ]
 
     def _ghost_comparison_lines(self) -> list[str]:
@@ -157,6 +157,11 @@ class Narrator:
         """Return the facts of every turn as lines of text, once the game is over; else []."""
         names = turn_facts.list_few_state_names(self.session.problem)
         return [turn_facts.format_facts(row, names) for row in self.debrief_rows()]
+
+    def debrief_table(self) -> list[str]:
+        """Return the facts of every turn as an aligned table, once the game is over; else []."""
+        rows = self.debrief_rows()
+        return turn_facts.format_debrief_table(self.session.problem, rows) if rows else []
 
     def debrief_rows(self) -> list[dict[str, object]]:
         """Return the facts of every turn, hidden ones included, once the game is over; else [].

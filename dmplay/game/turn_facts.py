@@ -4,10 +4,12 @@ from collections.abc import Mapping, Sequence
 
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
+from dmplay.core.text import align_columns
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.transcript.format import collect_turn_facts
 
 MAX_NAMED_STATES = 4  # states whose names label a belief
+DEBRIEF_COLUMNS = ("turn", "actions", "state", "observations", "rewards", "belief")
 PUBLIC_FACT_KEYS = (
     "turn",
     "actions",
@@ -64,6 +66,50 @@ def list_few_state_names(problem: Problem) -> list[str]:
     """Return the names of all states if there are at most MAX_NAMED_STATES; else []."""
     is_small = isinstance(problem.state_count, int) and problem.state_count <= MAX_NAMED_STATES
     return [*map(problem.format_state, problem.enumerate_states())] if is_small else []
+
+
+def format_debrief_table(problem: Problem, rows: Sequence[Mapping[str, object]]) -> list[str]:
+    """Return the facts of the start and of every turn as an aligned table.
+
+    Facts of several agents are in the order of the agents, with slashes between; equal ones once.
+    """
+    state_names = [
+        problem.format_state(state)
+        for state in (problem.enumerate_states() if any("belief" in row for row in rows) else ())
+    ]
+    keys = [*dict.fromkeys(key for row in rows for key in row)]
+    order = [key for key in DEBRIEF_COLUMNS if key in keys]
+    headings = [key.removesuffix("s") for key in order]
+    if "belief" in order:
+        has_few_states = len(state_names) <= MAX_NAMED_STATES
+        names = f"belief: {', '.join(state_names)}" if has_few_states else "likeliest state"
+        headings[order.index("belief")] = names
+    lines = align_columns(
+        [
+            headings,
+            *([_format_cell(row.get(key, ""), state_names) for key in order] for row in rows),
+        ]
+    )
+    agent_names = [f"{' / '.join(problem.agents)}"] if len(problem.agents) > 1 else []
+    return [*agent_names, *lines]
+
+
+def _format_cell(value: object, state_names: Sequence[str]) -> str:
+    """Return a fact as a cell of the table; of a belief over many states, the likeliest one."""
+    if isinstance(value, dict):
+        cells = [_format_cell(entry, state_names) for entry in value.values()]
+        return " / ".join(dict.fromkeys(cells) if len({*cells}) == 1 else cells)
+    if not isinstance(value, list):
+        return _format_value(value)
+    if len(value) != len(state_names) or len(value) <= MAX_NAMED_STATES:
+        return ", ".join(_format_belief(entry) for entry in value)
+    likeliest = max(range(len(value)), key=value.__getitem__)
+    return f"{state_names[likeliest]} {_format_belief(value[likeliest])}"
+
+
+def _format_belief(entry: object) -> str:
+    """Return a probability with three decimals, or any other entry as text."""
+    return f"{entry:.3f}" if isinstance(entry, int | float) else str(entry)
 
 
 def format_facts(facts: Mapping[str, object], state_names: Sequence[str] = ()) -> str:

@@ -17,6 +17,7 @@ from dmplay.core.parameter_parsing import parse_parameter
 from dmplay.core.parameters import INTEGER_TYPES
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, check_problem
+from dmplay.core.text import format_count
 from dmplay.core.user_code_locations import describe_error_location
 from dmplay.errors import BadParameter, BadPolicy, UnknownName
 from dmplay.registry import problem_module_exports
@@ -61,8 +62,10 @@ class HintAgent(NamedTuple):
 
     @property
     def has_exact_regrets(self) -> bool:
-        """True if differences of its values are regrets: no guess, and no bounds."""
-        return self.has_regrets and self.policy.values_name not in {LOWER_BOUNDS, UPPER_BOUNDS}
+        """True if its values tell the regret in this game: they are no guess and no bounds."""
+        are_bounds = self.policy.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}
+        is_other_game = bool(self.policy.describe_scope(self.question.turn_limit))
+        return self.has_regrets and not are_bounds and not is_other_game
 
     @property
     def players(self) -> str:
@@ -75,6 +78,9 @@ class HintAgent(NamedTuple):
     def describe_game(self, turns_done: int) -> str:
         """Return the turns left and the other players that its values are about, as text."""
         turns = self.policy.describe_scope(self.question.turn_limit)
+        plan = self.policy.planned_turns
+        if turns and plan:
+            turns = f"{format_count(plan - turns_done % plan, 'turn')} left {turns}"
         # An agent of unknown accuracy may not plan at all.
         if not turns and (self.policy.plans_whole_game or self.policy.values_name != "values"):
             turns = self.question.describe_turns_left(turns_done)
@@ -175,7 +181,15 @@ def load_hint_agent(problem: Problem, question: AdviceQuestion, name: str) -> Hi
 
     Raises BadPolicy if it refuses the problem.
     """
-    policy = _make_roster_agent(problem, question.seat, name).adapt_to_game(question)
+    seat, turns = question.seat, question.turn_limit
+    try:
+        policy = _make_roster_agent(problem, seat, name)
+    except BadPolicy:  # Without a discount some agents can only plan a number of turns.
+        agent_class = load_roster(problem, seat).agents[name]
+        if turns is None or "horizon" not in default_parameters(agent_class):
+            raise
+        policy = _make_roster_agent(problem, seat, f"{name}:horizon={turns}")
+    policy = policy.adapt_to_game(question)
     return HintAgent(_format_agent_name(name, policy), policy, question)
 
 

@@ -380,7 +380,11 @@ def lesson(view: View[CollaborativePredatorPrey]) -> Lesson:
     """Return the lesson: the hunters, the hidden facts, and the cost of a turn."""
     problem, others = view.problem, len(view.problem.agents) - 1
     team = f", one of {others + 1} predators that cannot talk" if others else ""
-    blind = "you see your own hex" if problem.sighted else "you see nothing, not even your own hex"
+    blind = (
+        "after each turn you see your own hex"
+        if problem.sighted
+        else "you see nothing, not even your own hex"
+    )
     slips = (
         f"{format_percent(problem.slip)} of steps slip sideways"
         if problem.slip

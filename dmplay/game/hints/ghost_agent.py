@@ -189,7 +189,8 @@ def describe_ghost_result(
         opponent = ghost or create_best_ghost(session, questions)
         if opponent is None:
             return ""
-        run_cancellable(TaskInfo(f"{opponent.name} is playing the same game"), opponent.play_to_end)
+        task_info = TaskInfo(f"{opponent.name} is playing the same game", is_after_game=True)
+        run_cancellable(task_info, opponent.play_to_end)
     except DmplayError:
         return ""
     return opponent.describe_comparison()

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import ESTIMATED_VALUES, AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
@@ -19,7 +19,7 @@ from dmplay.registry import agents
 REVIEW_NOTE_PREFIX = "# review "
 REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
-REVIEW_TASK = TaskInfo("reviewing your actions")
+REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
 
 
 class ReviewedAction(NamedTuple):
@@ -119,11 +119,13 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     text = f"review: {best} {best_count} of {format_count(len(reviewed_actions), 'time')}"
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
-        return f"{text}; no regret, because the values are bounds or guess how other agents play"
+        return f"{text}; no regret, because the values are not exactly about this game"
     total_regret = sum(regrets)
     worst = max(reviewed_actions, key=_regret_or_zero)
+    names = {move.values_name for move in reviewed_actions}
+    expected = "estimated" if ESTIMATED_VALUES in names else "expected"
     regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = f"{text}, total expected regret (value lost) {regret_text}"
+    text = f"{text}, total {expected} regret (value lost) {regret_text}"
     return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
 
 

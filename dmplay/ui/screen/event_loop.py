@@ -286,10 +286,11 @@ class ScreenEventLoop(ABC):
         """Handle events until a task ends or is abandoned; return a handler to run next.
 
         The handler is None unless a key cancelled the task in order to run itself:
-        `classify_busy_key` decides this. Keys typed while an agent chose are dropped, except for
-        the quit keys.
+        `classify_busy_key` decides this, and which keys wait for the end. Keys typed while an agent
+        chose are dropped, except for the quit keys.
         """
         loop, task_info, next_handler = asyncio.get_running_loop(), None, None
+        waiting_events: list[tuple[str, EventHandler]] = []
         task.set_finish_callback(
             partial(loop.call_soon_threadsafe, self._enqueue_event, _redraw_only)
         )
@@ -310,11 +311,15 @@ class ScreenEventLoop(ABC):
             effect = classify_busy_key(key, task_info, trigger_key) if key else None
             if effect is None:
                 await handler()
+            elif effect is BusyKeyAction.RUN_LATER:
+                waiting_events.append((key, handler))
             elif effect is not BusyKeyAction.IGNORE:
                 next_handler = handler if effect is BusyKeyAction.CANCEL_THEN_RUN else None
                 task.cancel(QUIT_PATIENCE_SECONDS if key in QUIT_KEYS else CANCEL_SECONDS)
         if task_info and task_info.is_agent_move:
             self._drop_typed_keys()
+        for key, handler in waiting_events:
+            self._enqueue_event(handler, key)
         return next_handler
 
     def _paint_progress(self, task: BackgroundTask) -> TaskInfo | None:

@@ -18,6 +18,7 @@ from dmplay.views.toolkit.canvas import BAR_LEVELS
 COMMAND_KEY_HELP = ": command"
 GAME_OVER_KEYS = (
     ("new", "restart", "undo", "help", "quit"),
+    ("new", "restart", "help", "quit"),
     ("new", "help", "quit"),
     ("help", "quit"),
 )
@@ -180,11 +181,12 @@ def _format_command_tails(
     """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
     command_rows = [[name for name in row if name != excluded_command] for row in rows]
-    tails = [
-        "  ".join([*navigation_keys, *map(_format_command_key, command_row), COMMAND_KEY_HELP])
-        for command_row in command_rows
-    ]
-    tails += ["  ".join([*navigation_keys, *map(_format_command_key, command_rows[-1])])]
+    tails = []
+    for index, command_row in enumerate(command_rows):
+        row = "  ".join([*navigation_keys, *map(_format_command_key, command_row)])
+        tails.append(f"{row}  {COMMAND_KEY_HELP}")
+        if is_game_over or index == len(command_rows) - 1:
+            tails.append(row)
     return (*tails, "  ".join(map(_format_command_key, command_rows[-1])))
 
 
@@ -193,7 +195,7 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     if frame_state.is_lookback:
         return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.human_seats:
-        return ("Enter review",) * bool(game.session.over and game.session.turns)
+        return ("Enter look back", "PgUp log") if game.session.over and game.session.turns else ()
     return () if is_game_over else ("Space step", "P play")
 
 

@@ -15,7 +15,7 @@ from dmplay.terminal.styles import ScreenLine, to_rich_text
 from dmplay.ui.screen import heading
 from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
-from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_events
+from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_verdict_lines
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
 from dmplay.views.protocol import MIN_PANEL_COLUMNS, DrawOptions, TooSmallNotice
 from dmplay.views.toolkit.canvas import measure_text, split_styled_rows
@@ -83,17 +83,24 @@ class Frame:
 
     def max_scroll_offset(self) -> int:
         """Return the maximum number of rows by which the log can be scrolled back."""
+        viewport = self._log_viewport()
+        row_count = len(wrap_lines(self._log, viewport))
+        return row_count - viewport.height + 1 if row_count > viewport.height else 0
+
+    def page_height(self) -> int:
+        """Return the number of rows of the log that are visible now.
+
+        A log that is scrolled back has one row less, as its last row names the visible rows.
+        """
+        return max(self._log_viewport().height - bool(self._state.scroll_offset), 1)
+
+    def _log_viewport(self) -> Viewport:
+        """Return the viewport of the log."""
         layout = self._compute_layout(self._snapshot)
-        log_viewport = (
+        return (
             Viewport(self._viewport.width, self._body_height - 1)
             if isinstance(layout, TooSmallNotice)
             else layout.log_viewport
-        )
-        return max(
-            len(wrap_lines(list_events(self._game, self._log), log_viewport))
-            - log_viewport.height
-            + 1,
-            0,
         )
 
     def _title_row(self) -> ScreenLine:
@@ -176,13 +183,14 @@ class Frame:
 
     def _board_and_log_parts(self) -> list[ScreenRows]:
         """Return the rows of goal, board, panel and log, or a notice if the board does not fit."""
-        game, viewport, layout = self._game, self._viewport, self._compute_layout(self._snapshot)
         long_messages = [self._state.message] if self._log_shows_message else []
+        if self._game.session.over:
+            return self._verdict_parts(long_messages)
+        viewport, layout = self._viewport, self._compute_layout(self._snapshot)
         if isinstance(layout, TooSmallNotice):
             return self._too_small_parts(layout, long_messages)
         events_or_goal = self._log or self._remaining_goal_lines(layout.log_viewport)
         log = layout_log(
-            game,
             layout.log_viewport,
             long_messages,
             events_or_goal,
@@ -201,6 +209,35 @@ class Frame:
             rows[index] = to_rich_text(rows[index]).copy().append_text(to_rich_text(line))
         return [rows]
 
+    def _verdict_parts(self, long_messages: list[str]) -> list[ScreenRows]:
+        """Return the end of a game: goal, board and panel, the verdict, and the end of the log.
+
+        The verdict is complete if it fits the screen; a board that does not fit above it is left
+        out.
+        """
+        viewport, snapshot = self._viewport, self._snapshot
+        message_rows = wrap_lines([*map(escape_unprintable, long_messages)], viewport)
+        first_row, *other_rows = wrap_lines(list_verdict_lines(self._game), viewport)
+        card: list[ScreenLine] = [((first_row, "bold"),)]
+        card += other_rows[: max(self._body_height - len(message_rows) - 1, 0)]
+        board_height = self._body_height - len(card) - len(message_rows) - 1
+        board = self._draw_board(snapshot, viewport.width, max(board_height, 1))
+        upper_rows: Sequence[ScreenLine] = ()
+        if board_height > 0 and not isinstance(board, TooSmallNotice):
+            layout = _layout_log_below(
+                self._panel_facts(snapshot),
+                board,
+                viewport,
+                self._body_height,
+                len(card) + len(message_rows),
+            )
+            upper_rows = layout.rows
+        free_rows = self._body_height - len(upper_rows) - len(card) - len(message_rows) - 1
+        log_viewport = Viewport(viewport.width, max(free_rows, 0), viewport.ascii_only)
+        log = layout_log(log_viewport, [], self._log, 0) if free_rows > 0 else []
+        lower_rows: list[ScreenLine] = [*([""] if log else []), *log, *message_rows]
+        return [self._goal_rows(snapshot), upper_rows, card, lower_rows]
+
     def _too_small_parts(
         self, notice: TooSmallNotice, long_messages: list[str]
     ) -> list[ScreenRows]:
@@ -211,7 +248,7 @@ class Frame:
         if self._log or long_messages:
             return [
                 top,
-                layout_log(game, log_viewport, long_messages, self._log, self._state.scroll_offset),
+                layout_log(log_viewport, long_messages, self._log, self._state.scroll_offset),
             ]
         situation_rows = wrap_lines(
             [game.narrator.describe_situation(snapshot), *self._remaining_goal_lines(log_viewport)],
@@ -245,9 +282,7 @@ class Frame:
         board = self._draw_board(snapshot, viewport.width, max(body_height - MIN_LOG_ROWS - 1, 1))
         if isinstance(board, TooSmallNotice):
             return board
-        layout = _layout_log_below(
-            panel_facts, board, viewport, body_height, is_game_over=snapshot.end_reason is not None
-        )
+        layout = _layout_log_below(panel_facts, board, viewport, body_height)
         return layout._replace(rows=(*goal_rows, *layout.rows))
 
     def _draw_board(self, snapshot: SeatSnapshot, width: int, height: int) -> Text:
@@ -361,20 +396,19 @@ def _layout_log_below(
     board: Text,
     viewport: Viewport,
     body_height: int,
-    *,
-    is_game_over: bool,
+    min_rows_below: int = MIN_LOG_ROWS,
 ) -> _BoardLayout:
     """Lay out the panel at the right of the board, if it fits, and the log below.
 
-    The log has at most MAX_LOG_ROWS_BELOW rows until the game is over.
+    A panel that is longer than the board leaves `min_rows_below` rows; the log has at most
+    MAX_LOG_ROWS_BELOW.
     """
     width = viewport.width - measure_text(board)[0] - 2
     facts = panel_facts if width >= MIN_PANEL_COLUMNS else ()
     rows = _join_board_and_panel(
-        board.plain, tuple(board.spans), facts, width, max(body_height - MIN_LOG_ROWS - 1, 0)
+        board.plain, tuple(board.spans), facts, width, max(body_height - min_rows_below - 1, 0)
     )
-    free_rows = max(body_height - len(rows) - 1, 0)
-    log_height = free_rows if is_game_over else min(free_rows, MAX_LOG_ROWS_BELOW)
+    log_height = min(max(body_height - len(rows) - 1, 0), MAX_LOG_ROWS_BELOW)
     return _BoardLayout(
         (*rows, ""), Viewport(viewport.width, log_height, viewport.ascii_only), is_log_beside=False
     )

@@ -21,10 +21,15 @@ from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 
 SPEED_FACTOR = 1.5  # speed factor of one key press
+PAGE = 1000.0  # stands for the visible rows
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
-    "pageup": 8, "pagedown": -8, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
+    "pageup": PAGE, "pagedown": -PAGE, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
-SCROLL_HELP = ("PgUp", "scroll", "scroll the log, also PgDn, Home, End (hex maps: with Shift)")
+SCROLL_HELP = (
+    "PgUp",
+    "scroll",
+    "scroll the log, or show all turns after the end (hex maps: with Shift)",
+)
 
 
 def handle_key(screen: PlayScreen, key: str) -> None:
@@ -158,7 +163,7 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
     if screen_key:
         screen_key.handler(screen)
     elif _scroll_rows(key):
-        screen.scroll_log(_scroll_rows(key))
+        _scroll(screen, _scroll_rows(key))
     elif command:
         screen.show_reply(command.run(screen.controller, ""))
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
@@ -175,6 +180,18 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
 def _scroll_rows(key: str) -> float:
     """Return the rows that a key scrolls back, with or without Shift or Ctrl; 0 for other keys."""
     return SCROLL_ROWS_BY_KEY.get(key.removeprefix("s-").removeprefix("c-"), 0)
+
+
+def _scroll(screen: PlayScreen, rows: float) -> None:
+    """Scroll the log; after the game, open its complete record instead."""
+    if screen.game.session.over and not screen.timeline:
+        screen.open_record()
+        if rows == -inf:
+            screen.turn_page(inf)
+    elif abs(rows) == PAGE:
+        screen.scroll_log_page(copysign(1, rows))
+    else:
+        screen.scroll_log(rows)
 
 
 def _show_help(screen: PlayScreen) -> None:

@@ -14,18 +14,19 @@ from dmplay.ui.screen.text_wrapping import wrap_line, wrap_lines
 MIN_LOG_ROWS = 2  # rows
 
 
-def list_events(game: Game, log: Sequence[str]) -> list[str]:
-    """Return the log; once the game is over, append the debriefing, the review and the result."""
-    lines = [
-        *log,
-        *game.narrator.debrief_lines(),
-        *map(escape_unprintable, game.review_lines),
-    ]
-    return [*lines, f"over: {game.narrator.describe_result()}"] if game.session.over else lines
+def list_verdict_lines(game: Game) -> list[str]:
+    """Return the lines of the verdict card of a finished game: the result, then the verdict."""
+    lines = [f"over: {game.narrator.describe_result()}", *game.verdict.lines]
+    return [*map(escape_unprintable, lines)]
 
 
-def layout_log(  # noqa: PLR0913 - the log, its viewport and the scroll state
-    game: Game,
+def list_record_lines(game: Game, log: Sequence[str]) -> list[str]:
+    """Return the complete record of a finished game: verdict, hidden facts by turn, and log."""
+    table = game.narrator.debrief_table()
+    return [*list_verdict_lines(game), *([""] if table else []), *table, "", *log]
+
+
+def layout_log(
     viewport: Viewport,
     long_messages: list[str],
     log: Sequence[str],
@@ -36,16 +37,14 @@ def layout_log(  # noqa: PLR0913 - the log, its viewport and the scroll state
     """Return the wrapped log rows that fit the viewport, the latest or those scrolled back to.
 
     Messages too long for their own row, `long_messages`, follow the log. A log that is scrolled
-    back, or that overflows once the game is over, ends with a row that names the visible rows.
+    back ends with a row that names the visible rows.
     """
-    height, over = viewport.height, game.session.over
-    visible_log = log if over or scroll_offset else log[-height:]
+    height = viewport.height
+    visible_log = log if scroll_offset else log[-height:]
     lines = (
-        [*list_events(game, visible_log), *map(escape_unprintable, long_messages)]
-        if over or long_messages
-        else visible_log
+        [*visible_log, *map(escape_unprintable, long_messages)] if long_messages else visible_log
     )
-    if height > (1 if scroll_offset else MIN_LOG_ROWS + 1) and (over or scroll_offset):
+    if height > 1 and scroll_offset:
         row_count = sum(len(wrap_line(line, viewport.width)) for line in lines)
         if row_count > height:
             return _scrolled_rows(
@@ -54,9 +53,7 @@ def layout_log(  # noqa: PLR0913 - the log, its viewport and the scroll state
                 viewport,
                 scroll_offset,
             )
-    column_rows = (
-        _column_rows(log, viewport) if is_side_column and not (over or long_messages) else []
-    )
+    column_rows = _column_rows(log, viewport) if is_side_column and not long_messages else []
     return column_rows or _last_rows(lines, viewport)
 
 

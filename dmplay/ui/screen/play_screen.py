@@ -21,6 +21,7 @@ from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
+from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.ui.screen.number_input import NumberInput
 from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
@@ -202,6 +203,18 @@ class PlayScreen:
             max_offset = self._build_frame(self._viewport).max_scroll_offset()
             self.scroll_offset = int(min(max(self.scroll_offset + rows, 0), max_offset))
 
+    def scroll_log_page(self, page_count: float) -> None:
+        """Scroll the log back by one page, or forward if negative, without a gap or overlap."""
+        frame_now = self._build_frame(self._viewport)
+        page = frame_now.page_height()
+        is_on_first_page = 0 < self.scroll_offset <= page + 1
+        rows = page if page_count > 0 else -(page + is_on_first_page)
+        self.scroll_log(rows)
+
+    def open_record(self) -> None:
+        """Open the complete record of a finished game as a page."""
+        self.open_page(list_record_lines(self.game, self.log))
+
     def turn_page(self, page_count: float) -> bool:
         """Turn `page_count` pages forward, or back if negative; return whether it moved forward."""
         previous_index, last_index = (
@@ -227,7 +240,7 @@ class PlayScreen:
                 accuracy = provider.values_name * (OVERLAYS[index] == "values")
                 parts = [
                     f"overlay: {accuracy or OVERLAY_LABELS[OVERLAYS[index]]}",
-                    provider.describe_game(),
+                    provider.describe_game() if OVERLAYS[index] in HINT_OVERLAYS else "",
                 ]
                 self.message = ", ".join(filter(None, parts))
                 return

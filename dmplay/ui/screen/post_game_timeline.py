@@ -8,12 +8,11 @@ import numpy as np
 
 from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
-from dmplay.errors import DmplayError
 from dmplay.game.game import Game
 from dmplay.game.hints import review
-from dmplay.game.hints.ghost_agent import describe_ghost_result
 from dmplay.game.hints.hint_provider import Hint, HintProvider, count_decimals, format_fixed
 from dmplay.game.hints.review import ReviewedAction
+from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
@@ -193,27 +192,18 @@ class PostGameReview:
     def review_game(self, game: Game) -> None:
         """Review the game when it has ended, unless this end was reviewed before.
 
-        Stores the review lines in the game; if the user cancels, those that are complete.
+        Stores the verdict in the game; if the user cancels, the parts that are complete.
         """
         if not self.is_due(game):
             return
         last_turn = _last_turn_if_over(game)
-        self._reviewed_turn, game.review_lines = last_turn, ()
+        self._reviewed_turn, game.verdict = last_turn, Verdict()
         self.timeline = GameTimeline(game) if last_turn else None
         if last_turn:
+            verdicts = iter_verdicts(game.session, game.advice_questions, game.ghost)
             with suppress(ComputationStopped):
-                game.review_lines = self._review_choices(game)
-                ghost_line = describe_ghost_result(game.session, game.advice_questions, game.ghost)
-                game.review_lines = [*game.review_lines, *filter(None, [ghost_line])]
-
-    def _review_choices(self, game: Game) -> list[str]:
-        """Return the review of the human players' actions, and add it to the timeline."""
-        try:
-            moves = review.run_review(game.session, game.advice_questions)
-        except DmplayError as error:
-            return [f"review: {error}"]
-        self.timeline = GameTimeline(game, moves)
-        return [review.format_summary(moves)] if moves else []
+                for game.verdict in verdicts:
+                    self.timeline = GameTimeline(game, game.verdict.moves)
 
     def turn_for_key(self, key: str, current_turn: int | None) -> int | None:
         """Return the turn that a key leads to, or None if the key does not move through the turns.

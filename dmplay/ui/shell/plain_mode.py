@@ -125,7 +125,7 @@ class SentenceReporter(Reporter):
 
     def report_end(self, game: Game) -> None:
         """Print the result and the hidden information of the game."""
-        for row in game.narrator.closing_lines():
+        for row in game.closing_lines():
             print(row, flush=True)
 
 
@@ -169,8 +169,8 @@ class JsonReporter(Reporter):
             self._print_event("hint", {"seat": seat} | hint.data)
         elif text.startswith(VALUES_NAMES):
             provider = game.hint_provider
-            about = {"about": provider.describe_game()} if provider.describe_game() else {}
-            facts = {"seat": game.problem.agents[game.viewing_seat], **about}
+            seat = game.problem.agents[game.viewing_seat]
+            facts = {"seat": seat, "about": provider.describe_game()}
             accuracy = accuracy_data(provider.values_name)
             values = {"values": provider.values_by_action()}
             self._print_event("values", {**facts, **values, **accuracy})
@@ -198,7 +198,9 @@ class JsonReporter(Reporter):
         if game.is_paused:
             self._print_event("paused", {"turns": len(game.session.turns)})
             return
-        self._print_event("end", game.narrator.result_facts({"seed": game.seed}))
+        verdict = game.compute_verdict()
+        facts = {"verdict": verdict.data} if verdict.has_facts else {}
+        self._print_event("end", game.narrator.result_facts({"seed": game.seed}) | facts)
 
     def _print_event(self, event: str, facts: dict[str, object]) -> None:
         """Print one JSON object with the event and its facts."""

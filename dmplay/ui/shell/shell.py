@@ -144,7 +144,7 @@ class Shell:
             print(game.narrator.describe_situation(game.snapshot()))
         if game.session.over and game is not self._reported_game:
             self._reported_game = game
-            for row in game.narrator.closing_lines():
+            for row in game.closing_lines():
                 self._print_reply(row)
 
 

@@ -212,7 +212,7 @@ def test_no_move_has_a_regret_against_an_unknown_rule(opponent: str) -> None:
     assert {move.regret for move in reviewed} == {None}
     assert "best action (if agent2 plays one of 11 rules)" in format_summary(reviewed)
     assert format_summary(reviewed).endswith(
-        "no regret, because the values are bounds or guess how other agents play"
+        "no regret, because the values are not exactly about this game"
     )
 
 

@@ -53,10 +53,10 @@ def make_saved_game(folder: Path, **changes: object) -> Game:
 
 EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", (), LARGE_SIZE, False): """\
- hexworld  turn 4/4  score (discounted) -1.539  you play agent  turn limit
+ dmplay hexworld    seed 7   turn 4/4   score (discounted) -1.539   turn limit
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
-│     │     │     │     │     │     │  @  │     │     │     │  moved slip bump
+│     │     │     │     │     │     │  @  │     │     │     │  step slip bump
 │     │     │     │     │     │     │     │     │     │     │  reward   -1.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │     │     │     │     │           │     │     │     slip
@@ -67,21 +67,21 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ reward, ✗ cost
 
- turn 1. chose W, moved W to (6,2). reward 0. score 0.
- turn 2. chose W, moved W to (5,2). reward 0. score 0.
- turn 3. chose SE, bumped, stayed at (5,2). reward -1. score -0.81.
- turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
- review: best action 1 of 4 times, total expected regret (value lost) 6.13 (largest in turn
-   1)
- with the same random numbers: optimal scored 8.1, you -1.539
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
+ choices: best action 1 of 4 times; regret 5.97
+ luck: -1.35. score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
+ worst: turn 1: w, where se was worth 5.05 more
+ other seeds: better than 57 of 100 random games, 11 of 100 games of optimal
+ with the same random numbers: optimal scored 8.1, you -1.539
 
- Enter review  Tab hint  Bksp undo  ? help  q quit  : command""",
+ turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
+
+ Enter look back  PgUp log  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
- dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you play agent
+ dmplay hexworld    seed 7   turn 2/4   score (discounted) 0
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
-│     │     │     │     │     │  h  │  @  │  l  │     │     │  moved    W
+│     │     │     │     │     │  h  │  @  │  l  │     │     │  step     W
 │     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │     │     │     │     │           │     │     │     slip
@@ -90,7 +90,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
-wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        e      -0.48
+walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
                                                                  w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
@@ -99,11 +99,11 @@ wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        e      -0.48
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  regret █▂[▂]▁  worst: turn 1, 3, 2
- turn 3 of 4: chose se; e or w was better by 0.62.
+ next, turn 3 of 4: chose se; e or w was better by 0.62.
 
- ← → turns  Enter play from here  N new  ? help  q quit  : command""",
+ ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
- hexworld  turn 2/4  score 0  you play agent
+ hexworld  turn 2/4  score (discounted) 0
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h*| @ | l*|   |   |
  \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
@@ -113,27 +113,27 @@ wall keys: u -0.624 y -0.624 b -0.624 n -0.624 below best        e      -0.48
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
 * best, # worst
 
- turn 3 of 4: chose se; e or w was better by
-   0.62.
+ next, turn 3 of 4: chose se; e or w was better
+   by 0.62.
 
  < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
-heard  quiet
-
-sated   ███████████████████▊ 0.989
-hungry  ▎··················· 0.011
-chance of hunger by turn ▅▁▁▁▁▁··············
-true state: sated
-
-   -15, you -19.423
  over: turn limit after 5 turns. agent score
    -19.423 (undiscounted -21).
- rows 30-32 of 32: PgUp PgDn Home End
+ choices: best action 2 of 5 times; regret 3.29
+ luck: -2.66. score -19.42 = -13.47 expected at
+   best - 3.29 regret - 2.66 luck
+ worst: turn 4: feed, where ignore was worth 3.88
+   more
+ other seeds: better than 47 of 100 random games,
+   11 of 100 games of optimal
+ with the same random numbers: optimal scored
+   -15, you -19.423
 
- Enter review  Tab hint  ? help  q quit  : command""",
+ Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
- crying-baby  turn 3/5  score -15.45  you: agent
+ crying-baby  turn 3/5  score (discounted) -15.45
 heard  quiet
 
 sated   ███████████████████▌ 0.973
@@ -143,12 +143,12 @@ true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
  regret ▁▂▁[█]▂  worst: turn 4, 5, 2
- turn 4 of 5: chose feed; ignore was better by
-   3.88.
+ next, turn 4 of 5: chose feed; ignore was better
+   by 3.88.
 
  ← → turns  Enter play from here  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
- crying-baby  turn 3/5  score (discounted) -15.45  you play agent
+ dmplay crying-baby    seed 7   turn 3/5   score (discounted) -15.45
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                               reward   0
                                                            discount 0.90
@@ -169,34 +169,34 @@ true state: sated
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
  regret _._[#].  worst: turn 4, 5, 2
- turn 4 of 5: chose feed; ignore was better by 3.88.
+ next, turn 4 of 5: chose feed; ignore was better by 3.88.
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
- crying-baby  turn 5/5  score (discounted) -19.42  you play agent  turn limit
+ crying-baby  turn 5/5  score (discounted) -19.42  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
-heard  quiet                                            reward   -0.5
-                                                        discount 0.90
-sated   ███████████████████████████████████████▌ 0.989
-hungry  ▌······································· 0.011
+heard  quiet                                   reward   -0.5
+                                               discount 0.90
+sated   ███████████████████▊ 0.989
+hungry  ▎··················· 0.011
 chance of hunger by turn ▅▁▁▁▁▁··············
-
-reward this turn hunger  effort     sum
-f feed            -0.11   -5.00   -5.11
-s sing            -0.11   -0.50   -0.61
-i ignore          -0.11   +0.00   -0.11
-
-a hungry baby cries: 80%, with a song 90%
-a sated baby cries: 10%, with a song 0%
-an unfed sated baby gets hungry: 10%
 true state: sated
 
-   4)
- with the same random numbers: optimal scored -15, you -19.423
  over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
- rows 19-21 of 21: PgUp PgDn Home End
+ choices: best action 2 of 5 times; regret 3.29
+ luck: -2.66. score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
+ worst: turn 4: feed, where ignore was worth 3.88 more
+ other seeds: better than 47 of 100 random games, 11 of 100 games of optimal
+ with the same random numbers: optimal scored -15, you -19.423
 
- Enter review  Tab hint  ? help  q quit  : command""",
+ turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
+ turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
+ turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
+ turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
+ turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
+   -0.5. score -19.423.
+
+ Enter look back  PgUp log  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
@@ -312,7 +312,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
         GameController(make_game("hexworld", turns=1)), Terminal(True, "", True, True, False)
     )
     end = press_keys(screen, "left")
-    assert "Enter review" in end
+    assert "Enter look back" in end
     assert "left: the game is over" in press_keys(screen, "left")
     assert "what if: the game is over" in press_keys(screen, "W")
     assert "turn 1 of 1: chose w" in press_keys(screen, "enter")

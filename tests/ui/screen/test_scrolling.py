@@ -9,10 +9,12 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import ENABLE_INPUT_REPORTS
-from dmplay.ui.screen.frame import compose_frame
+from dmplay.ui.screen.frame import compose_frame, split_pages
 from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
+from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.text_wrapping import wrap_lines
 from tests.support.screens import KEY_SEQUENCES, make_game, play_keys
 
 WHEEL_UP, WHEEL_DOWN = "\x1b[<64;10;10M", "\x1b[<65;10;10M"
@@ -43,41 +45,60 @@ def compose_rows(play_screen: PlayScreen) -> list[str]:
 
 
 @pytest.mark.parametrize("size", [(80, 24), (50, 14), (100, 24)])
-def test_every_line_of_the_review_can_be_reached_by_scrolling(size: tuple[int, int]) -> None:
+@pytest.mark.parametrize("key", ["pagedown", "space"])
+def test_the_pages_after_the_end_show_every_row_exactly_once(
+    size: tuple[int, int], key: str
+) -> None:
     play_screen = play_twenty_turns(size)
-    all_rows = []
-    handle_key(play_screen, "home")
-    for _ in range(60):
-        all_rows += compose_rows(play_screen)
-        if not play_screen.scroll_offset:
-            break
-        handle_key(play_screen, "wheel down")
-    text = " ".join(" ".join(row.split()) for row in all_rows)
-    for turn in range(1, 21):
-        assert f"turn {turn}. " in text
-    assert play_screen.scroll_offset == 0
-    assert "over: " in " ".join(compose_rows(play_screen))
-
-
-def test_the_last_rows_show_the_scroll_position() -> None:
-    play_screen = play_twenty_turns((80, 24))
-    (position,) = re.findall(
-        r"rows (\d+)-(\d+) of (\d+): PgUp PgDn Home End", "\n".join(compose_rows(play_screen))
+    handle_key(play_screen, "pageup")
+    page_count = len(split_pages(play_screen._viewport, play_screen.frame_state))
+    page_rows = list[str]()
+    for page in range(1, page_count + 1):
+        rows = compose_rows(play_screen)[1:-2]
+        assert f"page {page} of {page_count}" in rows[-1]
+        page_rows += rows[:-1]
+        if page < page_count:
+            handle_key(play_screen, key)
+    expected = wrap_lines(
+        list_record_lines(play_screen.game, play_screen.log), play_screen._viewport
     )
-    assert position[1] == position[2]
-    for key in ("home", "pageup", "wheel up"):
+    assert [row.rstrip() for row in page_rows if row.strip()] == [
+        row.rstrip() for row in expected if row.strip()
+    ]
+
+
+@pytest.mark.parametrize("size", [(80, 24), (50, 14), (100, 24)])
+def test_the_result_stays_on_screen_after_every_page(size: tuple[int, int]) -> None:
+    play_screen = play_twenty_turns(size)
+    before = compose_rows(play_screen)
+    assert "over: turn limit after 20 turns." in "\n".join(before)
+    for key in ("pageup", "pagedown", "home", "end", "wheel up"):
         handle_key(play_screen, key)
-        assert f"rows 1-{int(position[1]) - int(position[0]) + 1} of {position[2]}" in "\n".join(
-            compose_rows(play_screen)
-        )
-    handle_key(play_screen, "pagedown")
-    assert "rows 9-" in "\n".join(compose_rows(play_screen)), (
-        "what went past the first row is not to be undone"
+        assert re.search(r"page \d+ of \d+", "\n".join(compose_rows(play_screen)))
+        handle_key(play_screen, "escape")
+        assert compose_rows(play_screen) == before
+
+
+def test_the_pages_of_the_log_in_a_game_leave_no_row_out() -> None:
+    play_screen = PlayScreen(
+        GameController(make_game("hexworld", parameters={"rewards": []})),
+        Terminal(True, "", True, True, False),
     )
-    handle_key(play_screen, "end")
-    assert f"rows {position[0]}-{position[1]} of {position[2]}" in "\n".join(
-        compose_rows(play_screen)
-    )
+    play_screen._viewport = Viewport(80, 24)
+    for key in "hl" * 20:
+        handle_key(play_screen, key)
+    seen_turns = list[str]()
+    for _ in range(60):
+        rows = compose_rows(play_screen)
+        seen_turns = re.findall(r"^ turn (\d+)\. ", "\n".join(rows), re.MULTILINE) + seen_turns
+        offset = play_screen.scroll_offset
+        handle_key(play_screen, "s-pageup")
+        if play_screen.scroll_offset == offset:
+            break
+    assert {*map(int, seen_turns)} == {*range(1, 41)}
+    for _ in range(60):
+        handle_key(play_screen, "s-pagedown")
+    assert play_screen.scroll_offset == 0
 
 
 def count_turns(game: Game) -> int:

@@ -69,7 +69,7 @@ def iter_keys_with_waits(keys: Sequence[str]) -> Iterator[str]:
 def iter_keys_until_reviewed(game: Game) -> Iterator[str]:
     """Yield keys that end a heap game, empty keys until its review is ready, and one more key."""
     yield from ("1", "1")
-    while not game.review_lines:
+    while not game.verdict.choices:
         yield ""
     yield "z"
 
@@ -196,13 +196,16 @@ def test_a_finished_game_is_shown_while_it_is_reviewed() -> None:
     review_frame = next(frame for frame in result.frames if "reviewing your actions" in frame)
     assert "over: turn limit after 2 turns" in review_frame
     assert "reviewing" not in result.last
-    assert "review:" not in result.last
+    assert "choices:" not in result.last
 
 
 def test_a_review_that_is_ready_before_it_is_cancelled_is_shown() -> None:
     RELEASE_EVENT.set()
     game = make_heap_game()
-    assert "review: " in press_keys(game, iter_keys_until_reviewed(game), (80, 24), moment=0.0).last
+    assert (
+        "choices: best action"
+        in press_keys(game, iter_keys_until_reviewed(game), (80, 24), moment=0.0).last
+    )
 
 
 @dataclass(frozen=True)

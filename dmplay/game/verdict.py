@@ -1,0 +1,392 @@
+"""The verdict on a finished game: the result, the quality of the choices, luck and comparisons.
+
+Every number is about the game that was played: its players, its turn limit and the information of
+each seat.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, replace
+from typing import cast
+
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
+from dmplay.core.arrays import Reals
+from dmplay.core.policy import Policy
+from dmplay.core.session import Session
+from dmplay.core.text import format_count
+from dmplay.core.work_budget import ComputationStopped, limit_total_work, stop_after
+from dmplay.errors import DmplayError
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
+from dmplay.game.hints.ghost_agent import Ghost, describe_ghost_result
+from dmplay.game.hints.hint_provider import (
+    HINT_WORK_LIMIT,
+    SEARCH_AGENT,
+    accuracy_data,
+    count_decimals,
+    format_fixed,
+)
+from dmplay.game.hints.review import ReviewedAction, append_scope, run_review
+from dmplay.registry import agents
+from dmplay.registry.problem_name_kinds import names_bot
+
+COMPARED_GAMES = 100  # games of each agent that the score is compared with
+COMPARISON_SEED = 1_000_003
+MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
+MAX_SECONDS = 1.0  # seconds of each part of a verdict that nobody waits for
+COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
+RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
+RANDOM_AGENT = "random"
+UNREPEATABLE_PLAYERS = ("script", "replay", SEARCH_AGENT)  # too slow, or only for one game
+NATURAL_END_REASONS = ("terminal", "horizon", "turn limit")
+
+
+@dataclass(frozen=True)
+class SeatChoices:
+    """The choices of one person.
+
+    Regret, worst choice and luck are None unless the values are exact for the game that was played.
+    """
+
+    seat: str
+    count: int  # reviewed choices
+    best_count: int
+    values_name: str
+    scope: str  # the game that the values are about, '' if it is this one
+    score: float
+    regret: float | None = None  # discounted to the start, as the score is
+    worst: ReviewedAction | None = None  # the choice of the largest regret, if any is positive
+    start_value: float | None = None  # expected score under optimal play, if the luck is known
+    luck: float | None = None  # score - (start value - regret)
+
+    def lines(self, prefix: str = "") -> list[str]:
+        """Return one line on the choices, and with exact values one each on luck and worst turn."""
+        share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
+        if self.regret is None:
+            return [f"{prefix}choices: {share} by the {append_scope(self.values_name, self.scope)}"]
+        decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
+        cost = "" if self.regret <= 0 else f"; regret {format_fixed(self.regret, decimals)}"
+        rows = [f"{prefix}choices: {share}{cost}"]
+        if self.luck is not None and self.start_value is not None:
+            score, start, loss, luck = (
+                format_fixed(value, decimals)
+                for value in (self.score, self.start_value, self.regret, abs(self.luck))
+            )
+            sign = "-" if self.luck < 0 else "+"
+            rows.append(
+                f"{prefix}luck: {sign}{luck}. score {score} = {start} expected at best "
+                f"- {loss} regret {sign} {luck} luck"
+            )
+        if self.worst:
+            rows.append(f"{prefix}worst: {_describe_worst(self.worst)}")
+        return rows
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The choices as data; facts that are not known are left out."""
+        worst = self.worst and {
+            "turn": self.worst.turn,
+            "chosen": self.worst.chosen,
+            "best": list(self.worst.best),
+            "regret": self.worst.regret,
+        }
+        facts = {
+            "choices": self.count,
+            "best": self.best_count,
+            **accuracy_data(self.values_name),
+            "scope": self.scope,
+            "regret": self.regret,
+            "expected": self.start_value,
+            "luck": self.luck,
+            "worst": worst,
+        }
+        return {name: fact for name, fact in facts.items() if fact is not None}
+
+
+@dataclass(frozen=True)
+class ScoreComparison:
+    """The share of an agent's games, on other random numbers, that scored less than this game."""
+
+    agent: str
+    game_count: int
+    lower_count: int
+
+    def __str__(self) -> str:
+        """Return the comparison as the end of a sentence."""
+        games = (
+            "random games"
+            if self.agent == RANDOM_AGENT
+            else f"games of {self.agent.partition(':')[0]}"
+        )
+        return f"{self.lower_count} of {self.game_count} {games}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """The verdict on a game that has ended by its rules; its parts are empty until known."""
+
+    moves: tuple[ReviewedAction, ...] = ()
+    choices: tuple[SeatChoices, ...] = ()
+    comparisons: tuple[ScoreComparison, ...] = ()
+    ghost_line: str = ""  # an agent's score with the same random numbers
+    error: str = ""  # why the choices could not be reviewed
+
+    @property
+    def lines(self) -> list[str]:
+        """The verdict in lines of text, the most important first."""
+        has_several_seats = len(self.choices) > 1
+        rows = [
+            row
+            for choices in self.choices
+            for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
+        ]
+        better = ", ".join(map(str, self.comparisons))
+        rows += [f"other seeds: better than {better}"] if better else []
+        rows += [self.ghost_line] if self.ghost_line else []
+        return rows + ([f"review: {self.error}"] if self.error else [])
+
+    @property
+    def has_facts(self) -> bool:
+        """True if there is anything to say about the score."""
+        return bool(self.choices or self.comparisons)
+
+    @property
+    def data(self) -> dict[str, object]:
+        """The verdict as data."""
+        return {
+            "seats": {choices.seat: choices.data for choices in self.choices},
+            "comparisons": [
+                {
+                    "agent": comparison.agent,
+                    "games": comparison.game_count,
+                    "lower": comparison.lower_count,
+                }
+                for comparison in self.comparisons
+            ],
+        }
+
+
+def compute_verdict(
+    session: Session, questions: Sequence[AdviceQuestion], ghost: Ghost | None = None
+) -> Verdict:
+    """Return the verdict on a game that people played to its end; else an empty one.
+
+    There is one question for the seat of each person.
+
+    Parts that take more than about a second are left out.
+    """
+    if session.end_reason not in NATURAL_END_REASONS:
+        return Verdict()
+    with limit_total_work(HINT_WORK_LIMIT):
+        verdicts = [*iter_verdicts(session, questions, ghost, MAX_SECONDS)]
+    return verdicts[-1] if verdicts else Verdict()
+
+
+def iter_verdicts(
+    session: Session,
+    questions: Sequence[AdviceQuestion],
+    ghost: Ghost | None = None,
+    max_seconds: float | None = None,
+) -> Iterator[Verdict]:
+    """Yield the verdict on a finished game, each time with one part more.
+
+    The review and the ghost take at most `max_seconds` each, the comparisons MAX_SECONDS. Yield
+    nothing if no person played.
+    """
+    if not questions or not session.turns:
+        return
+    verdict = Verdict()
+    with _omit_after(max_seconds):
+        try:
+            moves = run_review(session, questions)
+            choices = assess_choices(session, questions, moves)
+            verdict = Verdict(tuple(moves), choices)
+        except DmplayError as error:
+            verdict = Verdict(error="" if max_seconds else str(error))
+    yield verdict
+    ghost_line = ""
+    with _omit_after(max_seconds):
+        ghost_line = describe_ghost_result(session, questions, ghost)
+    verdict = replace(verdict, ghost_line=ghost_line)
+    yield verdict
+    yield replace(
+        verdict,
+        comparisons=run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions)),
+    )
+
+
+@contextmanager
+def _omit_after(seconds: float | None) -> Iterator[None]:
+    """Run the block and stop it quietly after that many seconds; without a limit if None."""
+    if seconds is None:
+        yield
+        return
+    with suppress(ComputationStopped), stop_after(seconds):
+        yield
+
+
+def assess_choices(
+    session: Session,
+    questions: Sequence[AdviceQuestion],
+    moves: Sequence[ReviewedAction],
+) -> tuple[SeatChoices, ...]:
+    """Return the choices of each person whose actions were reviewed."""
+    return tuple(
+        _assess_seat(session, question, own_moves)
+        for question in questions
+        if (
+            own_moves := [
+                move for move in moves if move.seat == session.problem.agents[question.seat]
+            ]
+        )
+    )
+
+
+def _assess_seat(
+    session: Session, question: AdviceQuestion, moves: Sequence[ReviewedAction]
+) -> SeatChoices:
+    """Return the choices of one person, with regret and luck if the values are exact."""
+    choices = SeatChoices(
+        session.problem.agents[question.seat],
+        len(moves),
+        sum(move.chosen in move.best for move in moves),
+        moves[0].values_name,
+        moves[0].scope,
+        session.seat_return(question.seat),
+    )
+    regrets = [move.regret for move in moves if move.regret is not None]
+    is_exact = len(regrets) == len(moves) and all(
+        move.values_name == EXACT_VALUES for move in moves
+    )
+    if not (is_exact and _are_about_game(session, question, moves[0].scope)):
+        return choices
+    discount = session.problem.discount
+    regret = sum(
+        discount ** (move.turn - 1) * move_regret
+        for move, move_regret in zip(moves, regrets, strict=True)
+    )
+    worst = max(moves, key=lambda move: move.regret or 0.0)
+    choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
+    if not _is_luck_known(session, moves):
+        return choices
+    start_value = max(moves[0].values.values())
+    luck = choices.score - (start_value - regret)
+    is_zero = abs(luck) <= RETURN_TOLERANCE * max(abs(start_value), abs(choices.score), 1.0)
+    return replace(choices, start_value=start_value, luck=0.0 if is_zero else luck)
+
+
+def _are_about_game(session: Session, question: AdviceQuestion, scope: str) -> bool:
+    """Return whether exact values of this scope are about these players and this turn limit.
+
+    Beside other agents they must come from a model of those that play.
+    """
+    if scope or question.assumes_players:
+        return False
+    hint_agent = agents.find_hint_provider(session.problem, question)
+    is_alone = len(session.problem.agents) == 1
+    return is_alone or (hint_agent is not None and hint_agent.policy.has_opponent_model)
+
+
+def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
+    """Return whether exact values of one agent's every turn divide its score into skill and luck.
+
+    Rerolled random numbers are not luck.
+    """
+    return (
+        len(session.problem.agents) == 1
+        and session.end_reason in NATURAL_END_REASONS
+        and [move.turn for move in moves] == [*range(1, len(session.turns) + 1)]
+        and not session.reroll_counts
+    )
+
+
+def _describe_worst(move: ReviewedAction) -> str:
+    """Return the worst choice as a sentence without its end."""
+    gain = format_fixed(move.regret or 0.0, count_decimals([*move.values.values()]))
+    return f"turn {move.turn}: {move.chosen}, where {' or '.join(move.best)} was worth {gain} more"
+
+
+def compare_score(
+    session: Session, questions: Sequence[AdviceQuestion]
+) -> tuple[ScoreComparison, ...]:
+    """Return the counts of games of random play and of a strong agent that scored less.
+
+    They are games of the same problem, turn limit and other players, with other random numbers.
+    Empty unless the game ended by its rules, and all people have the same reward. A comparison that
+    takes too long is left out.
+    """
+    problem, human_seats = session.problem, [question.seat for question in questions]
+    has_common_reward = len(human_seats) == 1 or problem.shared_reward
+    others = [seated.policy for seated in session.seated_policies if seated]
+    is_repeatable = not any(
+        names_bot(name) or name.partition(":")[0] in UNREPEATABLE_PLAYERS
+        for name in questions[0].players
+    ) and not any(getattr(policy, "depends_on_clock", False) for policy in others)
+    if session.end_reason not in NATURAL_END_REASONS or not (has_common_reward and is_repeatable):
+        return ()
+    comparisons = []
+    for name, policies in _iter_compared_players(session, questions):
+        with suppress(DmplayError, ComputationStopped), stop_after(MAX_SECONDS):
+            returns = _simulate_returns(session, policies, human_seats[0])
+            if returns is not None:
+                score = session.seat_return(human_seats[0])
+                lower = returns < score - RETURN_TOLERANCE * max(abs(score), 1.0)
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, int(lower.sum())))
+    return tuple(comparisons)
+
+
+def _iter_compared_players(
+    session: Session, questions: Sequence[AdviceQuestion]
+) -> Iterator[tuple[str, list[Policy]]]:
+    """Yield an agent's name and the policies of all seats with that agent in people's seats.
+
+    These are the random agent, then the agent that gives hints, or its quicker substitute.
+    """
+    problem = session.problem
+    seated = [seated_policy and seated_policy.policy for seated_policy in session.seated_policies]
+
+    def fill_seats(by_seat: dict[int, Policy]) -> list[Policy]:
+        """Return the policies of all seats, with these in people's seats."""
+        return [by_seat.get(seat) or cast(Policy, policy) for seat, policy in enumerate(seated)]
+
+    yield (
+        RANDOM_AGENT,
+        fill_seats(
+            {
+                question.seat: agents.load_agent(problem, question.seat, RANDOM_AGENT)
+                for question in questions
+            }
+        ),
+    )
+    strong: dict[int, Policy] = {}
+    label = ""
+    for question in questions:
+        seat = question.seat
+        provider = agents.find_hint_provider(problem, question)
+        substitute = agents.load_roster(problem, seat).batch_agent
+        if provider is None:
+            return
+        is_quick = provider.policy.values_name == EXACT_VALUES or not substitute
+        label = provider.label if is_quick else cast(str, substitute)
+        strong[seat] = (
+            provider.policy if is_quick else agents.load_agent(problem, seat, cast(str, substitute))
+        )
+    if label != SEARCH_AGENT:
+        yield label, fill_seats(strong)
+
+
+def _simulate_returns(session: Session, policies: Sequence[Policy], seat: int) -> Reals | None:
+    """Return the returns of a seat in COMPARED_GAMES games; None if a game is not over in time."""
+    from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
+
+    turn_limit = session.turn_limit
+    games = rollout(
+        session.problem,
+        policies,
+        episodes=COMPARED_GAMES,
+        turn_limit=min(turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
+        seed=COMPARISON_SEED,
+        keep=("returns", "terminated"),
+    )
+    has_ended = games.terminated.all() or (turn_limit or math.inf) <= MAX_COMPARED_TURNS
+    return games.returns[:, seat] if has_ended else None
