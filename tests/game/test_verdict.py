@@ -109,7 +109,7 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
-        "choices: best action 1 of 3 times; regret 4.07",
+        "choices: best action 1 of 3 times; discounted regret 4.07",
         "luck: -0.58. score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
         "worst: turn 1: e, where se was worth 3.20 more",
         "other seeds: better than 60 of 100 random games, 20 of 100 games of optimal",

@@ -67,16 +67,16 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ reward, ✗ cost
 
- turn 1. chose W, moved W to (6,2). reward 0. score 0.
- turn 2. chose W, moved W to (5,2). reward 0. score 0.
- turn 3. chose SE, bumped, stayed at (5,2). reward -1. score -0.81.
- turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
- review: best action 1 of 4 times, total expected regret 6.13 (largest in turn
-   1)
- with the same random numbers: optimal:horizon=4 scored 8.1, you -1.539
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
+ choices: best action 1 of 4 times; discounted regret 5.97
+ luck: -1.35. score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
+ worst: turn 1: w, where se was worth 5.05 more
+ other seeds: better than 57 of 100 random games, 11 of 100 games of optimal
+ with the same random numbers: optimal:horizon=4 scored 8.1, you -1.539
 
- Enter review  Tab hint  Bksp undo  ? help  q quit  : command""",
+ turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
+
+ Enter look back  PgUp log  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   turn 2/4   score (discounted) 0   you play agent
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
@@ -101,7 +101,7 @@ into a wall: u -0.624 y -0.624 b -0.624 n -0.624 vs best         w      -0.48
  turn 3 of 4: chose se; e or w was better by 0.62.
 
 
- ← → turns  Enter play from here  N new  ? help  q quit  : command""",
+ ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
  hexworld  turn 2/4  score 0  you play agent
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
@@ -119,19 +119,19 @@ into a wall: u -0.624 y -0.624 b -0.624 n -0.624 vs best         w      -0.48
  < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
-heard  quiet
-
-sated   ███████████████████▊ 0.989
-hungry  ▎··················· 0.011
-P(hungry) by turn ▅▁▁▁▁▁··············
-true state: sated
-
-   scored -15, you -19.423
  over: turn limit after 5 turns. agent score
    -19.423 (undiscounted -21).
- rows 30-32 of 32: PgUp PgDn Home End
+ choices: best action 2 of 5 times; discounted
+   regret 3.29
+ luck: -2.66. score -19.42 = -13.47 expected at
+   best - 3.29 regret - 2.66 luck
+ worst: turn 4: feed, where ignore was worth 3.88
+   more
+ other seeds: better than 47 of 100 random games,
+   11 of 100 games of optimal
+ with the same random numbers: optimal:horizon=5
 
- Enter review  Tab hint  ? help  q quit  : command""",
+ Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
  crying-baby  turn 3/5  score -15.45  you: agent
 heard  quiet
@@ -175,28 +175,28 @@ true state: sated
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  you play agent  turn limit
  keep the baby sated; hunger costs 10; feeding 5; singing 0.5
-heard  quiet                                            reward   -0.5
-                                                        discount 0.90
-sated   ███████████████████████████████████████▌ 0.989
-hungry  ▌······································· 0.011
+heard  quiet                            reward   -0.5
+                                        discount 0.90
+sated   ███████████████████▊ 0.989
+hungry  ▎··················· 0.011
 P(hungry) by turn ▅▁▁▁▁▁··············
-
-reward this turn hunger  effort     sum
-f feed            -0.11   -5.00   -5.11
-s sing            -0.11   -0.50   -0.61
-i ignore          -0.11   +0.00   -0.11
-
-a hungry baby cries: 80%, with a song 90%
-a sated baby cries: 10%, with a song 0%
-an unfed sated baby gets hungry: 10%
 true state: sated
 
-   4)
- with the same random numbers: optimal:horizon=5 scored -15, you -19.423
  over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
- rows 19-21 of 21: PgUp PgDn Home End
+ choices: best action 2 of 5 times; discounted regret 3.29
+ luck: -2.66. score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
+ worst: turn 4: feed, where ignore was worth 3.88 more
+ other seeds: better than 47 of 100 random games, 11 of 100 games of optimal
+ with the same random numbers: optimal:horizon=5 scored -15, you -19.423
 
- Enter review  Tab hint  ? help  q quit  : command""",
+ turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
+ turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
+ turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027.
+ turn 4. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
+ turn 5. chose sing, heard quiet. belief: sated 0.989, hungry 0.011. reward
+   -0.5. score -19.423.
+
+ Enter look back  PgUp log  Tab hint  ? help  q quit  : command""",
 }  # fmt: skip
 
 
