@@ -120,7 +120,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return that the belief assumes random partners, unless they are."""
+        """Return how the other agents are assumed to act, '' if they do."""
         return "" if {*opponents} == {"random"} else "belief with random partners"
 
     @cached_property

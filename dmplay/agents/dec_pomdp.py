@@ -42,7 +42,7 @@ class JointPlan(SeatPolicy):
     )
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return that the whole team follows the plan, unless it does."""
+        """Return how the other agents are assumed to act, '' if they do."""
         return "" if {*opponents} == {"joint-plan"} else "if the whole team follows the plan"
 
     @property

@@ -74,7 +74,7 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
         return self.milliseconds > 0
 
     def describe_scope(self, turns: int | None) -> str:
-        """Return that its values have no horizon and no discount, if the game has one."""
+        """Return the horizon and the discount that its values ignore, '' if none."""
         scope = super().describe_scope(turns)
         return scope if self.problem.discount == 1.0 else f"{scope or WITHOUT_END}, no discount"
 

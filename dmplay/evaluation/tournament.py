@@ -31,6 +31,7 @@ from dmplay.simulation.rollouts import RolloutSpec
 from dmplay.simulation.worker_pool import WorkerCount
 from dmplay.solvers.games import regret_matching
 from dmplay.solvers.games.bimatrix_game import enumerate_equilibria
+from dmplay.solvers.games.lemke_howson import find_first_equilibrium
 
 ReturnsBySeating = MutableMapping[tuple[int, ...], Reals]  # returns [E, n] by seating
 SEATING_ORDERS = (
@@ -300,12 +301,12 @@ def _find_equilibria(table: Reals) -> list[tuple[Reals, ...]]:
 
     The list is empty if none is found.
     """
-    if table.shape[-1] == 2:
-        return [*enumerate_equilibria(table)]
     try:
+        if table.shape[-1] == 2:
+            return [*enumerate_equilibria(table)]
         return [regret_matching.find_equilibrium(table).mixed_strategies]
     except BudgetExceeded:
-        return []
+        return [find_first_equilibrium(table)] if table.shape[-1] == 2 else []
 
 
 def _compute_regrets(table: Reals, equilibrium: tuple[Reals, ...]) -> Reals:

@@ -217,12 +217,32 @@ def _warn_not_saved(reason: str) -> None:
     print(clip_message(f"warning: this game is not saved: {reason}"), file=sys.stderr)
 
 
+def is_first_run() -> bool:
+    """Return whether dmplay starts for the first time here, and remember that it started.
+
+    A player with saved games has started it before. If that cannot be remembered, return False.
+    """
+    state_folder = saves_folder(os.environ).parent
+    try:
+        state_folder.mkdir(mode=0o700, parents=True, exist_ok=True)
+        os.close(os.open(state_folder / "started", os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600))
+    except OSError:
+        return False
+    return not list_saves()
+
+
 def shell_history_path() -> Path | None:
     """Return the file with the lines typed in the shell; None if it cannot be written."""
     save_folder = saves_folder(os.environ)
     file = save_folder.parent / "history"
     is_writable = prepare_folder(save_folder) and (not file.exists() or os.access(file, os.W_OK))
     return file if is_writable else None
+
+
+def choose_free_path(path: Path) -> Path:
+    """Return a path that does not exist: this one, or with a number, such as `game-2.svg`."""
+    names = (path.with_stem(f"{path.stem}-{number}") for number in count(2))
+    return next(filter(lambda name: not name.exists(), names)) if path.exists() else path
 
 
 def copy_transcript(recorder: Recorder, path: Path) -> None:

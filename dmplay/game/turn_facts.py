@@ -90,8 +90,9 @@ def format_debrief_table(problem: Problem, rows: Sequence[Mapping[str, object]])
             *([_format_cell(row.get(key, ""), state_names) for key in order] for row in rows),
         ]
     )
-    agent_names = [f"{' / '.join(problem.agents)}"] if len(problem.agents) > 1 else []
-    return [*agent_names, *lines]
+    names = " / ".join(problem.agents)
+    caption = [f"{names}; a single entry holds for all"] if len(problem.agents) > 1 else []
+    return [*caption, *lines]
 
 
 def _format_cell(value: object, state_names: Sequence[str]) -> str:

@@ -54,6 +54,7 @@ class SeatChoices:
     values_name: str
     scope: str  # the game that the values are about, '' if it is this one
     score: float
+    is_discounted: bool = False  # whether score and regret are discounted
     regret: float | None = None  # discounted to the start, as the score is
     worst: ReviewedAction | None = None  # the choice of the largest regret, if any is positive
     start_value: float | None = None  # expected score under optimal play, if the luck is known
@@ -65,7 +66,8 @@ class SeatChoices:
         if self.regret is None:
             return [f"{prefix}choices: {share} by the {append_scope(self.values_name, self.scope)}"]
         decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
-        cost = "" if self.regret <= 0 else f"; regret {format_fixed(self.regret, decimals)}"
+        regret_text = f"{'discounted ' * self.is_discounted}regret"
+        cost = f"; {regret_text} {format_fixed(self.regret, decimals)}" * (self.regret > 0)
         rows = [f"{prefix}choices: {share}{cost}"]
         if self.luck is not None and self.start_value is not None:
             score, start, loss, luck = (
@@ -253,6 +255,7 @@ def _assess_seat(
         moves[0].values_name,
         moves[0].scope,
         session.seat_return(question.seat),
+        session.problem.discount < 1.0,
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(

@@ -2,6 +2,7 @@
 
 import io
 import re
+import sys
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from rich.text import Text
 from dmplay.core.safe_files import write_file
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
+from dmplay.game.saves import choose_free_path
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.styles import to_ansi
 from dmplay.views.figures.registry import find_figure, load_figures
@@ -98,6 +100,16 @@ def write_or_print(path: Path | None, content: Iterable[str], *, force: bool) ->
     return Printout("")
 
 
+def choose_picture_path(output: Path | None, stem: str, extension: str) -> Path | None:
+    """Return the output file; on a terminal, which cannot show a picture's code, a free name.
+
+    The free name is STEM.EXTENSION in the current folder, or a numbered one.
+    """
+    if output is not None or not sys.stdout.isatty():
+        return output
+    return choose_free_path(Path(f"{stem}.{extension}"))
+
+
 def format_figure_list() -> str:
     """Return the name and title of every figure, one per line."""
     return "\n".join(f"{key:<5} {title}" for key, (title, _) in load_figures().items())
@@ -108,5 +120,7 @@ def draw_figure(name: str, output: Path | None, *, svg: bool, force: bool = Fals
     title, draw = find_figure(name)
     check_extension_fits_format(output, "svg")
     if svg or output:
-        return write_or_print(output, [text_to_svg(draw(), title)], force=force)
+        path = choose_picture_path(output, name, "svg")
+        printout = write_or_print(path, [text_to_svg(draw(), title)], force=force)
+        return printout._replace(text=f"wrote {path}") if path is not output else printout
     return Printout(draw(), paged=True)

@@ -21,7 +21,7 @@ from dmplay.game.playback import Playback
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
 from dmplay.output.html_export import render_page
-from dmplay.output.svg_export import text_to_svg, write_or_print
+from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
 from dmplay.output.svg_export import texts_to_animated_svg as pictures
 from dmplay.output.tables import format_csv_row
 from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
@@ -237,8 +237,9 @@ def export_transcript(
 ) -> Printout:
     """Export a transcript in the chosen format, to a file or as a Printout.
 
-    The Printout is empty if a file is written. Raise BadParameter unless exactly one format is
-    chosen and the options suit it.
+    The Printout is empty if that file is written. Without a file, a picture is printed, or on a
+    terminal written to a new file that the Printout names. Raise BadParameter unless exactly one
+    format is chosen and the options suit it.
     """
     if len(formats) != 1:
         raise BadParameter(
@@ -261,6 +262,10 @@ def export_transcript(
         )
     check_extension_fits_format(output, format_name)
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
+    path = output
+    if not EXPORT_FORMATS[format_name].is_text:
+        stem, extension = Path(game.transcript.path).stem, EXPORT_FORMATS[format_name].extension
+        path = choose_picture_path(output, stem, extension)
     if output:
         check_not_source(output, game.transcript.path)
     width, height, ascii_ = options.viewport
@@ -269,6 +274,7 @@ def export_transcript(
     )
     if room.height:
         room = _fit_viewport(game, room)
-    return write_or_print(
-        output, RENDERERS[format_name](game, options._replace(viewport=room)), force=force
+    printout = write_or_print(
+        path, RENDERERS[format_name](game, options._replace(viewport=room)), force=force
     )
+    return printout._replace(text=f"wrote {path}") if path is not output else printout

@@ -8,6 +8,7 @@ from shlex import quote
 from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
+from dmplay.game import saves
 from dmplay.game.command_line_results import PlayCommand, ShellCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
@@ -28,6 +29,9 @@ SHELL_BANNER = f"""\
 dmplay {__version__}: play decision problems with typed commands
 list shows the problems, play hexworld starts one,
 help explains the commands, Ctrl-D quits"""
+# shown once, at the first start
+FIRST_GAME_ADVICE = "new here? Enter plays the marked problem; there Tab shows a hint, ? help"
+FIRST_COMMAND_ADVICE = "new here? begin with play hexworld; in a game, hint suggests an action"
 
 
 def play_game(table: GameController, command: PlayCommand) -> int:
@@ -68,7 +72,7 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
         if command.commands:
             has_invalid_line = run_script(shell, command.commands, "command", echo=False)
         elif terminal.full_screen and command.opens_gallery:
-            code = _run_gallery(shell)
+            code = _run_gallery(shell, FIRST_GAME_ADVICE if saves.is_first_run() else "")
         elif terminal.full_screen:
             from dmplay.ui.shell import interactive_shell
 
@@ -76,6 +80,8 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
             code = interactive_shell.run_prompt(shell)
         elif terminal.is_interactive:
             print(SHELL_BANNER)
+            if command.opens_gallery and saves.is_first_run():
+                print(FIRST_COMMAND_ADVICE)
             run_prompt_loop(shell)
         else:
             has_invalid_line = run_script(shell, sys.stdin)
@@ -83,9 +89,13 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
     return code or _report_faults(table, has_invalid_line=has_invalid_line)
 
 
-def _run_gallery(shell: Shell) -> int:
-    """Show the gallery and run each choice until the player leaves; return the exit code."""
+def _run_gallery(shell: Shell, message: str) -> int:
+    """Show the gallery and run each choice until the player leaves; return the exit code.
+
+    It shows a message until the first key.
+    """
     gallery = Gallery(list_problem_entries(), shell.terminal, todays_seed())
+    gallery.message = message
     while True:
         code = run_full_screen(gallery)
         if code or not gallery.pending_command:

@@ -148,7 +148,10 @@ def test_an_agent_handed_in_as_a_person_is_detected_by_its_actions(
     grades: dict[str, Grade],
 ) -> None:
     assert grades["bot"].verified
-    assert grades["bot"].remarks == ("regret (infinite horizon)", "same actions as random")
+    assert grades["bot"].remarks == (
+        "no regret, because the values are not exactly about this game",
+        "same actions as random",
+    )
     assert (grades["agent"].occupant, grades["agent"].regret) == ("optimal", None)
 
 
@@ -213,7 +216,7 @@ def test_grades_are_written_as_json_and_csv(folder: Path, report: GradingReport)
     assert len(rows) == 14
     assert (
         next(row for row in rows if row["marks"])["marks"]
-        == "regret (infinite horizon), same actions as random"
+        == "no regret, because the values are not exactly about this game, same actions as random"
     )
 
 

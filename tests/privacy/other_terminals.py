@@ -32,7 +32,7 @@ PROGRAM_COMMANDS: dict[str, Any] = {
         else [(word, subgroup)]
     )
 }
-END_MARKERS = ("over: ", '{"event": "end"')  # the end reveals everything
+END_MARKERS = ("\nturn 0. ", "over: ", '{"event": "end"')  # the end reveals everything
 
 
 def run_line(line: str, monkeypatch: pytest.MonkeyPatch) -> Response:

@@ -140,7 +140,8 @@ def test_a_game_ends_when_its_transcript_is_as_large_as_can_be_verified(
     game.finish()
     turn_count = len(game.session.turns)
     assert 10 < turn_count < 1000
-    assert game.narrator.closing_lines()[0].startswith(FULL_LINE.format(turn_count))
+    lines = game.narrator.closing_lines()
+    assert any(line.startswith(FULL_LINE.format(turn_count)) for line in lines)
     assert format_resume_command(game) == ""
     assert path.read_text().endswith(
         "\n# the transcript is full, because dmplay reads at most 64 MB\n"

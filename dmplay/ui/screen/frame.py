@@ -221,7 +221,9 @@ class Frame:
         card: list[ScreenLine] = [((first_row, "bold"),)]
         card += other_rows[: max(self._body_height - len(message_rows) - 1, 0)]
         board_height = self._body_height - len(card) - len(message_rows) - 1
-        board = self._draw_board(snapshot, viewport.width, max(board_height, 1))
+        is_wide = viewport.width >= MIN_SIDE_LOG_SCREEN_COLUMNS
+        width = viewport.width - MIN_LOG_COLUMNS * is_wide
+        board = self._draw_board(snapshot, width, max(board_height, 1))
         upper_rows: Sequence[ScreenLine] = ()
         if board_height > 0 and not isinstance(board, TooSmallNotice):
             layout = _layout_log_below(

@@ -70,6 +70,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
         return [*files, *EXPORT_OPTIONS] if command == "export" else files
     completers: dict[str, Callable[[], list[str]]] = {
         "act": lambda: list_actions(controller),
+        "whatif": lambda: list_actions(controller),
         "agent": lambda: _complete_agent_arguments(controller, arguments),
         "assume": lambda: _complete_agent_arguments(controller, arguments),
         "set": lambda: (

@@ -11,7 +11,7 @@ from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import write_game_copy
 from dmplay.game.launch_requests import split_words
-from dmplay.game.saves import copy_transcript
+from dmplay.game.saves import choose_free_path, copy_transcript
 from dmplay.game.seats import list_human_seats, make_seat_policy, name_in_transcript
 from dmplay.registry import problems
 
@@ -183,30 +183,23 @@ def export_game(controller: GameController, argument: str) -> str:
 
     Raise BadParameter if that would reveal hidden information of a game in progress.
     """
-    words = split_words(argument)
+    words, written = split_words(argument), "written."
     if not words or words[0].startswith("-"):
         recorder, is_hidden = controller.game.recorder, controller.game.problem.partially_observable
         if recorder is None:
             raise BadParameter("export: this game is not recorded; name a file")
         if is_hidden and not (controller.game.session.over or controller.game.reveal):
             raise BadParameter("export: the file would show hidden states; finish the game first")
-        formats = [
-            (name, export_format)
-            for name, export_format in EXPORT_FORMATS.items()
-            if f"--{name}" in words
-        ]
-        for name, export_format in formats:
-            if (
-                controller.is_interactive
-                and not export_format.is_text
-                and not {"-o", "--output"} & {*words}
-            ):
-                message = f"--{name} needs a file; add -o game.{export_format.extension}"
-                raise BadParameter(f"export: {message}")
+        formats = [entry for name, entry in EXPORT_FORMATS.items() if f"--{name}" in words]
+        is_picture = len(formats) == 1 and not formats[0].is_text
+        if controller.is_interactive and is_picture and not {"-o", "--output"} & {*words}:
+            new_path = choose_free_path(Path(f"{recorder.path.stem}.{formats[0].extension}"))
+            words += ["-o", str(new_path)]
+            written = f"wrote {new_path}"
         words = [str(recorder.path), *words]
     elif "--peek" in words and controller.has_game and controller.game.is_concealed:
         raise BadParameter("export: --peek shows hidden states; finish this game first")
-    return controller.run_cli_words(["export", *words]) or "written."
+    return controller.run_cli_words(["export", *words]) or written
 
 
 def open_screen(controller: GameController, argument: str) -> str:

@@ -83,8 +83,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
         ("catch", None, "hint (optimal, 10 turns left): "),
         ("catch", 11, "hint (optimal, 11 turns left): "),
-        ("catch", 21, "hint (optimal, in plans of 10 turns): "),
-        ("machine-replacement", 101, "hint (optimal, in plans of 20 turns): "),
+        ("catch", 21, "hint (optimal, 10 turns left in plans of 10 turns): "),
+        ("machine-replacement", 101, "hint (optimal, 20 turns left in plans of 20 turns): "),
         ("predator-prey", 2, "hint (best-response, 2 turns left, if the other agent plays flee): "),
         (
             "collaborative-predator-prey",
@@ -116,7 +116,7 @@ def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
         (
             "multicaregiver-crying-baby",
             20,
-            "hint (joint plan that both agents follow, 4 turns ahead): ",
+            "hint (best-response, 20 turns left, with a random partner): ",
         ),
     ],
 )

@@ -68,7 +68,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 @ you, ◆ reward, ✗ cost
 
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
- choices: best action 1 of 4 times; regret 5.97
+ choices: best action 1 of 4 times; discounted regret 5.97
  luck: -1.35. score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
  worst: turn 1: w, where se was worth 5.05 more
  other seeds: better than 57 of 100 random games, 11 of 100 games of optimal
@@ -121,7 +121,8 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
  crying-baby  turn 5/5  score -19.42  turn limit
  over: turn limit after 5 turns. agent score
    -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; regret 3.29
+ choices: best action 2 of 5 times; discounted
+   regret 3.29
  luck: -2.66. score -19.42 = -13.47 expected at
    best - 3.29 regret - 2.66 luck
  worst: turn 4: feed, where ignore was worth 3.88
@@ -129,7 +130,6 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
  other seeds: better than 47 of 100 random games,
    11 of 100 games of optimal
  with the same random numbers: optimal scored
-   -15, you -19.423
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -183,7 +183,7 @@ chance of hunger by turn ▅▁▁▁▁▁··············
 true state: sated
 
  over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; regret 3.29
+ choices: best action 2 of 5 times; discounted regret 3.29
  luck: -2.66. score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
  worst: turn 4: feed, where ignore was worth 3.88 more
  other seeds: better than 47 of 100 random games, 11 of 100 games of optimal
@@ -278,9 +278,13 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(screen)
+    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(
+        screen
+    )
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
+    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(
+        screen, "u"
+    )
     assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
 
 

@@ -97,10 +97,13 @@ def test_games_without_turns_and_scripts_need_no_confirmation(controller: GameCo
 
 @pytest.mark.parametrize("form", ["svg", "film", "html", "cast"])
 def test_a_picture_is_written_to_a_file_not_over_the_board(
-    form: str, controller: GameController, tmp_path: Path
+    form: str, controller: GameController, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    with pytest.raises(BadParameter, match=f"export: --{form} needs a file; add -o game[.]"):
-        run_line(controller, f"export --{form}")
+    monkeypatch.chdir(tmp_path)
+    for expected in ("wrote game.", "wrote game-2."):
+        reply = run_line(controller, f"export --{form}")
+        assert reply.startswith(expected)
+        assert (tmp_path / reply.removeprefix("wrote ")).stat().st_size > 0
     run_line(controller, f"export --{form} -o {tmp_path / 'drawn'}")
     assert (tmp_path / "drawn").exists()
     assert run_line(controller, "export --csv").startswith("turn")

@@ -1,0 +1,253 @@
+"""Tests of the verdict on a finished game, on literal games with known numbers."""
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.core.arrays import Reals
+from dmplay.core.tabular import tabulate
+from dmplay.game.game import Game
+from dmplay.game.verdict import COMPARED_GAMES, ScoreComparison, Verdict, compute_verdict
+from tests.support.programs import run_dmplay
+from tests.support.screens import make_game
+
+BABY_ACTIONS = ("sing", "ignore", "feed")
+
+
+def play(
+    name: str, actions: Sequence[str], *opponents: str, seed: int = 7, turns: int | None = None
+) -> Game:
+    """Play a game of a person with these actions, against these agents."""
+    game = make_game(name, "human", *opponents, seed=seed, turns=turns or len(actions))
+    for action in actions:
+        if game.session.over:
+            break
+        game.choose(game.keyboard.parse_action(game.view(), action))
+    return game
+
+
+def judge(game: Game) -> Verdict:
+    return compute_verdict(game.session, game.human_seats, game.player_names, game.ghost)
+
+
+def compute_hexworld_q(turn_count: int) -> list[Reals]:
+    """Return Q `[S, A]` with 0, 1, ... turns left, by backward induction."""
+    problem = dmplay.load_problem("hexworld")
+    tables = tabulate(problem)
+    stages = [np.zeros(tables.rewards.shape[:2])]
+    for _ in range(turn_count):
+        values = stages[-1].max(axis=1)
+        stages.append(tables.rewards[:, :, 0] + problem.discount * tables.transition @ values)
+    return stages
+
+
+def compute_baby_q(belief: Reals, turns_left: int) -> Reals:
+    """Return Q `[A]` of a belief `[S]` by searching all actions and observations."""
+    problem = dmplay.load_problem("crying-baby")
+    tables = tabulate(problem)
+    q = belief @ tables.rewards[:, :, 0]
+    if turns_left > 1:
+        for action in range(len(q)):
+            for next_belief in _next_joint_beliefs(belief, action):
+                share = next_belief.sum()
+                if share > 0:
+                    next_q = compute_baby_q(next_belief / share, turns_left - 1)
+                    q[action] += problem.discount * share * next_q.max()
+    return q
+
+
+def _next_joint_beliefs(belief: Reals, action: int) -> list[Reals]:
+    """Return P(o, s' | b, a) as one array `[S']` for each observation."""
+    tables = tabulate(dmplay.load_problem("crying-baby"))
+    assert tables.observation is not None
+    joint = (belief @ tables.transition[:, action])[:, None] * tables.observation[action]
+    return [*joint.T]
+
+
+@pytest.mark.parametrize("seed", [1, 7, 11])
+def test_luck_and_regret_in_hexworld_are_those_of_backward_induction(seed: int) -> None:
+    game = play("hexworld", ["e", "w", "sw", "se"], seed=seed)
+    problem, session = game.problem, game.session
+    q, regret, luck = compute_hexworld_q(4), 0.0, 0.0
+    states = [session.initial_state, *(turn.state for turn in session.turns)]
+    indices = problem.state_indices(np.array(states))
+    for t, turn in enumerate(session.turns):
+        weight, left = problem.discount**t, 4 - t
+        now, then = q[left][indices[t]], q[left - 1][indices[t + 1]].max()
+        action = int(turn.actions[0])
+        regret += weight * (now.max() - now[action])
+        luck += weight * (turn.rewards[0] + problem.discount * then - now[action])
+    (choices,) = judge(game).choices
+    assert choices.regret == pytest.approx(regret)
+    assert choices.luck == pytest.approx(luck)
+    assert choices.start_value == pytest.approx(q[4][indices[0]].max())
+    assert choices.score == pytest.approx(choices.start_value - regret + luck)
+
+
+def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs() -> None:
+    game = play("crying-baby", BABY_ACTIONS)
+    problem, belief = game.problem, np.array([0.5, 0.5])
+    q_by_turn = []
+    for left, turn in zip((3, 2, 1), game.session.turns, strict=True):
+        q_by_turn.append(compute_baby_q(belief, left))
+        joint = _next_joint_beliefs(belief, int(turn.actions[0]))[int(turn.observations[0])]
+        belief = joint / joint.sum()
+    chosen = [int(turn.actions[0]) for turn in game.session.turns]
+    weights = problem.discount ** np.arange(3)
+    regret = sum(
+        weight * (q.max() - q[a]) for weight, q, a in zip(weights, q_by_turn, chosen, strict=True)
+    )
+    (choices,) = judge(game).choices
+    assert choices.regret == pytest.approx(regret)
+    assert choices.start_value == pytest.approx(q_by_turn[0].max())
+    assert choices.luck == pytest.approx(choices.score - q_by_turn[0].max() + regret)
+
+
+def test_the_lines_of_a_game_of_hexworld() -> None:
+    assert judge(play("hexworld", ["e", "e", "w"])).lines == [
+        "choices: best action 1 of 3 times; discounted regret 4.07",
+        "luck: -0.58. score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
+        "worst: turn 1: e, where se was worth 3.20 more",
+        "other seeds: better than 60 of 100 random games, 20 of 100 games of optimal",
+        "with the same random numbers: optimal:horizon=3 scored 8.1, you -0.9",
+    ]
+
+
+def test_the_mean_luck_of_many_games_is_zero() -> None:
+    lucks = []
+    for seed in range(60):
+        game = play("hexworld", ["se", "se"], seed=seed)
+        (choices,) = judge(game).choices
+        lucks.append(choices.luck or 0.0)
+    standard_error = np.std(lucks) / np.sqrt(len(lucks))
+    assert standard_error > 0
+    assert abs(np.mean(lucks)) < 3 * standard_error
+
+
+def test_a_flawless_game_has_no_worst_action() -> None:
+    (choices,) = judge(play("prisoners-dilemma", ["cooperate", "defect"], "tit-for-tat")).choices
+    assert (choices.best_count, choices.count, choices.regret) == (2, 2, 0.0)
+    assert choices.worst is None
+    assert choices.lines() == ["choices: best action 2 of 2 times"]
+
+
+@pytest.mark.parametrize(
+    ("name", "opponent", "actions"),
+    [
+        ("prisoners-dilemma", "gradient-ascent", ["cooperate", "defect"]),  # no known rule
+        ("predator-prey", "equilibrium", ["e", "w"]),  # the values assume another opponent
+        ("multicaregiver-crying-baby", "feed-when-crying", ["feed", "sing"]),
+        ("collaborative-predator-prey", "sweep", ["e", "w"]),  # bounds
+    ],
+)
+def test_no_regret_is_stated_where_the_values_are_about_another_game(
+    name: str, opponent: str, actions: Sequence[str]
+) -> None:
+    (choices,) = judge(play(name, actions, opponent)).choices
+    assert (choices.regret, choices.luck, choices.worst) == (None, None, None)
+    assert "regret" not in choices.data
+    (line,) = choices.lines()
+    assert " times by the " in line
+
+
+@pytest.mark.parametrize(
+    ("name", "opponent", "actions"),
+    [
+        ("prisoners-dilemma", "tit-for-tat", ["cooperate", "cooperate"]),
+        ("predator-prey", "flee", ["e", "w"]),
+        ("multicaregiver-crying-baby", "random", ["feed", "sing"]),
+    ],
+)
+def test_exact_values_against_these_opponents_give_a_regret_but_no_luck(
+    name: str, opponent: str, actions: Sequence[str]
+) -> None:
+    (choices,) = judge(play(name, actions, opponent)).choices
+    assert choices.regret is not None
+    assert choices.luck is None
+
+
+def test_values_of_a_shorter_plan_than_the_game_give_no_regret() -> None:
+    game = play("prisoners-dilemma", ["cooperate"] * 101, "tit-for-tat")
+    assert all(choices.regret is None for choices in judge(game).choices)
+
+
+def test_rerolled_random_numbers_are_not_luck() -> None:
+    game = play("hexworld", ["e", "e"], turns=3)
+    game.reroll()
+    game.choose(0)
+    (choices,) = judge(game).choices
+    assert choices.regret is not None
+    assert choices.luck is None
+
+
+def test_a_game_that_was_left_has_no_verdict() -> None:
+    game = play("hexworld", ["e"], turns=3)
+    game.finish()
+    assert judge(game) == Verdict()
+    assert len(game.closing_lines()) == 1
+
+
+def test_two_people_with_different_rewards_are_not_compared() -> None:
+    game = make_game("rock-paper-scissors", turns=1)
+    game.choose(0)
+    game.choose(1)
+    verdict = judge(game)
+    assert verdict.comparisons == ()
+    assert [choices.regret for choices in verdict.choices] == [None, None]
+
+
+@pytest.mark.parametrize("opponent", ["script:cooperate", "search"])
+def test_a_score_is_not_compared_if_the_opponents_cannot_play_many_games(opponent: str) -> None:
+    game = play("prisoners-dilemma", ["cooperate"], opponent)
+    assert judge(game).comparisons == ()
+
+
+def test_games_that_never_end_are_not_compared() -> None:
+    game = play("mountain-car", [*["left"] * 23, *["right"] * 57], turns=10_000)
+    assert game.session.end_reason == "terminal"
+    comparisons = judge(game).comparisons
+    assert [comparison.agent for comparison in comparisons] == ["optimal"]
+
+
+def test_equal_scores_are_not_better() -> None:
+    problem = "simple-regulator"
+    game = play(problem, ["0"], seed=7)
+    counts = {comparison.agent: comparison.lower_count for comparison in judge(game).comparisons}
+    returns = dmplay.rollout(
+        game.problem,
+        [dmplay.load_agent(game.problem, 0, "random")],
+        episodes=COMPARED_GAMES,
+        turn_limit=1,
+        seed=1_000_003,
+    ).returns[:, 0]
+    assert counts["random"] == (returns < game.session.seat_return(0)).sum()
+    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random games"
+
+
+def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:
+    result = run_dmplay(
+        tmp_path, "hexworld", "--seed", "7", "--turns", "3", "--json", stdin="e\ne\nw\n"
+    )
+    end = json.loads(result.stdout.splitlines()[-1])
+    facts = end["verdict"]["seats"]["agent"]
+    assert (facts["choices"], facts["best"], facts["accuracy"], facts["scope"]) == (
+        3, 1, "exact", "",
+    )  # fmt: skip
+    assert facts["worst"]["turn"] == 1
+    assert facts["worst"]["best"] == ["se"]
+    assert end["return"]["agent"] == pytest.approx(
+        facts["expected"] - facts["regret"] + facts["luck"]
+    )
+    assert end["verdict"]["comparisons"] == [
+        {"agent": "random", "games": 100, "lower": 60},
+        {"agent": "optimal:horizon=3", "games": 100, "lower": 20},
+    ]
+
+
+def test_an_unfinished_json_game_ends_without_a_verdict(tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "7", "--json", stdin="e\nquit\n")
+    assert "verdict" not in json.loads(result.stdout.splitlines()[-1])
