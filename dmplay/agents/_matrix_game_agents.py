@@ -81,7 +81,7 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
     has_opponent_model = True
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
@@ -141,7 +141,7 @@ class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
     has_opponent_model = True
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         return f"if {self.problem.agents[1 - self.seat]} acts as often each way as before"
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:

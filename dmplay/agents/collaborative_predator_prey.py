@@ -120,7 +120,7 @@ class Qmdp(_FactoredBeliefPolicy, GreedyBeliefPolicy):
             raise BadPolicy("qmdp: the hunt is too large, or its discount is 1; use chase-belief")
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         return "" if {*opponents} == {"random"} else "belief with random partners"
 
     @cached_property

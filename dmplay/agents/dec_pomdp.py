@@ -42,7 +42,7 @@ class JointPlan(SeatPolicy):
     )
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         return "" if {*opponents} == {"joint-plan"} else "if the whole team follows the plan"
 
     @property

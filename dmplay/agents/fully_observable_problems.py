@@ -102,7 +102,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
     values_name = EXACT_VALUES
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         is_assumption = len(self.problem.agents) > 1 and {*opponents} != {"optimal"}
         return "if the other agents take their best actions" if is_assumption else ""
 
@@ -197,7 +197,7 @@ class MaximinPolicy(_StateAndTurnPolicy):
     uniform_count = 1  # for the action
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         opponent = self.problem.agents[1 - self.seat]
         is_assumption = tuple(opponents) != ("optimal",)
         return f"if {opponent} plays its maximin strategy" if is_assumption else ""
@@ -263,7 +263,7 @@ class BestReplyEquilibrium(ReactivePolicy):
     has_opponent_model = True
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
-        """Return how the other agents are assumed to act, '' if they do."""
+        """Return the assumed play of the other agents, '' if they play so."""
         return "" if {*opponents} == {"equilibrium"} else "if the other agents play the equilibrium"
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:

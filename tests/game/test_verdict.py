@@ -31,7 +31,7 @@ def play(
 
 
 def judge(game: Game) -> Verdict:
-    return compute_verdict(game.session, game.human_seats, game.player_names, game.ghost)
+    return compute_verdict(game.session, game.advice_questions, game.ghost)
 
 
 def compute_hexworld_q(turn_count: int) -> list[Reals]:
@@ -77,10 +77,10 @@ def test_luck_and_regret_in_hexworld_are_those_of_backward_induction(seed: int) 
     indices = problem.state_indices(np.array(states))
     for t, turn in enumerate(session.turns):
         weight, left = problem.discount**t, 4 - t
-        now, then = q[left][indices[t]], q[left - 1][indices[t + 1]].max()
+        before, after = q[left][indices[t]], q[left - 1][indices[t + 1]].max()
         action = int(turn.actions[0])
-        regret += weight * (now.max() - now[action])
-        luck += weight * (turn.rewards[0] + problem.discount * then - now[action])
+        regret += weight * (before.max() - before[action])
+        luck += weight * (turn.rewards[0] + problem.discount * after - before[action])
     (choices,) = judge(game).choices
     assert choices.regret == pytest.approx(regret)
     assert choices.luck == pytest.approx(luck)
@@ -113,7 +113,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "luck: -0.58. score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
         "worst: turn 1: e, where se was worth 3.20 more",
         "other seeds: better than 60 of 100 random games, 20 of 100 games of optimal",
-        "with the same random numbers: optimal:horizon=3 scored 8.1, you -0.9",
+        "same draws: optimal scored 8.1, you -0.9",
     ]
 
 
@@ -244,7 +244,7 @@ def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:
     )
     assert end["verdict"]["comparisons"] == [
         {"agent": "random", "games": 100, "lower": 60},
-        {"agent": "optimal:horizon=3", "games": 100, "lower": 20},
+        {"agent": "optimal", "games": 100, "lower": 20},
     ]
 
 

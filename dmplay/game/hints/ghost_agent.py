@@ -95,7 +95,7 @@ class Ghost:
         ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
         player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
         return (
-            f"with the same random numbers: {self.name} scored {self.score:.6g}{ghost_note}, "
+            f"same draws: {self.name} scored {self.score:.6g}{ghost_note}, "
             f"you {player_return:.6g}{player_note}"
         )
 

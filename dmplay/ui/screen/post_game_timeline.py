@@ -125,7 +125,7 @@ class GameTimeline(Game):
         names = [self.problem.agents[seat] for seat in self.human_seats]
         if len(names) > 1:
             texts = [f"{name} {text}" for name, text in zip(names, texts, strict=True)]
-        return f"next, turn {turn + 1} of {self.turn_count}: {'; '.join(texts)}."
+        return f"next, turn {turn + 1}: {'; '.join(texts)}."
 
     @property
     def _turn_regrets(self) -> list[float]:

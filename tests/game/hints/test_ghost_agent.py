@@ -109,7 +109,7 @@ def test_the_ghost_result_compares_both_scores() -> None:
     session = play_actions("crying-baby", "sing", "sing", limit=2)
     assert (
         describe_ghost_result(session, [AdviceQuestion.about(session, 0, ["human"])], None)
-        == "with the same random numbers: optimal scored -19, you -19.95"
+        == "same draws: optimal scored -19, you -19.95"
     )
 
 
@@ -146,7 +146,7 @@ def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     message = describe_ghost_result(
         session, [AdviceQuestion.about(session, 0, ["human", "random"])], None
     )
-    assert message == "with the same random numbers: plan-rounds scored -3, you -4"
+    assert message == "same draws: plan-rounds scored -3, you -4"
 
 
 @pytest.mark.parametrize(

@@ -72,7 +72,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  luck: -1.35. score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
  worst: turn 1: w, where se was worth 5.05 more
  other seeds: better than 57 of 100 random games, 11 of 100 games of optimal
- with the same random numbers: optimal scored 8.1, you -1.539
+ same draws: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
@@ -99,7 +99,7 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
  regret █▂[▂]▁  worst: turn 1, 3, 2
- next, turn 3 of 4: chose se; e or w was better by 0.62.
+ next, turn 3: chose se; e or w was better by 0.62.
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
@@ -113,8 +113,8 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
  \\ / \\ / \\ / \\ /     \\ / \\ / \\ /     \\ /
 * best, # worst
 
- next, turn 3 of 4: chose se; e or w was better
-   by 0.62.
+ next, turn 3: chose se; e or w was better by
+   0.62.
 
  < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
@@ -129,7 +129,7 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
    more
  other seeds: better than 47 of 100 random games,
    11 of 100 games of optimal
- with the same random numbers: optimal scored
+ same draws: optimal scored -15, you -19.423
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
@@ -143,8 +143,8 @@ true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
  regret ▁▂▁[█]▂  worst: turn 4, 5, 2
- next, turn 4 of 5: chose feed; ignore was better
-   by 3.88.
+ next, turn 4: chose feed; ignore was better by
+   3.88.
 
  ← → turns  Enter play from here  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
@@ -169,7 +169,7 @@ true state: sated
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
  regret _._[#].  worst: turn 4, 5, 2
- next, turn 4 of 5: chose feed; ignore was better by 3.88.
+ next, turn 4: chose feed; ignore was better by 3.88.
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
@@ -187,7 +187,7 @@ true state: sated
  luck: -2.66. score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
  worst: turn 4: feed, where ignore was worth 3.88 more
  other seeds: better than 47 of 100 random games, 11 of 100 games of optimal
- with the same random numbers: optimal scored -15, you -19.423
+ same draws: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
@@ -211,20 +211,20 @@ def test_the_end_and_the_lookback_frames_are_as_expected(
 def test_keys_move_between_the_first_turn_and_the_end() -> None:
     screen = play_to_end("crying-baby")
     end = press_keys(screen)
-    assert "turn 1 of 5" in press_keys(screen, "left", "home")
-    assert "turn 1 of 5" in press_keys(screen, "left")
-    assert "turn 2 of 5" in press_keys(screen, "right")
-    assert "turn 5 of 5" in press_keys(screen, *["right"] * 3)
+    assert "next, turn 1" in press_keys(screen, "left", "home")
+    assert "next, turn 1" in press_keys(screen, "left")
+    assert "next, turn 2" in press_keys(screen, "right")
+    assert "next, turn 5" in press_keys(screen, *["right"] * 3)
     assert press_keys(screen, "right") == end
     for key in ("end", "escape"):
-        assert "turn 4 of 5" in press_keys(screen, "left", "left")
+        assert "next, turn 4" in press_keys(screen, "left", "left")
         assert press_keys(screen, key) == end
 
 
 def test_the_lookback_shows_the_hidden_facts_of_every_turn() -> None:
     screen_text = press_keys(play_to_end("crying-baby"), *["left"] * 5)
     assert "true state: hungry" in screen_text
-    assert "score (discounted) 0 " in screen_text
+    assert "score (discounted) 0\n" in screen_text
     screen_text = press_keys(play_to_end("crying-baby"), *["left"] * 4)
     assert "reward -15. score -15." in " ".join(screen_text.split())
 
@@ -266,7 +266,7 @@ def test_a_strict_game_cannot_be_played_on(
         "enter",
     )
     assert message in screen_text
-    assert "turn 5 of 5" in screen_text
+    assert "next, turn 5" in screen_text
     assert "← → turns  N new  R restart  ? help" in screen_text
 
 
@@ -278,19 +278,15 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "with the same random numbers: optimal scored 8.1, you -1.539" in press_keys(
-        screen
-    )
+    assert "same draws: optimal scored 8.1, you -1.539" in press_keys(screen)
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "with the same random numbers: optimal scored 8.1, you -0.81" in press_keys(
-        screen, "u"
-    )
-    assert "turn 4 of 4: chose ne" in press_keys(screen, "enter")
+    assert "same draws: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
+    assert "next, turn 4: chose ne" in press_keys(screen, "enter")
 
 
 def test_actions_without_values_are_listed_without_regret() -> None:
     screen_text = press_keys(play_to_end("simple-regulator"), "enter")
-    assert "turn 2 of 2: chose 0." in screen_text
+    assert "next, turn 2: chose 0." in screen_text
     assert "regret" not in screen_text
 
 
@@ -319,7 +315,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
     assert "Enter look back" in end
     assert "left: the game is over" in press_keys(screen, "left")
     assert "what if: the game is over" in press_keys(screen, "W")
-    assert "turn 1 of 1: chose w" in press_keys(screen, "enter")
+    assert "next, turn 1: chose w" in press_keys(screen, "enter")
     assert press_keys(screen, "right") == end
     assert "left: the game is over" in press_keys(play_to_end("simple-regulator"), "left")
 
@@ -328,4 +324,4 @@ def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
     assert "You are @" in press_keys(play_to_end("hexworld"), "enter", "?")
     assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
     assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
-    assert "turn 4 of 4" in press_keys(play_to_end("hexworld"), "enter", "x")
+    assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "x")

@@ -38,7 +38,7 @@ def draw(screen: PlayScreen, size: tuple[int, int]) -> list[str]:
 
 
 def iter_key_sequences(name: str) -> list[str]:
-    """Return what a terminal sends for the keys of a scripted game."""
+    """Return the characters that a terminal sends for the keys of a scripted game."""
     script, sequences = GAMES[name], []
     types_numbers = name in ("simple-regulator", "catch", "travelers-dilemma")
     for step in f"{script.first} {script.then}".split():
@@ -96,7 +96,7 @@ def test_every_game_ends_with_its_result_and_the_next_keys(name: str, tmp_path: 
         for sequence in iter_key_sequences(name):
             terminal.press(sequence).calm(0.03)
         terminal.until(" over: ").until("other seeds: better than ")
-        terminal.until("with the same random numbers: ")
+        terminal.until("same draws: ")
         for key in ("Enter look back", "PgUp log", "N new", "R restart", "q quit"):
             assert key in terminal.text
         end = terminal.calm().text
@@ -113,6 +113,6 @@ def test_enter_during_the_review_of_a_hunt_looks_back(tmp_path: Path) -> None:
     with Terminal(*words, folder=tmp_path) as terminal:
         terminal.ready().press("l" * 49).until("turn 49/50")
         terminal.press("l" + ENTER)
-        terminal.until("turn 50 of 50: chose e")
+        terminal.until("turn 50: chose e")
         terminal.press(ESCAPE, "choices: best action")
         assert terminal.press("q").ended() == 0
