@@ -19,6 +19,7 @@ from dmplay.ui.screen.play_operations import (
 )
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
+from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
 SPEED_FACTOR = 1.5  # speed factor of one key press
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
@@ -193,6 +194,7 @@ class ScreenKey(NamedTuple):
     help: str  # '' if the command of the same key describes it
     handler: Callable[[PlayScreen], None]
     is_agents_only: bool = False  # only for games without human players
+    is_hex_key: bool = False  # only for hex maps
     is_overlay_key: bool = False  # only for boards that can show values of all states
 
     def is_active_for(self, key: str, game: Game) -> bool:
@@ -201,6 +203,8 @@ class ScreenKey(NamedTuple):
 
     def is_listed_for(self, game: Game) -> bool:
         """Return whether the help page of this game lists the key."""
+        if self.is_hex_key:
+            return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
         if self.is_overlay_key:
             problem = game.problem
             is_finite = isinstance(problem.state_count, int) and problem.state_count > 1
@@ -216,6 +220,14 @@ SCREEN_KEYS = (
         "on hex maps: show values, best actions or state numbers",
         PlayScreen.show_next_overlay,
         is_overlay_key=True,
+    ),
+    ScreenKey(
+        ("C",),
+        "C",
+        "coordinates",
+        "on hex maps: show the coordinates that the log names",
+        PlayScreen.toggle_coordinates,
+        is_hex_key=True,
     ),
     ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
     ScreenKey(("P", "p", "A"), "P", "pause", "start or stop the agents or the clock", toggle_pause),

@@ -57,6 +57,7 @@ class PlayScreen:
         self.lookahead_message = ""  # the previewed action in words
         self.progress_message = ""  # progress of the running task, shown in place of the message
         self.overlay_index = 0
+        self.show_coordinates = False  # whether hex maps show their coordinates
         # overlay, game, turn and seat of the last recorded hint
         self._recorded_overlay: tuple[object, ...] = ()
         self.page_rows: list[str] = []  # rows of a long message
@@ -150,6 +151,7 @@ class PlayScreen:
             last_key_hint_turn=self.last_key_hint_turn,
             motion_progress=self.animation.progress,
             best_return=self._best_return,
+            show_coordinates=self.show_coordinates,
         )
         if timeline:
             return state._replace(hint=timeline.move_hints, is_lookback=True)
@@ -209,6 +211,15 @@ class PlayScreen:
         )
         self.page_index = int(min(max(previous_index + page_count, 0), last_index))
         return self.page_index > previous_index
+
+    def toggle_coordinates(self) -> None:
+        """Show or hide the coordinates on a hex map; show a message if the board has none."""
+        plain_screen = self.render_upper(self._viewport).plain
+        self.show_coordinates = not self.show_coordinates
+        has_changed = self.render_upper(self._viewport).plain != plain_screen
+        self.show_coordinates = self.show_coordinates and has_changed
+        state = "shown, as the log names them" if self.show_coordinates else "hidden"
+        self.message = f"coordinates: {state}" if has_changed else "this board has no coordinates"
 
     def show_next_overlay(self) -> None:
         """Show the next overlay that changes the board, or none after the last one.
