@@ -5,6 +5,7 @@ from math import copysign, inf, isinf
 from typing import NamedTuple
 
 from dmplay.game.game import Game
+from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
@@ -18,6 +19,7 @@ from dmplay.ui.screen.play_operations import (
     toggle_pause,
 )
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.replay_keys import REPLAY_HELP, handle_replay_key
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
 from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
@@ -54,6 +56,8 @@ def _dispatch_key(screen: PlayScreen, key: str) -> None:
     ):
         return
     if screen.modes.display_mode is Mode.LOOKAHEAD and _handle_lookahead_key(screen, key):
+        return
+    if handle_replay_key(screen, key):
         return
     if not _handle_lookback_key(screen, key):
         _handle_command_key(screen, key)
@@ -181,7 +185,8 @@ def _show_help(screen: PlayScreen) -> None:
         for key in SCREEN_KEYS
         if key.help and key.is_listed_for(screen.game)
     ]
-    screen.open_page(format_help_page(screen.game, [*screen_keys, SCROLL_HELP]))
+    replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
+    screen.open_page(format_help_page(screen.game, [*replay_keys, *screen_keys, SCROLL_HELP]))
     screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
 
 

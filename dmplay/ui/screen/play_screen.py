@@ -15,6 +15,7 @@ from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.playback import Playback
 from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
@@ -27,6 +28,7 @@ from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
 from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
 from dmplay.ui.screen.turn_animation import TurnAnimation
 
+MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 VALUES_TASK = TaskInfo("computing the value of every state")
@@ -83,6 +85,9 @@ class PlayScreen:
         self.clock = RealtimeClock(self.realtime_rate)
         self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
+        self.typed_turn = ""  # digits of the turn to go to in a replay
+        # of a replay, once its worst choice was asked for
+        self.replay_timeline: GameTimeline | None = None
         self.scroll_offset = 0  # rows by which the log is scrolled back
         record = player_records.find_game_record(game)
         self._best_return = (
@@ -183,11 +188,23 @@ class PlayScreen:
     @property
     def log(self) -> list[str]:
         """The rows of the event log, limited to the information of the viewing player."""
-        return (
-            self.timeline.review_rows(self._viewport.width)
-            if self.timeline
-            else self._event_log.rows
-        )
+        if self.timeline:
+            return self.timeline.review_rows(self._viewport.width)
+        return [*self._event_log.rows, *self._replay_rows()]
+
+    def _replay_rows(self) -> list[str]:
+        """Return the timeline of a replay: the position, and the regrets once they are known."""
+        game = self.game
+        if not isinstance(game, Playback):
+            return []
+        turn, turn_count = len(game.session.turns), game.count_turns()
+        position = f"turn {turn} of {turn_count} "
+        if self.replay_timeline and turn < self.replay_timeline.turn_count:
+            self.replay_timeline.go_to_turn(turn)
+            return [position, *self.replay_timeline.regret_rows(self._viewport.width)]
+        columns = min(MAX_POSITION_COLUMNS, max(self._viewport.width - len(position) - 4, 1))
+        marker = round((columns - 1) * turn / max(turn_count, 1))
+        return [f"{position}{'─' * marker}●{'─' * (columns - 1 - marker)}"]
 
     def _build_frame(self, viewport: Viewport) -> frame.Frame:
         """Return the current frame for a viewport."""

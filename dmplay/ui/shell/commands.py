@@ -359,6 +359,12 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             of_table.branch_from_turn,
         ),
         Command(
+            "seat",
+            "NAME=PLAYER",
+            "give a seat to human or to an agent from now on, in a new file",
+            of_table.change_seats,
+        ),
+        Command(
             "export",
             "[FILE] --svg ...",
             "export a game as a picture, a table or data",
