@@ -140,8 +140,9 @@ def replay(
 ) -> object:
     """Replay a recorded game turn by turn.
 
-    On the full screen, Space or the right arrow shows the next turn and Backspace the
-    previous one. P plays all turns at --speed.
+    On the full screen, the arrow keys show the next and the previous turn, Home the start and
+    End the end. Type the number of a turn and Enter to go there. X goes to the worst choice,
+    and Enter plays on from there. P plays all turns at --speed.
 
     \b
       dmplay replay game.dmt
@@ -165,6 +166,14 @@ def branch(
     record: Annotated[
         Path, typer.Option("--record", "-o", metavar="FILE", help="file for the new transcript")
     ],
+    seat: Annotated[
+        list[str],
+        typer.Option(
+            "--seat",
+            metavar="NAME=PLAYER",
+            help="human, or the agent that plays the seat NAME from then on (repeatable)",
+        ),
+    ] = [],  # noqa: B006 - typer copies it
     force: options.Force = False,
     trust: options.Trust = False,
     peek: options.Peek = False,
@@ -179,6 +188,7 @@ def branch(
 
     \b
       dmplay branch game.dmt --at 7 -o other.dmt
+      dmplay branch game.dmt --at 7 --seat agent=human -o mine.dmt
     """
     from dmplay.game.command_line_results import PlayCommand
     from dmplay.game.launch_requests import BranchRequest
@@ -192,6 +202,7 @@ def branch(
         force,
         peek,
         record_path=record,
+        seats=seat,
     )
     return PlayCommand(request, terminal_options, quiet)
 

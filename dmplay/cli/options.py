@@ -288,8 +288,13 @@ TERMINAL_OPTIONS = {
     ],
     "ascii": Annotated[bool, _shared_switch("ascii", "draw with ASCII characters only")],
     "theme": Annotated[
-        Literal["default", "mono", "high-contrast"],
-        _shared_option("theme", "colours: default, mono or high-contrast", metavar="NAME"),
+        Literal["auto", "dark", "light", "default", "mono", "high-contrast"],
+        _shared_option(
+            "theme",
+            "colours: auto (by the background), dark, light, default (the terminal's own), "
+            "mono or high-contrast",
+            metavar="NAME",
+        ),
     ],
     "width": Annotated[
         int | None, _shared_option("width", "maximum width in columns", metavar="N", min=1)

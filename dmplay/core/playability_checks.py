@@ -35,7 +35,8 @@ RESERVED_WORDS = frozenset({
     "act", "agent", "agents", "assume", "auto", "belief", "branch", "exit", "export", "figure",
     "guide", "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play",
     "policy", "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save",
-    "screen", "seed", "set", "solve", "state", "step", "transcript", "undo", "value", "values",
+    "screen", "seat", "seed", "set", "solve", "state", "step", "transcript", "undo", "value",
+    "values",
     "whatif",
 })  # fmt: skip
 

@@ -1,7 +1,7 @@
 """Functions that set up games: new, resumed, and branched from a transcript."""
 
 import shlex
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -102,7 +102,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     policies = [
         make_seat_policy(problem, seat, player, request.turns) for seat, player in enumerate(seats)
     ]
-    request, uniforms = _with_seed(replace(request, peeked=False, branched=None))
+    request, uniforms = _with_seed(replace(request, peeked=False, branched=None, earlier=()))
     session = Session(
         problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
     )
@@ -318,6 +318,12 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
         turns = format_count(len(past_session.turns), "turn")
         raise BadParameter(f"--at: got {request.turn}, {request.path} has {turns}")
     players, policies = _load_players(transcript, loaded_problem.problem, trusted=request.trusted)
+    for name, player in parse_settings(request.seats, "--seat").items():
+        seat = find_seat(loaded_problem.problem, name)
+        players[seat] = str(player)
+        policies[seat] = make_seat_policy(
+            loaded_problem.problem, seat, players[seat], transcript.header.turns
+        )
     _check_people_can_play(loaded_problem.problem, players, can_ask=request.can_ask)
     recorded_players = [name_in_transcript(player, request.record_path) for player in players]
     players_by_agent = dict(zip(loaded_problem.problem.agents, recorded_players, strict=True))
@@ -328,6 +334,7 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
         origin=loaded_problem.origin,
         seats=players_by_agent,
         branched=request.turn,
+        earlier=_list_earlier_players(transcript.header, players_by_agent, request),
     )
     new_header = mark_header_peeked(new_header, loaded_problem.problem, transcript.path)
     if make_game_key(loaded_problem.name, new_header.uniform_source) not in disclosed_games:
@@ -354,6 +361,21 @@ def branch_game(request: BranchRequest, disclosed_games: Collection[GameKey] = (
     game = _make_continued_game(loaded_problem, new_header, players, request, recorder)
     game.warning = warning
     return game
+
+
+def _list_earlier_players(
+    header: Header, players_by_agent: Mapping[str, str], request: BranchRequest
+) -> Sequence[Mapping[str, object]]:
+    """Return the players of the first turns of a branch, one entry for each change."""
+    entries = [{**e, "turns": min(e["turns"], request.turn)} for e in header.earlier]
+    new_names = [setting.partition("=")[0].strip() for setting in request.seats]
+    changed = {
+        name: header.seats[name]
+        for name in new_names
+        if header.seats[name] != players_by_agent[name]
+    }
+    new_entries = [{"turns": request.turn, "seats": changed}] if changed and request.turn else []
+    return tuple(entry for entry in [*entries, *new_entries] if entry["turns"])
 
 
 def _load_players(

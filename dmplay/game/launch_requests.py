@@ -39,6 +39,7 @@ class GameRequest:
     strict: bool | str = False
     reveal: bool = False
     branched: int | None = None
+    earlier: Sequence[Mapping[str, object]] = ()  # the players of the first turns, by change
     peeked: bool = False
     origin: str = ""
     player: str = ""  # the name that the person states
@@ -108,6 +109,7 @@ class BranchRequest(ResumeRequest):
 
     turn: int = 0
     record_path: Path = field(kw_only=True)
+    seats: Sequence[str] = field(default=(), kw_only=True)  # NAME=PLAYER, from the next turn on
     force: bool = False
     peek: bool = False
 

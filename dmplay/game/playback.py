@@ -40,7 +40,9 @@ class Playback(NotebookDisplay, Game):
         super().__init__(
             loaded_problem.name, self._session_before(self._first_index), seats, keyboard
         )
-        self.warning = describe_problem_change(transcript, loaded_problem)
+        earlier = self.transcript.header.describe_earlier_players()
+        notes = [describe_problem_change(transcript, loaded_problem), earlier]
+        self.warning = "; ".join(filter(None, notes))
 
     def _session_before(self, block_index: int) -> Session:
         """Return a session in the state before the block with this index."""
@@ -109,6 +111,24 @@ class Playback(NotebookDisplay, Game):
     def transcript_path(self) -> Path | None:
         """The path of the replayed transcript."""
         return Path(self.transcript.path)
+
+    def go_to_turn(self, turn: int) -> None:
+        """Step to the position after this number of turns, or as near as the file allows."""
+        while len(self.session.turns) > turn and self._count_steps(self._next_index):
+            self.undo()
+        while len(self.session.turns) < turn and not self.is_at_end:
+            self.play_agent_turn()
+
+    def go_to_start(self) -> None:
+        """Go back to the position before the first turn or event."""
+        self._next_index = self._first_index
+        self._attach_session(self._session_before(self._first_index))
+
+    def count_turns(self) -> int:
+        """Return the number of turns at the end of the file."""
+        turns = [block for block in self._blocks[self._first_index :] if block.kind == "turn"]
+        number = turns[-1]["turn"] if turns else 0
+        return number if isinstance(number, int) else 0
 
     def review_choices(self) -> list[ReviewedAction]:
         """Play to the end of the file, and return the review of each choice of people."""

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple, TextIO
 
 from dmplay.core.parameter_parsing import parse_whole_number
+from dmplay.terminal.background import choose_theme, find_background
 
 # indices of the input and local flags in a terminal's attributes
 INPUT_FLAGS_INDEX, LOCAL_FLAGS_INDEX = 0, 3
@@ -22,7 +23,7 @@ class TerminalOptions(NamedTuple):
     json: bool = False
     color: str = "auto"
     ascii: bool = False
-    theme: str = "default"
+    theme: str = "auto"
     width: int | None = None
     motion: bool = True
     input: bool = True
@@ -41,6 +42,7 @@ class Terminal(NamedTuple):
     motion: bool = True  # whether animations are allowed
     # whether a person can be asked; if not, all input comes from options or a pipe
     can_ask: bool = True
+    theme_option: str = ""  # the option from which `theme` follows; "" if it is the theme itself
 
     @property
     def columns(self) -> int:
@@ -70,10 +72,11 @@ def choose_terminal_settings(
         is_interactive=stdin.isatty() and options.input,
         color=color,
         ascii=options.ascii or _is_c_locale(env) or not _can_encode_unicode(stdout),
-        theme=options.theme if color else "mono",
+        theme=choose_theme(options.theme, find_background(env)) if color else "mono",
         width=options.width or parse_whole_number(env.get("COLUMNS", "")) or None,
         motion=options.motion,
         can_ask=options.input or not stdin.isatty(),
+        theme_option=options.theme if color else "mono",
     )
 
 

@@ -6,6 +6,7 @@ from typing import NamedTuple, TextIO
 
 from rich.text import Text
 
+from dmplay.terminal.background import BACKGROUND_QUERY
 from dmplay.terminal.styles import StyledRow, to_styled_rows
 
 ENTER_SCREEN, LEAVE_SCREEN = "\x1b[?1049h\x1b[?25l", "\x1b[m\x1b[?1049l\x1b[?25h"
@@ -32,7 +33,7 @@ class Painter:
 
     def __init__(self, stream: TextIO, theme: str, max_width: int | None = None) -> None:
         self.stream = stream
-        self._theme = theme
+        self.theme = theme
         self._max_width = max_width  # columns; all if None
         self._displayed_rows: list[StyledRow] = []
         self._displayed_size = (0, 0)
@@ -52,6 +53,10 @@ class Painter:
         self.invalidate()
         self._write(ENTER_SCREEN)
 
+    def ask_background(self) -> None:
+        """Ask the terminal for its background colour; the reply arrives among the keys."""
+        self._write(BACKGROUND_QUERY)
+
     def enable_input_reports(self) -> None:
         """Ask the terminal to mark pastes and to report the mouse wheel."""
         self._write(ENABLE_INPUT_REPORTS)
@@ -69,7 +74,7 @@ class Painter:
 
         The real cursor goes to a cell of the frame, or is hidden if None.
         """
-        new_rows, size = to_styled_rows(frame, self._theme), self.get_size()
+        new_rows, size = to_styled_rows(frame, self.theme), self.get_size()
         output = ""
         if self._displayed_size != size:
             self._displayed_size, self._displayed_rows, self._cursor = size, [], None

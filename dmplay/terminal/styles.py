@@ -54,6 +54,20 @@ PROMPT_TOOLKIT_STYLES |= {f"color({number})": color for number, color in PALETTE
 PROMPT_TOOLKIT_STYLES |= {
     f"on_color({number})": f"bg:{color}" for number, color in PALETTE_HEX.items()
 }
+# For a dark and a light background: palette numbers of the named colours and of dim text. The
+# colours of the palette from 16 on are the same on all terminals; those of the 16 named colours are
+# not. Each has a contrast of at least 4.5 on the usual backgrounds.
+THEME_PALETTES = {
+    "dark": {
+        "red": 210, "green": 114, "yellow": 221, "blue": 111, "magenta": 213, "cyan": 80,
+        "white": 252, "black": 248, "dim": 248,
+    },
+    "light": {
+        "red": 124, "green": 22, "yellow": 94, "blue": 19, "magenta": 90, "cyan": 24,
+        "white": 238, "black": 232, "dim": 240,
+    },
+}  # fmt: skip
+THEME_PALETTES |= {"high-contrast-light": THEME_PALETTES["light"]}
 SGR_CODES |= {"bold": "1", "dim": "2", "italic": "3", "underline": "4", "reverse": "7"}
 
 
@@ -162,9 +176,12 @@ def _theme_words(words: frozenset[str], theme: str) -> set[str]:
     """Return the style words that a theme uses, without words that have no SGR code.
 
     "mono" has no colours and shows backgrounds in reverse; "high-contrast" has bright bold colours
-    and nothing dim.
+    and nothing dim. "dark" and "light" have fixed colours that are readable on such a background,
+    unless the text has a background of its own.
     """
     styles = {word for word in words if word in SGR_CODES}
+    if theme in THEME_PALETTES and not styles & BACKGROUND_COLORS.keys():
+        return _use_palette(styles, theme)
     if theme == "mono":
         return styles - PROMPT_TOOLKIT_STYLES.keys() | (
             {"reverse"} if styles & BACKGROUND_COLORS.keys() else set()
@@ -174,3 +191,21 @@ def _theme_words(words: frozenset[str], theme: str) -> set[str]:
         bright = {f"bright_{color}" for color in colors} | ({"bold"} if colors else set())
         return styles - colors - {"dim"} | bright
     return styles
+
+
+def _use_palette(styles: set[str], theme: str) -> set[str]:
+    """Return style words with fixed colours in place of the named colours and of dim."""
+    palette, is_high_contrast = THEME_PALETTES[theme], theme.startswith("high-contrast")
+    base_names = {
+        style: NUMBERED_COLORS.get(style, style).removeprefix("bright_")
+        for style in styles & PROMPT_TOOLKIT_STYLES.keys()
+    }
+    colors = {
+        f"color({palette[name]})" if name in palette else style
+        for style, name in base_names.items()
+    }
+    if is_high_contrast and colors:
+        colors.add("bold")
+    elif "dim" in styles and not colors and not is_high_contrast:
+        colors.add(f"color({palette['dim']})")
+    return styles - base_names.keys() - {"dim"} | colors

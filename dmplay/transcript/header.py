@@ -4,7 +4,7 @@ A new line requires a new field of `Header`, and a field of the same name in
 `game.requests.GameRequest`.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, field, fields
 from typing import Annotated, Any, NamedTuple, get_args
 
@@ -51,6 +51,23 @@ STRICT_TYPE = ValueType(
 )
 
 
+def _is_list_of_earlier_players(value: object) -> bool:
+    """Return whether a value is a list of `{"turns": N, "seats": {NAME: PLAYER}}`."""
+    return isinstance(value, list | tuple) and all(
+        isinstance(entry, dict)
+        and entry.keys() == {"turns", "seats"}
+        and WHOLE_NUMBER_TYPE.accepts(entry["turns"])
+        and _is_name_map(entry["seats"])
+        for entry in value
+    )
+
+
+EARLIER_PLAYERS_TYPE = ValueType(
+    'earlier players, such as [{"turns": 4, "seats": {"agent": "human"}}]',
+    _is_list_of_earlier_players,
+)
+
+
 @dataclass(frozen=True, kw_only=True)
 class Header:
     """The game and players of a transcript: one line per field, in this order, except defaults."""
@@ -69,6 +86,8 @@ class Header:
     branched: Annotated[int | None, WHOLE_NUMBER_TYPE] = (
         None  # turn from which another game was continued
     )
+    # the players of the first turns, one entry per change; the others are those of `seats`
+    earlier: Annotated[Sequence[Mapping[str, Any]], EARLIER_PLAYERS_TYPE] = ()
     peeked: Annotated[bool, FLAG_TYPE] = (
         False  # hidden information was shown, and the game continued
     )
@@ -78,6 +97,28 @@ class Header:
     def uniform_source(self) -> SeededUniforms:
         """The uniforms that follow from the seed and the episode."""
         return SeededUniforms(self.seed, self.episode)
+
+    def count_turns_of_earlier_players(self) -> list[int]:
+        """Return, for each seat, the number of first turns that its player did not play."""
+        return [
+            max(
+                (
+                    entry["turns"]
+                    for entry in self.earlier
+                    if entry["seats"].get(seat, player) != player
+                ),
+                default=0,
+            )
+            for seat, player in self.seats.items()
+        ]
+
+    def describe_earlier_players(self) -> str:
+        """Return the earlier player of each seat that changed, or "" if none did."""
+        return "; ".join(
+            f"{seat}: {player} until turn {entry['turns']}"
+            for entry in self.earlier
+            for seat, player in entry["seats"].items()
+        )
 
 
 def _make_header_line(header_field: Field[Any]) -> HeaderLine:

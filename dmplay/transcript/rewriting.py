@@ -76,8 +76,14 @@ def _rewrite_block(
     if session.over:
         return ""
     actions = read_actions(transcript, block, session.problem)
-    pairs = zip(actions, session.seated_policies, strict=True)
-    session.advance([None if policy else action for action, policy in pairs])
+    earlier_turns = transcript.header.count_turns_of_earlier_players()
+    triples = zip(actions, session.seated_policies, earlier_turns, strict=True)
+    session.advance(
+        [
+            None if policy and len(session.turns) >= first else action
+            for action, policy, first in triples
+        ]
+    )
     return _rewrite_turn(session, block, frame)
 
 

@@ -42,6 +42,8 @@ def verify_transcript(
     """
     pairs = zip_longest(transcript.header.seats.values(), policies)
     unchecked_players = dict.fromkeys(player for player, policy in pairs if policy is None)
+    for entry in transcript.header.earlier:
+        unchecked_players |= dict.fromkeys(entry["seats"].values())
     report = VerificationReport(
         transcript.path,
         unchecked_players=[*unchecked_players],
@@ -201,8 +203,13 @@ class _Verifier:
             choices = session.choose_policy_actions()
         except (BadPolicy, BudgetExceeded) as error:
             raise self.transcript.error_at(block.line, str(error)) from None
+        earlier_turns = self.transcript.header.count_turns_of_earlier_players()
         for seat, (action, choice) in enumerate(zip(recorded, choices, strict=True)):
-            if choice is not None and choice != action:
+            if (
+                choice is not None
+                and choice != action
+                and len(session.turns) >= earlier_turns[seat]
+            ):
                 agent = session.problem.agents[seat]
                 recorded_name, chosen_name = (
                     session.problem.format_action(seat, x) for x in (action, choice)

@@ -43,6 +43,12 @@ MAX_HEIGHT_CHOICES = (
     600,
     800,
 )  # metres; the smallest that holds all heights is the top
+PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
+    "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑ climb, ∘ none, "
+    "↓ descend",
+    "paths in calm air if you always advise ↑ climb, ∘ none, ↓ descend",
+    "your path if: ↑ climb, ∘ none, ↓ descend",
+)
 LABEL_COLUMNS = 6  # columns of the height labels
 PATH_POINT_COLUMNS = 3  # columns between two points of a path
 
@@ -82,7 +88,7 @@ def _list_layouts(options: DrawOptions) -> list[EncounterLayout]:
     """
     width, rows = (
         min(options.columns_beside_panel - PATH_LABEL_COLUMNS, MAX_LAYOUT.width),
-        min(options.height - 2, MAX_LAYOUT.height_rows),
+        min(options.height - 3, MAX_LAYOUT.height_rows),
     )
     labels = (rows - 1) // 4
     if width < LAYOUTS[1].width or rows < LAYOUTS[2].height_rows:
@@ -105,6 +111,9 @@ def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterato
         y = layout.height_rows
         if layout.has_status_rows:
             _draw_time_labels(canvas, y, _make_time_line(layout))
+            if layout.path_label_columns and paths and not options.forecast:
+                y += 1
+                canvas.write_text(0, y, _choose_path_legend(layout.width), "dim")
             # With names at the paths' ends, the panel beside the drawing has the state.
             if not layout.path_label_columns:
                 y += 1
@@ -119,6 +128,11 @@ def iter_boards(view: View[CollisionAvoidance], options: DrawOptions) -> Iterato
         yield canvas.to_text()
     yield draw_text_rows(_format_state(view), _describe_pass(view))
     yield draw_text_rows(_format_state(view))
+
+
+def _choose_path_legend(width: int) -> str:
+    """Return the longest legend of the predicted paths that fits, or ""."""
+    return next((legend for legend in PATH_LEGENDS if len(legend) <= width), "")
 
 
 def _predict_paths(view: View[CollisionAvoidance], options: DrawOptions) -> list[AdvisoryPath]:

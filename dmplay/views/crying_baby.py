@@ -12,6 +12,7 @@ from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
+    format_observation,
     format_regret_rows,
     format_regret_with_bar,
     iter_with_and_without_rows,
@@ -20,6 +21,7 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 )
 from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
+    draw_belief_chart,
     draw_true_state,
     format_belief,
     format_sparkline,
@@ -33,6 +35,8 @@ WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = (
     40,
     10,
 )  # columns of a bar on the large board, and of a regret bar
+# rows of a board from which it has a chart of the belief; maximum rows and columns of the chart
+MIN_CHART_HEIGHT, MAX_CHART_ROWS, MAX_CHART_COLUMNS = 34, 24, 64
 KEYS = {"f": "feed", "s": "sing", "i": "ignore"}
 
 
@@ -44,6 +48,8 @@ def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[
     of expected rewards replaces them on a large screen until the game is over.
     """
     if options.allow_large:
+        if options.height >= MIN_CHART_HEIGHT:
+            yield _draw_large_board(view, options, with_chart=True)
         yield _draw_large_board(view, options)
     forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
     hint_rows = format_regret_rows(options, list_action_keys(KEYS, options)) or [
@@ -99,10 +105,13 @@ def _draw_belief_history(
     return y + 1
 
 
-def _draw_large_board(view: View[CaregiverProblem], options: DrawOptions) -> Text:
+def _draw_large_board(
+    view: View[CaregiverProblem], options: DrawOptions, *, with_chart: bool = False
+) -> Text:
     """Return the large board, with expected rewards and regrets of all actions.
 
-    Below them are the forecast, or the probabilities of crying if no forecast is asked for.
+    Below them are the forecast, or the probabilities of crying if no forecast is asked for. The
+    chart of the belief by turn comes last.
     """
     canvas = Canvas()
     y = (
@@ -122,7 +131,31 @@ def _draw_large_board(view: View[CaregiverProblem], options: DrawOptions) -> Tex
         canvas.write_text(0, y, row, "" if options.forecast else "dim")
         y += 1
     draw_true_state(canvas, y, view.problem.state_names, options)
+    if with_chart:
+        _draw_belief_chart(view, canvas, y + 1, options)
     return canvas.to_text()
+
+
+def _draw_belief_chart(
+    view: View[CaregiverProblem], canvas: Canvas, y: int, options: DrawOptions
+) -> None:
+    """Draw the probability of hunger by turn, with the actions and observations below."""
+    canvas.write_text(0, y + 1, f"P({view.problem.state_names[-1]}) by turn", "dim")
+    labels = view.problem.actions[view.seat].labels
+    sounds = [format_observation(view.problem, view.seat, sound) for sound in view.observations[1:]]
+    draw_belief_chart(
+        canvas,
+        y + 2,
+        [float(belief[-1]) for belief in view.beliefs or ()],
+        [
+            ("turn", [str(turn) for turn in range(len(view.observations))]),
+            ("chose", ["", *(labels[int(action)] for action in view.actions)]),
+            ("heard", ["", *sounds]),
+        ],
+        rows=min(options.height - y - 7, MAX_CHART_ROWS),
+        columns=min(options.columns_beside_panel, MAX_CHART_COLUMNS),
+        ascii_only=options.ascii,
+    )
 
 
 def _draw_expected_rewards(

@@ -50,7 +50,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
         dot = note or "."
         mark = glyph
         if options.overlay and reward is None:
-            mark, note, _, style = hexgrid.make_overlay_cell(
+            mark, note, _, style, _ = hexgrid.make_overlay_cell(
                 options, problem.hexes.index(hex_), size
             )
         if hex_ == position:

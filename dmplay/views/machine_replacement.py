@@ -21,6 +21,7 @@ from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_forecast_rows,
+    format_observation,
     format_regret_rows,
     format_regret_with_bar,
     iter_with_and_without_rows,
@@ -29,6 +30,7 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 )
 from dmplay.views.toolkit.belief_bars import (
     draw_belief_bars,
+    draw_belief_chart,
     draw_true_state,
     format_belief,
     format_sparkline,
@@ -44,6 +46,8 @@ TALL_TRIANGLE_ROWS, REGRET_BAR_COLUMNS = (
     11,
     8,
 )  # rows of the tall triangle; columns of a regret bar
+# rows of the largest triangle; rows of a triangle from which a chart of the belief is beside it
+MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
@@ -74,6 +78,10 @@ def _compute_expected_rewards(
 def iter_boards(view: View[MachineReplacement], options: DrawOptions) -> Iterator[Text]:
     """Yield the boards, the largest first: with a tall triangle, a small one, and none."""
     if options.allow_large:
+        columns = options.columns_beside_panel - BELIEF_COLUMNS - 3
+        size = min(options.height - 3, columns // 2, MAX_TRIANGLE_ROWS)
+        if size >= MIN_CHART_TRIANGLE_ROWS:
+            yield _draw_large_board(view, options, size)
         yield _draw_large_board(view, options)
     forecast_rows = format_forecast_rows(view, options, view.problem.state_names)
     yield from iter_with_and_without_rows(
@@ -120,10 +128,13 @@ def _draw_belief_history(
     canvas.write_text(len(title), y, format_sparkline(failure_probabilities, options.ascii), "cyan")
 
 
-def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> Text:
+def _draw_large_board(
+    view: View[MachineReplacement], options: DrawOptions, size: int = TALL_TRIANGLE_ROWS
+) -> Text:
     """Return the large board: bars and rewards at the left, the tall triangle at the right.
 
-    With hints, it also shows the regrets.
+    With hints, it also shows the regrets. Beside a triangle of many rows, a chart shows the belief
+    by turn.
     """
     canvas = Canvas()
     y = _draw_observation_and_belief(view, options, canvas, 2)
@@ -148,32 +159,55 @@ def _draw_large_board(view: View[MachineReplacement], options: DrawOptions) -> T
         TRIANGLE_LEGEND if view.rewards is None else TRIANGLE_LEGEND[:-1]
     )  # no hints after the end
     legend = default_legend if options.regret is None else REGION_LEGEND
-    for row, line in enumerate(
-        format_forecast_rows(view, options, view.problem.state_names) or legend, y + 8
-    ):
+    notes = format_forecast_rows(view, options, view.problem.state_names) or legend
+    for row, line in enumerate(notes, y + 8):
         canvas.write_text(0, row, line, "" if options.forecast else "dim")
-    _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, options)
+    if size >= MIN_CHART_TRIANGLE_ROWS:
+        top = y + 9 + len(notes)
+        _draw_belief_chart(view, canvas, top, min(size - top - 4, MAX_CHART_ROWS), options)
+    _draw_tall_triangle(view, canvas, BELIEF_COLUMNS + 2, size, options)
     return canvas.to_text()
 
 
+def _draw_belief_chart(
+    view: View[MachineReplacement], canvas: Canvas, y: int, rows: int, options: DrawOptions
+) -> None:
+    """Draw the probability of a failure by turn, with the keys and products below."""
+    keys = list_action_keys(KEYS, options)
+    products = [format_observation(view.problem, 0, product)[:1] for product in view.observations]
+    canvas.write_text(0, y, "P(failure) by turn", "dim")
+    bottom = draw_belief_chart(
+        canvas,
+        y + 1,
+        [1.0 - float(belief[0]) for belief in view.beliefs or ()],
+        [
+            ("turn", [str(turn) for turn in range(len(products))]),
+            ("chose", ["", *(keys[int(action)] for action in view.actions)]),
+            ("saw", ["", *products[1:]]),
+        ],
+        rows=rows,
+        columns=BELIEF_COLUMNS,
+        ascii_only=options.ascii,
+    )
+    canvas.write_text(0, bottom, "d defective, n nondefective", "dim")
+
+
 def _draw_tall_triangle(
-    view: View[MachineReplacement], canvas: Canvas, x: int, options: DrawOptions
+    view: View[MachineReplacement], canvas: Canvas, x: int, size: int, options: DrawOptions
 ) -> None:
     """Draw the tall triangle, its corners by name, with past, current and forecast beliefs.
 
     With hints, it also shows the best action in each region.
     """
-    for row in range(1, TALL_TRIANGLE_ROWS):
-        canvas.write_text(x + TALL_TRIANGLE_ROWS - row, row + 1, "╱", "dim")
-        canvas.write_text(x + TALL_TRIANGLE_ROWS + row, row + 1, "╲", "dim")
-    canvas.write_text(x, TALL_TRIANGLE_ROWS + 1, "─" * (2 * TALL_TRIANGLE_ROWS + 1), "dim")
-    canvas.write_text(x + TALL_TRIANGLE_ROWS - len(STATE_NAMES[0]) // 2, 0, STATE_NAMES[0])
-    canvas.write_text(x, TALL_TRIANGLE_ROWS + 2, STATE_NAMES[1])
+    for row in range(1, size):
+        canvas.write_text(x + size - row, row + 1, "╱", "dim")
+        canvas.write_text(x + size + row, row + 1, "╲", "dim")
+    canvas.write_text(x, size + 1, "─" * (2 * size + 1), "dim")
+    canvas.write_text(x + size - len(STATE_NAMES[0]) // 2, 0, STATE_NAMES[0])
+    canvas.write_text(x, size + 2, STATE_NAMES[1])
     if options.regret is not None:
-        _draw_policy_regions(view, canvas, x, options)
-    canvas.write_text(
-        x + 2 * TALL_TRIANGLE_ROWS + 1 - len(STATE_NAMES[2]), TALL_TRIANGLE_ROWS + 2, STATE_NAMES[2]
-    )
+        _draw_policy_regions(view, canvas, x, size, options)
+    canvas.write_text(x + 2 * size + 1 - len(STATE_NAMES[2]), size + 2, STATE_NAMES[2])
     forecast_beliefs = options.forecast.beliefs if options.forecast else None
     marks = [(belief, "·", "cyan") for belief in view.beliefs or ()]
     marks += [
@@ -181,24 +215,20 @@ def _draw_tall_triangle(
         for belief in ([] if forecast_beliefs is None else forecast_beliefs)
     ]
     for belief, glyph, style in [*marks, (view.belief, "●", "bold cyan")]:
-        column = round(TALL_TRIANGLE_ROWS * (1.0 + float(belief[2] - belief[1])))
-        canvas.write_text(
-            x + column, 1 + round(TALL_TRIANGLE_ROWS * float(1.0 - belief[0])), glyph, style
-        )
+        column = round(size * (1.0 + float(belief[2] - belief[1])))
+        canvas.write_text(x + column, 1 + round(size * float(1.0 - belief[0])), glyph, style)
 
 
 def _draw_policy_regions(
-    view: View[MachineReplacement], canvas: Canvas, x: int, options: DrawOptions
+    view: View[MachineReplacement], canvas: Canvas, x: int, size: int, options: DrawOptions
 ) -> None:
     """Draw the key of the best action at points all over the belief triangle.
 
     The actions are optimal for the remaining turns, at most MAX_PLANNED_TURNS.
     """
     keys = list_action_keys(KEYS, options)
-    points = [
-        (row, offset) for row in range(2, TALL_TRIANGLE_ROWS) for offset in range(2 - row, row, 2)
-    ]
-    failed, skew = np.array(points).T / TALL_TRIANGLE_ROWS
+    points = [(row, offset) for row in range(2, size) for offset in range(2 - row, row, 2)]
+    failed, skew = np.array(points).T / size
     beliefs = np.stack([1.0 - failed, (failed - skew) / 2, (failed + skew) / 2], axis=1)
     remaining_turns = (
         MAX_PLANNED_TURNS
@@ -210,9 +240,7 @@ def _draw_policy_regions(
         points, mark_best_actions(compute_action_values(stage, beliefs)), strict=True
     ):
         best_action = int(np.argmax(action))
-        canvas.write_text(
-            x + TALL_TRIANGLE_ROWS + offset, row + 1, keys[best_action], REGION_STYLES[best_action]
-        )
+        canvas.write_text(x + size + offset, row + 1, keys[best_action], REGION_STYLES[best_action])
 
 
 @lru_cache(maxsize=MAX_PLANNED_TURNS)

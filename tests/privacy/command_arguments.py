@@ -33,6 +33,7 @@ QUERY_ARGUMENTS: Arguments = {
     "review": ("",),
     "save": ("", "copy.dmt", "copy.dmt"),
     "screen": ("",),
+    "seat": ("", "{seat}", "nobody=human"),
     "seed": ("", "x"),
     "set": ("", "discount 7", "nothing 7"),
     "state": ("",),
@@ -73,6 +74,7 @@ CHANGING_COMMANDS: Mapping[str, Mapping[str, int]] = {
     "play": {"play {problem} --turns 3": 0},
     "load": {"load copy.dmt {trust}": SHARED_TURNS},
     "branch": {"branch": SHARED_TURNS, "branch 1": 1, "branch 0": 0},
+    "seat": {"seat {seat}=human": SHARED_TURNS},
     "replay": {
         "replay copy.dmt {trust}": SHARED_TURNS,
         "replay copy.dmt {trust}; auto": SHARED_TURNS,

@@ -94,7 +94,7 @@ def create_application(
         key_bindings=_build_key_bindings(input_buffer, suspend),
         style=PROMPT_STYLE,
         full_screen=True,
-        color_depth=ColorDepth.DEPTH_4_BIT if has_color else ColorDepth.DEPTH_1_BIT,
+        color_depth=ColorDepth.DEPTH_8_BIT if has_color else ColorDepth.DEPTH_1_BIT,
         include_default_pygments_style=False,
         input=input_,
         output=_NestedScreenOutput(painter.stream, get_size, enable_cpr=False),

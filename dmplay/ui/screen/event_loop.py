@@ -21,6 +21,7 @@ from prompt_toolkit.key_binding import KeyPress
 from prompt_toolkit.keys import Keys
 
 from dmplay.game.background_tasks import CANCEL_SECONDS, BackgroundTask, TaskInfo
+from dmplay.terminal.background import remember_background
 from dmplay.terminal.painter import Painter
 from dmplay.terminal.signals import (
     INTERRUPTED_EXIT_CODE,
@@ -40,7 +41,7 @@ from dmplay.ui.screen.play_operations import (
     tick_clock,
 )
 from dmplay.ui.screen.play_screen import PlayScreen
-from dmplay.ui.screen.screen_protocols import FullScreen, KeyDrivenScreen
+from dmplay.ui.screen.screen_protocols import FullScreen, KeyDrivenScreen, apply_background
 from dmplay.ui.shell.commands import PlayerQuit
 
 ESCAPE_TIMEOUT_SECONDS = (
@@ -64,7 +65,7 @@ def run_event_loop(
     screen: PlayScreen | KeyDrivenScreen, painter: Painter, input_: Input | None = None
 ) -> int:
     """Show a full screen until the player quits or a signal arrives, and return the exit code."""
-    terminal_io = painter, limit_pastes(input_ or create_input())
+    terminal_io = painter, input_ or create_input()
     event_loop: ScreenEventLoop = (
         PlayEventLoop(screen, *terminal_io)
         if isinstance(screen, PlayScreen)
@@ -100,7 +101,7 @@ class ScreenEventLoop(ABC):
         self.screen = screen
         self.key_handler = key_handler  # handles a key; raises PlayerQuit
         self.painter = painter
-        self.input = input_
+        self.input = limit_pastes(input_, self._receive_background)
         self.exit_code = 0  # set by a signal that ends the game
         # (key, handler); the key is '' for other events
         self._events: asyncio.Queue[tuple[str, EventHandler]] = asyncio.Queue()
@@ -154,6 +155,14 @@ class ScreenEventLoop(ABC):
         self._escape_timer = loop.call_later(
             ESCAPE_TIMEOUT_SECONDS, lambda: self._enqueue_keys(self.input.flush_keys())
         )
+
+    def _receive_background(self, background: str) -> None:
+        """Use the theme that suits the background that the terminal replied."""
+        remember_background(background)
+        apply_background(self.screen, self.painter, background)
+        if self._prompt_application:
+            self._prompt_application.invalidate()
+        self._enqueue_event(self._redraw)
 
     def _cancel_escape_timer(self) -> None:
         """Cancel the timer of a lone Esc; the next reader may complete an escape sequence."""

@@ -10,6 +10,7 @@ from rich.text import Text
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import Hint, count_hint_decimals, format_fixed
 from dmplay.game.key_bindings import KEY_SYMBOLS
+from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import EMPTY_FRAME_STATE, FrameState, Viewport, fit_text
 from dmplay.ui.shell.commands import find_command
 from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
@@ -196,6 +197,8 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
         return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.human_seats:
         return ("Enter look back", "PgUp log") if game.session.over and game.session.turns else ()
+    if isinstance(game, Playback):
+        return ("← → turns", "P play", "X worst", "Enter play from here")
     return () if is_game_over else ("Space step", "P play")
 
 

@@ -305,6 +305,7 @@ class Frame:
             suggested_action=suggested_action,
             forecast=state.forecast,
             motion_progress=state.motion_progress,
+            show_coordinates=state.show_coordinates,
             panel_columns=max(MIN_PANEL_COLUMNS + 2 - (viewport.width - width), 0),
         )
         return game.draw_board(options, snapshot)

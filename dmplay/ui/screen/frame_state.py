@@ -38,6 +38,7 @@ class FrameState(NamedTuple):
     forecast: Forecast | None = None  # outcomes of the previewed action
     is_lookback: bool = False  # an earlier turn of a finished game is shown
     motion_progress: float = 1.0  # completed share of the last turn's animation
+    show_coordinates: bool = False  # whether hex maps show their coordinates
     best_return: str = ""  # the player's record in this game, from earlier games
 
 

@@ -5,6 +5,7 @@ from math import copysign, inf, isinf
 from typing import NamedTuple
 
 from dmplay.game.game import Game
+from dmplay.game.playback import Playback
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
@@ -18,7 +19,9 @@ from dmplay.ui.screen.play_operations import (
     toggle_pause,
 )
 from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.replay_keys import REPLAY_HELP, handle_replay_key
 from dmplay.ui.shell.commands import COMMANDS, conceal_choice_errors, find_command, format_help_page
+from dmplay.views.toolkit.hexgrid import KEY_FAMILY as HEX_KEY_FAMILY
 
 SPEED_FACTOR = 1.5  # speed factor of one key press
 PAGE = 1000.0  # stands for the visible rows
@@ -58,6 +61,8 @@ def _dispatch_key(screen: PlayScreen, key: str) -> None:
     ):
         return
     if screen.modes.display_mode is Mode.LOOKAHEAD and _handle_lookahead_key(screen, key):
+        return
+    if handle_replay_key(screen, key):
         return
     if not _handle_lookback_key(screen, key):
         _handle_command_key(screen, key)
@@ -204,7 +209,8 @@ def _show_help(screen: PlayScreen) -> None:
         for key in SCREEN_KEYS
         if key.help and key.is_listed_for(screen.game)
     ]
-    screen.open_page(format_help_page(screen.game, [*screen_keys, SCROLL_HELP]))
+    replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
+    screen.open_page(format_help_page(screen.game, [*replay_keys, *screen_keys, SCROLL_HELP]))
     screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
 
 
@@ -217,6 +223,7 @@ class ScreenKey(NamedTuple):
     help: str  # '' if the command of the same key describes it
     handler: Callable[[PlayScreen], None]
     is_agents_only: bool = False  # only for games without human players
+    is_hex_key: bool = False  # only for hex maps
     is_overlay_key: bool = False  # only for boards that can show values of all states
 
     def is_active_for(self, key: str, game: Game) -> bool:
@@ -225,6 +232,8 @@ class ScreenKey(NamedTuple):
 
     def is_listed_for(self, game: Game) -> bool:
         """Return whether the help page of this game lists the key."""
+        if self.is_hex_key:
+            return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
         if self.is_overlay_key:
             problem = game.problem
             is_finite = isinstance(problem.state_count, int) and problem.state_count > 1
@@ -240,6 +249,14 @@ SCREEN_KEYS = (
         "on hex maps: show values, best actions or state numbers",
         PlayScreen.show_next_overlay,
         is_overlay_key=True,
+    ),
+    ScreenKey(
+        ("C",),
+        "C",
+        "coordinates",
+        "on hex maps: show the coordinates that the log names",
+        PlayScreen.toggle_coordinates,
+        is_hex_key=True,
     ),
     ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
     ScreenKey(("P", "p", "A"), "P", "pause", "start or stop the agents or the clock", toggle_pause),

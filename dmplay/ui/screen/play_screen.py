@@ -15,6 +15,7 @@ from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.playback import Playback
 from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
@@ -28,6 +29,7 @@ from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
 from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
 from dmplay.ui.screen.turn_animation import TurnAnimation
 
+MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
@@ -59,6 +61,7 @@ class PlayScreen:
         self.lookahead_message = ""  # the previewed action in words
         self.progress_message = ""  # progress of the running task, shown in place of the message
         self.overlay_index = 0
+        self.show_coordinates = False  # whether hex maps show their coordinates
         # overlay, game, turn and seat of the last recorded hint
         self._recorded_overlay: tuple[object, ...] = ()
         self.page_rows: list[str] = []  # rows of a long message
@@ -84,6 +87,9 @@ class PlayScreen:
         self.clock = RealtimeClock(self.realtime_rate)
         self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
+        self.typed_turn = ""  # digits of the turn to go to in a replay
+        # of a replay, once its worst choice was asked for
+        self.replay_timeline: GameTimeline | None = None
         self.scroll_offset = 0  # rows by which the log is scrolled back
         record = player_records.find_game_record(game)
         self._best_return = (
@@ -152,6 +158,7 @@ class PlayScreen:
             last_key_hint_turn=self.last_key_hint_turn,
             motion_progress=self.animation.progress,
             best_return=self._best_return,
+            show_coordinates=self.show_coordinates,
         )
         if timeline:
             return state._replace(hint=timeline.move_hints, is_lookback=True)
@@ -183,11 +190,23 @@ class PlayScreen:
     @property
     def log(self) -> list[str]:
         """The rows of the event log, limited to the information of the viewing player."""
-        return (
-            self.timeline.review_rows(self._viewport.width)
-            if self.timeline
-            else self._event_log.rows
-        )
+        if self.timeline:
+            return self.timeline.review_rows(self._viewport.width)
+        return [*self._event_log.rows, *self._replay_rows()]
+
+    def _replay_rows(self) -> list[str]:
+        """Return the timeline of a replay: the position, and the regrets once they are known."""
+        game = self.game
+        if not isinstance(game, Playback):
+            return []
+        turn, turn_count = len(game.session.turns), game.count_turns()
+        position = f"turn {turn} of {turn_count} "
+        if self.replay_timeline and turn < self.replay_timeline.turn_count:
+            self.replay_timeline.go_to_turn(turn)
+            return [position, *self.replay_timeline.regret_rows(self._viewport.width)]
+        columns = min(MAX_POSITION_COLUMNS, max(self._viewport.width - len(position) - 4, 1))
+        marker = round((columns - 1) * turn / max(turn_count, 1))
+        return [f"{position}{'─' * marker}●{'─' * (columns - 1 - marker)}"]
 
     def _build_frame(self, viewport: Viewport) -> frame.Frame:
         """Return the current frame for a viewport."""
@@ -223,6 +242,15 @@ class PlayScreen:
         )
         self.page_index = int(min(max(previous_index + page_count, 0), last_index))
         return self.page_index > previous_index
+
+    def toggle_coordinates(self) -> None:
+        """Show or hide the coordinates on a hex map; show a message if the board has none."""
+        plain_screen = self.render_upper(self._viewport).plain
+        self.show_coordinates = not self.show_coordinates
+        has_changed = self.render_upper(self._viewport).plain != plain_screen
+        self.show_coordinates = self.show_coordinates and has_changed
+        state = "shown, as the log names them" if self.show_coordinates else "hidden"
+        self.message = f"coordinates: {state}" if has_changed else "this board has no coordinates"
 
     def show_next_overlay(self) -> None:
         """Show the next overlay that changes the board, or none after the last one.

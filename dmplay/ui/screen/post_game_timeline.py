@@ -24,8 +24,14 @@ class GameTimeline(Game):
 
     rewards_visible = True
 
-    def __init__(self, game: Game, moves: Sequence[ReviewedAction] = ()) -> None:
+    def __init__(
+        self,
+        game: Game,
+        moves: Sequence[ReviewedAction] = (),
+        reviewed_seats: Sequence[int] | None = None,
+    ) -> None:
         self.finished_game = game
+        self._reviewed_seats = reviewed_seats  # those of people if None
         self.turn_count = len(game.session.turns)
         self._moves_by_turn: list[list[ReviewedAction]] = [
             [] for _ in range(self.turn_count)
@@ -50,6 +56,11 @@ class GameTimeline(Game):
     def hints_forbidden(self) -> bool:
         """True if there are no action values to show for this turn; hints cannot be requested."""
         return self.move_hints is None
+
+    @property
+    def reviewed_seats(self) -> Sequence[int]:
+        """The seats whose choices are reviewed: those of people, or those that were given."""
+        return self.human_seats if self._reviewed_seats is None else self._reviewed_seats
 
     @property
     def strict(self) -> bool:
@@ -106,13 +117,13 @@ class GameTimeline(Game):
 
     def review_rows(self, width: int) -> list[str]:
         """Return the rows below the board: previous turn, regret bars and next choice."""
-        return [*self._last_turn_rows(), *self._regret_rows(width), self._describe_next_choices()]
+        return [*self._last_turn_rows(), *self.regret_rows(width), self.describe_next_choices()]
 
     def _last_turn_rows(self) -> list[str]:
         """Return one row that describes the previous turn, or none before the first turn."""
         return [self.narrator.describe_turn(self.snapshot())] if self.turns_played else []
 
-    def _describe_next_choices(self) -> str:
+    def describe_next_choices(self) -> str:
         """Return a line of text on the turn that comes next in the review.
 
         It has the turn's number, the choice of each person, and the better choice if there is one.
@@ -120,9 +131,9 @@ class GameTimeline(Game):
         turn, moves = self.turns_played, self._moves_by_turn[self.turns_played]
         texts = [_describe_choice(move) for move in moves]
         if not moves:
-            seats, chosen = self.human_seats, self.finished_game.session.turns[turn].actions
+            seats, chosen = self.reviewed_seats, self.finished_game.session.turns[turn].actions
             texts = [f"chose {self.problem.format_action(seat, chosen[seat])}" for seat in seats]
-        names = [self.problem.agents[seat] for seat in self.human_seats]
+        names = [self.problem.agents[seat] for seat in self.reviewed_seats]
         if len(names) > 1:
             texts = [f"{name} {text}" for name, text in zip(names, texts, strict=True)]
         return f"next, turn {turn + 1}: {'; '.join(texts)}."
@@ -133,19 +144,19 @@ class GameTimeline(Game):
         return [sum(move.regret or 0.0 for move in moves) for moves in self._moves_by_turn]
 
     @property
-    def _worst_turns(self) -> list[int]:
+    def worst_turns(self) -> list[int]:
         """The numbers of the turns with the largest regrets, the largest first."""
         regrets = self._turn_regrets
         ranked = sorted(range(self.turn_count), key=lambda turn: (-regrets[turn], turn))
         return [turn + 1 for turn in ranked[:MAX_WORST_TURNS] if regrets[turn] > 0]
 
-    def _regret_rows(self, width: int) -> list[str]:
+    def regret_rows(self, width: int) -> list[str]:
         """Return the row of regret bars, one per turn, with the current turn in brackets.
 
         As many turns are shown around the current one as fit in `width` columns. Without any regret
         there is no row.
         """
-        worst, regrets = self._worst_turns, self._turn_regrets
+        worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
         suffix = f"  worst: turn {', '.join(map(str, worst))}"

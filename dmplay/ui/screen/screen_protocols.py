@@ -4,6 +4,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from dmplay.game.background_tasks import TaskInfo
+from dmplay.terminal.background import choose_theme
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 
@@ -37,3 +38,10 @@ class KeyDrivenScreen(FullScreen, Protocol):
 
     def handle_key(self, key: str) -> None:
         """Handle a key; raise PlayerQuit if it quits."""
+
+
+def apply_background(screen: FullScreen, painter: Painter, background: str) -> None:
+    """Give a screen and its painter the theme that suits a background, dark or light."""
+    terminal = screen.terminal
+    theme = choose_theme(terminal.theme_option or terminal.theme, background)
+    screen.terminal, painter.theme = terminal._replace(theme=theme), theme

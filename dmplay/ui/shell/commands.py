@@ -136,6 +136,8 @@ def _show_keys(controller: GameController, argument: str) -> str:
     game = controller.game
     action_keys = game.keyboard.list_actions_with_keys(game.view())
     actions = ", ".join(f"{label} {key}".strip() for key, label, _ in action_keys)
+    if game.keyboard.is_number_entry(game.viewing_seat):
+        actions = _describe_number_entry(game)
     commands = ", ".join(f"{c.name} {c.key_label}" for c in COMMANDS if c.key)
     return f"keys: {actions}. {commands}."
 
@@ -173,7 +175,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     actions = [f"{KEY_SYMBOLS.get(key, key)} {label}".strip() for key, label, _ in action_keys]
     actions_text = ",  ".join(actions)
     if game.keyboard.is_number_entry(game.viewing_seat):
-        actions_text = _describe_number_entry(game.problem.actions[game.viewing_seat].labels)
+        actions_text = _describe_number_entry(game)
     keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
@@ -189,12 +191,15 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     ]
 
 
-def _describe_number_entry(labels: Sequence[str]) -> str:
-    """Return the numbers that are actions, the first and the last of many, and how to play one."""
+def _describe_number_entry(game: Game) -> str:
+    """Return the numbers that are actions, in words, and how to play one."""
+    labels = game.problem.actions[game.viewing_seat].labels
     start = "" if not labels else f"{labels[0]} to {labels[-1]}; "
     if len(labels) > MIN_LISTED_NUMBERS and int(labels[1]) - int(labels[0]) > 1:
-        start = f"{labels[0]}, {labels[1]}, ... {labels[-1]}; "
-    return f"{start}type a number, then Enter"
+        step = int(labels[1]) - int(labels[0])
+        start = f"{labels[0]} to {labels[-1]} in steps of {step}; "
+    change = "; the arrow keys change it" if game.keyboard.number_steps else ""
+    return f"{start}type a number, then Enter{change}"
 
 
 def _format_command_help(command: Command) -> str:
@@ -364,6 +369,12 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "[TURN]",
             "start a new game from a turn, in a new file",
             of_table.branch_from_turn,
+        ),
+        Command(
+            "seat",
+            "NAME=PLAYER",
+            "give a seat to human or to an agent from now on, in a new file",
+            of_table.change_seats,
         ),
         Command(
             "export",

@@ -73,6 +73,9 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
         "whatif": lambda: list_actions(controller),
         "agent": lambda: _complete_agent_arguments(controller, arguments),
         "assume": lambda: _complete_agent_arguments(controller, arguments),
+        "seat": lambda: (
+            _list_seat_assignments(controller.game.problem_name) if controller.has_game else []
+        ),
         "set": lambda: (
             [] if arguments else [name.rstrip("=") for name in _list_current_parameters(controller)]
         ),

@@ -1,5 +1,6 @@
 """Shell commands that start, resume, replay, save, branch and export games."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from shlex import quote
 
@@ -10,7 +11,8 @@ from dmplay.game.command_reply import format_reply
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import write_game_copy
-from dmplay.game.launch_requests import split_words
+from dmplay.game.launch_requests import parse_settings, split_words
+from dmplay.game.playback import Playback
 from dmplay.game.saves import choose_free_path, copy_transcript
 from dmplay.game.seats import list_human_seats, make_seat_policy, name_in_transcript
 from dmplay.registry import problems
@@ -150,17 +152,40 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
 
     Raise BadParameter in a strict game, or if no transcript is written.
     """
-    game, turns = controller.game, len(controller.game.session.turns)
-    if game.strict:
-        raise BadParameter("branch: this game is strict, so it has no branches")
+    turns = len(controller.game.session.turns)
     if argument and parse_whole_number(argument) is None:
         raise BadParameter(f"branch: got {argument!r}, expected a turn, 0 to {turns}")
+    return _branch(controller, "branch", argument or str(turns), [])
+
+
+def change_seats(controller: GameController, argument: str) -> str:
+    """Continue the game in a new transcript, with other players in these seats from now on.
+
+    Raise BadParameter in a strict game, or if no transcript is written.
+    """
+    settings = split_words(argument)
+    if not settings:
+        raise BadParameter("seat: expected NAME=human or NAME=AGENT")
+    for name in parse_settings(settings, "seat"):
+        find_seat(controller.game.problem, name)
+    if controller.game.session.over and not isinstance(controller.game, Playback):
+        raise BadParameter("seat: this game is over; branch TURN goes back to a turn")
+    turn_text = str(len(controller.game.session.turns))
+    return _branch(controller, "seat", turn_text, settings)
+
+
+def _branch(
+    controller: GameController, command: str, turn_text: str, seat_settings: Sequence[str]
+) -> str:
+    """Start a game from a turn of the current one, with these players, in a new transcript."""
+    game = controller.game
+    if game.strict:
+        raise BadParameter(f"{command}: this game is strict, so it has no branches")
     source = game.transcript_path
     if source is None:
         raise BadParameter(
-            "branch: this game is not recorded; --record FILE records it from the start"
+            f"{command}: this game is not recorded; --record FILE records it from the start"
         )
-    turn_text = argument or str(turns)
     trust_option = (
         ["--trust"] if problems.requires_trust(game.problem_name) else []
     )  # The code already runs in the current game.
@@ -172,6 +197,7 @@ def branch_from_turn(controller: GameController, argument: str) -> str:
             turn_text,
             "-o",
             str(controller.choose_branch_path(source)),
+            *(word for setting in seat_settings for word in ("--seat", setting)),
             *trust_option,
         ]
     )

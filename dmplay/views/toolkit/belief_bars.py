@@ -78,6 +78,44 @@ def format_sparkline(fractions: Sequence[float], ascii_only: bool) -> str:
     )
 
 
+def draw_belief_chart(  # noqa: PLR0913 - a canvas, a position and the content
+    canvas: Canvas,
+    y: int,
+    probabilities: Sequence[float],
+    label_rows: Sequence[tuple[str, Sequence[str]]],
+    *,
+    rows: int,
+    columns: int,
+    ascii_only: bool,
+) -> int:
+    """Draw a probability by turn as upright bars on an axis; return the next row.
+
+    Below the axis come `label_rows`, pairs of a heading and one label per bar. `rows` is the height
+    of the bars. The last turns are drawn, as many as fit in `columns`.
+    """
+    bar_columns = max(len(label) for _, labels in label_rows for label in ["", *labels])
+    heading_columns = max(len(heading) for heading, _ in label_rows) + 1
+    count = max((columns - heading_columns) // (bar_columns + 1), 1)
+    levels = "#" if ascii_only else BAR_LEVELS
+    for row, number in ((0, "1.0"), (rows // 2, "0.5"), (rows - 1, "0.0")):
+        canvas.write_text(0, y + row, number.rjust(heading_columns - 1), "dim")
+    for index, probability in enumerate(probabilities[-count:]):
+        x = heading_columns + index * (bar_columns + 1)
+        full_rows, part = divmod(round(probability * rows * len(levels)), len(levels))
+        for row in range(full_rows):
+            canvas.write_text(x, y + rows - 1 - row, levels[-1] * bar_columns, "cyan")
+        if part or not full_rows:
+            glyph = levels[part - 1] if part else "_" if ascii_only else BAR_LEVELS[0]
+            canvas.write_text(x, y + rows - 1 - full_rows, glyph * bar_columns, "cyan")
+    canvas.write_text(heading_columns, y + rows, "─" * (columns - heading_columns), "dim")
+    for row, (heading, labels) in enumerate(label_rows, y + rows + 1):
+        canvas.write_text(0, row, heading, "dim")
+        for index, label in enumerate(labels[-count:]):
+            x = heading_columns + index * (bar_columns + 1)
+            canvas.write_text(x, row, label.rjust(bar_columns))
+    return y + rows + 1 + len(label_rows)
+
+
 def format_likeliest_states(names: Sequence[str], belief: Reals) -> list[str]:
     """Format the states from the likeliest down: `hungry 0.732`, `sated 0.268`."""
     pairs = sorted(zip(names, belief, strict=True), key=lambda pair: -pair[1])

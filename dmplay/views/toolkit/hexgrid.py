@@ -49,12 +49,16 @@ SECOND_PLAYER_KEYS = {
 
 
 class HexCell(NamedTuple):
-    """The content of a hex: a mark, a second line, one glyph for maps of dots, and a style."""
+    """The content of a hex: a mark, a second line, one glyph for maps of dots, and a style.
+
+    The top line is drawn in hexes of at least three rows.
+    """
 
     mark: str
     second_line: str = ""
     dot_glyph: str = "."
     style: str = ""
+    top_line: str = ""
 
 
 class HexSize(NamedTuple):
@@ -121,11 +125,27 @@ def iter_maps(
                 yield Text("\n" * (height - 1) + " " * width, no_wrap=True)
             continue
         cells = tuple([make_cell(hex_, size) for hex_ in hexes])
+        if options.show_coordinates:
+            cells = tuple(map(_add_coordinates, hexes, cells, [size] * len(hexes)))
         legend = (
             f"; {SMALL_HEX_LEGEND}" if options.regret is not None and size.text_rows < 2 else ""
         )
         captions = (f"{caption}{legend}", legend[2:], caption) if caption else ()
         yield from _draw_captioned_map(tuple(hexes), cells, size, captions)
+
+
+def _add_coordinates(hex_: Hex, cell: HexCell, size: HexSize) -> HexCell:
+    """Return the content of a hex with its coordinates in a free row, if they fit."""
+    coordinates = f"{hex_[0]},{hex_[1]}"
+    if not size.text_rows or len(coordinates) >= size.width:
+        return cell
+    if size.text_rows > 2:
+        return cell._replace(top_line=coordinates)
+    if not cell.mark and not cell.second_line:
+        return HexCell(coordinates, "", cell.dot_glyph, cell.style or "dim")
+    if size.text_rows > 1 and not cell.second_line:
+        return cell._replace(second_line=coordinates)
+    return cell._replace(mark=coordinates) if size.text_rows > 1 and not cell.mark else cell
 
 
 def _measure_map(size: HexSize, column_span: int, row_span: int) -> tuple[int, int]:
@@ -203,6 +223,8 @@ def _draw_hex_content(canvas: Canvas, x: int, y: int, cell: HexCell, size: HexSi
         for row in range(size.text_rows):
             canvas.write_text(x, y + row, " " * columns, cell.style)
     canvas.write_text(x, y + first_row, cell.mark[:columns].center(columns), cell.style)
+    if cell.top_line and first_row:
+        canvas.write_text(x, y, cell.top_line.center(columns), cell.style or "dim")
     if size.text_rows > 1:
         canvas.write_text(
             x, y + first_row + 1, cell.second_line[:columns].center(columns), cell.style

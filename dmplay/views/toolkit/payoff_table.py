@@ -1,7 +1,7 @@
 """Draw and describe payoff matrices; the rows are agent 1's actions."""
 
 from collections.abc import Iterator
-from itertools import product
+from itertools import pairwise, product
 
 from rich.text import Text
 
@@ -16,6 +16,9 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
 from dmplay.views.toolkit.canvas import Canvas
 
 INITIAL_COLUMNS = 2  # columns of an action's initial in the list of rounds
+# rows of a cell with the line above it; of the largest cell; below the table, with replies
+REPLY_COLUMNS = 11  # columns of a count of replies
+CELL_ROWS, MAX_CELL_ROWS, REPLY_ROWS = 3, 9, 24
 # columns of a cell of the large table; columns before the first cell
 CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12
 PAID_ROUND_COLUMNS = 5  # columns of a round that is listed with its payoff
@@ -34,6 +37,10 @@ def get_last_joint_action(view: View[MatrixGame]) -> tuple[int, int] | None:
 def iter_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator[Text]:
     """Yield the boards, largest first: the table with names and rounds, then smaller tables."""
     if options.allow_large:
+        row_count = len(view.problem.actions[0])
+        cell_rows = min((options.height - REPLY_ROWS) // row_count, MAX_CELL_ROWS)
+        if cell_rows > CELL_ROWS:
+            yield _draw_large_board(view, options, cell_rows, with_replies=True)
         yield _draw_large_board(view, options)
     names = view.problem.actions[view.seat]
     yield from iter_with_and_without_rows(
@@ -55,16 +62,57 @@ def _iter_small_boards(view: View[MatrixGame], options: DrawOptions) -> Iterator
             yield canvas.to_text()
 
 
-def _draw_large_board(view: View[MatrixGame], options: DrawOptions) -> Text:
-    """Draw the named table, the rounds with payoffs, and the payoffs of the previewed action."""
+def _draw_large_board(
+    view: View[MatrixGame],
+    options: DrawOptions,
+    cell_rows: int = CELL_ROWS,
+    *,
+    with_replies: bool = False,
+) -> Text:
+    """Draw the named table, the rounds with payoffs, and the payoffs of the previewed action.
+
+    The other agent's replies come last.
+    """
     canvas = Canvas()
-    y = draw_paid_rounds(view, canvas, _draw_named_table(view, canvas, options) + 1, options.width)
-    for row, text in enumerate(_format_reply_payoffs(view, options), y):
-        canvas.write_text(0, row, text)
+    y = _draw_named_table(view, canvas, options, cell_rows) + 1
+    y = draw_paid_rounds(view, canvas, y, options.width)
+    for text in _format_reply_payoffs(view, options):
+        canvas.write_text(0, y, text)
+        y += 1
+    if with_replies:
+        draw_reply_counts(view, canvas, y + 1)
     return canvas.to_text()
 
 
-def _draw_named_table(view: View[MatrixGame], canvas: Canvas, options: DrawOptions) -> int:
+def draw_reply_counts(view: View[MatrixGame], canvas: Canvas, y: int) -> None:
+    """Draw how often the other agent chose each action: in all, and after each joint action."""
+    problem, other = view.problem, 1 - view.seat
+    names = list_agent_names(view)
+    joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
+    labels = problem.actions[other].labels
+    rows = [("in all rounds", joints)]
+    for first, second in product(*(range(len(labels)) for labels in problem.actions)):
+        replies = [after for before, after in pairwise(joints) if before == (first, second)]
+        if replies:
+            chosen = f"{problem.actions[0][first]}, {problem.actions[1][second]}"
+            rows.append((f"after {chosen}", replies))
+    label_columns = max(len(f"after {', '.join(pair)}") for pair in product(*problem.actions)) + 2
+    canvas.write_text(0, y, f"{names[other]} chose", "dim")
+    for column, label in enumerate(labels):
+        canvas.write_text(label_columns + REPLY_COLUMNS * column, y, label.rjust(10), "dim")
+    for row, (name, replies) in enumerate(rows, y + 1):
+        canvas.write_text(0, row, name)
+        for column in range(len(labels)):
+            count = sum(joint[other] == column for joint in replies)
+            text = f"{count:>10}"
+            canvas.write_text(
+                label_columns + REPLY_COLUMNS * column, row, text, "bold" * (count > 0)
+            )
+
+
+def _draw_named_table(
+    view: View[MatrixGame], canvas: Canvas, options: DrawOptions, cell_rows: int
+) -> int:
     """Draw the table with both payoffs in a cell by agent name; return the next row."""
     problem, last_actions = view.problem, get_last_joint_action(view)
     rows, columns = problem.actions
@@ -82,17 +130,21 @@ def _draw_named_table(view: View[MatrixGame], canvas: Canvas, options: DrawOptio
         _draw_action_label(canvas, x + 1, 1, name, is_last_choice=is_last_choice)
         canvas.write_text(x + 3, 2, regret_texts[j] if view.seat else "", "yellow")
     y = 3 if view.seat and options.regret is not None else 2
-    separator_rows = [*range(1, y), *(y + row for row in range(3 * len(rows)) if row % 3)]
+    separator_rows = [
+        *range(1, y),
+        *(y + row for row in range(cell_rows * len(rows)) if row % cell_rows),
+    ]
     for i, name in enumerate(rows):
         canvas.write_text(
             0, y, "─" * ROW_LABEL_COLUMNS + ("┼" + "─" * CELL_COLUMNS) * len(columns), "dim"
         )
         is_last_choice = last_actions is not None and last_actions[0] == i
-        _draw_action_label(canvas, 0, y + 1, name, is_last_choice=is_last_choice)
-        canvas.write_text(2, y + 2, "" if view.seat else regret_texts[i], "yellow")
+        top = y + (cell_rows - 1) // 2  # the texts are in the middle of their cell
+        _draw_action_label(canvas, 0, top, name, is_last_choice=is_last_choice)
+        canvas.write_text(2, top + 1, "" if view.seat else regret_texts[i], "yellow")
         for j in range(len(columns)):
-            _draw_payoff_cell(view, canvas, (i, j), y + 1, options)
-        y += 3
+            _draw_payoff_cell(view, canvas, (i, j), top, options)
+        y += cell_rows
     for row, j in product(separator_rows, range(len(columns))):
         canvas.write_text(ROW_LABEL_COLUMNS + (CELL_COLUMNS + 1) * j, row, "│", "dim")
     return y

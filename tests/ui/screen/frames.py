@@ -84,7 +84,7 @@ def render_frames(name: str, folder: Path) -> dict[str, str]:
     )
     screen = PlayScreen(GameController(game), BASE_TERMINAL)
     text_by_size = {f"{columns}x{rows}": "" for columns, rows in SIZES}
-    for moment in _play_to_moments(screen, script):
+    for moment in play_to_moments(screen, script):
         for size, frame in _draw_sizes(screen, moment):
             text_by_size[size] += frame
     assert game.session.over
@@ -92,7 +92,7 @@ def render_frames(name: str, folder: Path) -> dict[str, str]:
     return {f"{name_to_stem(name)}/{size}.txt": text for size, text in text_by_size.items()}
 
 
-def _play_to_moments(screen: PlayScreen, script: ScriptedGame) -> Iterator[str]:
+def play_to_moments(screen: PlayScreen, script: ScriptedGame) -> Iterator[str]:
     """Play the game and yield the name of each moment that is drawn."""
     yield "the beginning"
     _press_keys(screen, script.first)

@@ -75,9 +75,7 @@ def test_crying_baby_is_played_by_letters_and_shows_its_state_at_the_end(
         assert "state" not in terminal.text
         assert "return" not in terminal.text
         terminal.press("i", "turn limit after 3 turns")
-        terminal.press("\r", "true state: sated").until(
-            "turn 3: chose ignore, the best action."
-        )
+        terminal.press("\r", "true state: sated").until("turn 3: chose ignore, the best action.")
         assert terminal.press("q").ended() == 0
     actions = [
         json.loads(line)["agent"]

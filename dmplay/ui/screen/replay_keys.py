@@ -1,0 +1,109 @@
+"""The keys of a replay: jumps to a turn, to the worst choice, and playing on as a person."""
+
+from dmplay.core.text import format_count
+from dmplay.errors import BadParameter
+from dmplay.game.game import Game
+from dmplay.game.hints import review
+from dmplay.game.playback import Playback
+from dmplay.game.seats import HUMAN, list_human_seats
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.screen.post_game_timeline import GameTimeline
+from dmplay.ui.shell.commands import find_command
+
+MAX_TURN_DIGITS = 9
+WORST_KEY = "X"
+REPLAY_HELP = (
+    ("Left", "back", "in a replay: show the previous turn; Right shows the next one"),
+    ("Home", "start", "in a replay: go to the start; End goes to the end"),
+    ("0-9", "turn", "in a replay: type the number of a turn, then Enter"),
+    (WORST_KEY, "worst", "in a replay: go to the choice with the largest regret, then the next"),
+    ("Enter", "play on", "in a replay: play on from here as a person, in a new file"),
+)
+
+
+def handle_replay_key(screen: PlayScreen, key: str) -> bool:
+    """Handle a key that moves through a replay or plays on; return whether it was used."""
+    playback = screen.game
+    if not isinstance(playback, Playback):
+        return False
+    typed_turn, screen.typed_turn = screen.typed_turn, ""
+    if key.isascii() and key.isdecimal() and len(key) == 1:
+        screen.typed_turn = (typed_turn + key)[-MAX_TURN_DIGITS:]
+        screen.message = f"turn {screen.typed_turn}: Enter goes there"
+    elif key == "backspace" and typed_turn:
+        screen.typed_turn = typed_turn[:-1]
+        screen.message = f"turn {screen.typed_turn}: Enter goes there"
+    elif key == "enter" and typed_turn:
+        _go_to_typed_turn(screen, playback, int(typed_turn))
+    elif key == "enter":
+        _play_on(screen, playback)
+    elif key == "left":
+        playback.undo()
+    elif key == "home":
+        playback.go_to_start()
+    elif key == "end":
+        for _ in playback.iter_agent_turns():
+            pass
+    elif key == WORST_KEY:
+        _go_to_worst_choice(screen, playback)
+    else:
+        return False
+    screen.log_new_turns()
+    return True
+
+
+def _go_to_typed_turn(screen: PlayScreen, playback: Playback, turn: int) -> None:
+    """Go to a typed turn; raise BadParameter if the file has fewer turns."""
+    turn_count = playback.count_turns()
+    if turn > turn_count:
+        raise BadParameter(f"turn {turn}: this game has {format_count(turn_count, 'turn')}")
+    playback.go_to_turn(turn)
+
+
+def _play_on(screen: PlayScreen, playback: Playback) -> None:
+    """Start a game from this turn; a person plays the first seat if agents alone played."""
+    if list_human_seats(playback.player_names):
+        reply = find_command("branch").run(screen.controller, str(len(playback.session.turns)))
+    else:
+        seat = playback.problem.agents[0]
+        reply = find_command("seat").run(screen.controller, f"{seat}={HUMAN}")
+    screen.show_reply(reply)
+
+
+def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
+    """Go to the position before the choice with the largest regret; repeated, the next largest."""
+    timeline = prepare_timeline(screen, playback)
+    worst_turns = timeline.worst_turns
+    if not worst_turns:
+        screen.message = "no choice of this game has a known regret"
+        return
+    current = len(playback.session.turns) + 1
+    index = worst_turns.index(current) + 1 if current in worst_turns else 0
+    turn = worst_turns[index % len(worst_turns)]
+    playback.go_to_turn(turn - 1)
+    timeline.go_to_turn(turn - 1)
+    screen.message = timeline.describe_next_choices()
+
+
+def prepare_timeline(screen: PlayScreen, playback: Playback) -> GameTimeline:
+    """Return the timeline of the replayed game, with the regrets of its choices.
+
+    The seats of people are reviewed, or all seats if agents alone played.
+    """
+    if screen.replay_timeline is None:
+        position = len(playback.session.turns)
+        list(playback.iter_agent_turns())
+        try:
+            seats = list_human_seats(playback.player_names) or [*range(len(playback.player_names))]
+            moves = review.run_review(playback.session, seats, playback.player_names)
+            finished = Game(
+                playback.problem_name,
+                playback.session.copy_at_start(),
+                playback.player_names,
+                playback.keyboard,
+            )
+            finished.session.append_turns(playback.session.turns)
+            screen.replay_timeline = GameTimeline(finished, moves, seats)
+        finally:
+            playback.go_to_turn(position)
+    return screen.replay_timeline
