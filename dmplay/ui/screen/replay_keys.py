@@ -95,7 +95,8 @@ def prepare_timeline(screen: PlayScreen, playback: Playback) -> GameTimeline:
         list(playback.iter_agent_turns())
         try:
             seats = list_human_seats(playback.player_names) or [*range(len(playback.player_names))]
-            moves = review.run_review(playback.session, seats, playback.player_names)
+            questions = [playback.advice_question(seat) for seat in seats]
+            moves = review.run_review(playback.session, questions)
             finished = Game(
                 playback.problem_name,
                 playback.session.copy_at_start(),
