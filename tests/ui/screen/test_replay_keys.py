@@ -65,7 +65,7 @@ def test_the_log_ends_with_the_position(screen: PlayScreen) -> None:
 
 def test_x_goes_to_the_worst_choices_in_order(screen: PlayScreen) -> None:
     assert press(screen, "X") == 4
-    assert screen.message == "turn 5 of 8: chose sw; e was better by 5.23."
+    assert screen.message == "next, turn 5: chose sw; e was better by 5.23."
     assert screen.log[-1].startswith("regret ")
     assert screen.log[-1].endswith("worst: turn 5, 3, 1")
     assert press(screen, "X") == 2
