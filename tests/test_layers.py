@@ -17,9 +17,10 @@ TESTS_FOLDER = Path(__file__).parent
 PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 # From the lowest to the highest: a folder imports only itself and the folders before it.
 LAYERS = (
-    "errors", "guide", "core", "terminal", "problems", "formats", "simulation", "solvers", "agents",
-    "transcript", "external", "registry", "views", "gym", "zoo", "game", "validation", "evaluation",
-    "ui", "output", "servers", "cli", "pytest_plugin", "__main__",
+    "errors", "guide", "core", "terminal", "problems", "formats", "simulation", "algorithms",
+    "solvers", "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game",
+    "validation", "evaluation", "tutor", "ui", "output", "servers", "cli", "pytest_plugin",
+    "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
