@@ -188,7 +188,7 @@ JsonLinesFlag = Annotated[
 ]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="run user code: import the problems and agents that FILE names"),
+    typer.Option("--trust", help="run user code: import the problems and agents that a transcript names"),
 ]
 TrustAssignment = Annotated[
     bool,
@@ -220,7 +220,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="which game of the seed to play; one seed gives many games, numbered from 0",
+        help="number of the game, from 0; with one seed, each number gives another game",
     ),
 ]
 TurnLimit = Annotated[
