@@ -217,8 +217,8 @@ def tournament(
     Every agent plays every agent, also itself, in every order of the seats. The
     report shows the mean returns and the best reply to each agent. It also shows an
     equilibrium of the game in which each player chooses an agent. In an equilibrium,
-    no player gains by changing its own choice alone. The regret of an agent is what a
-    player loses by choosing it against that equilibrium.
+    no player gains by changing its own choice alone. The regret of an agent is how much less it earns against that equilibrium than the
+    best agent does.
 
     The option value `--seats given` plays each combination in one order only. The report then
     shows only the mean returns.

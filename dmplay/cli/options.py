@@ -198,7 +198,7 @@ TrustAssignment = Annotated[
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option("keys", "keys: vi (hjklyubn), left (wasdezx), arrows or digits", metavar="NAME"),
+    _shared_option("keys", "keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits", metavar="NAME"),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[

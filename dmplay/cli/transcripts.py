@@ -20,7 +20,7 @@ def verify(
         bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
     frames: Annotated[
-        bool, typer.Option("--frames/--no-frames", help="compare the recorded pictures of turns")
+        bool, typer.Option("--frames/--no-frames", help="compare the recorded drawings of turns")
     ] = True,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
