@@ -146,7 +146,7 @@ def compare(
         typer.Option(
             "--decide",
             metavar="P",
-            help="stop when it is clear which agent is better; it is wrong with probability at most P",
+            help="stop when it is clear which agent is better; error probability at most P",
         ),
     ] = None,
     bounds: Annotated[
@@ -154,13 +154,14 @@ def compare(
         typer.Option(
             "--bounds",
             metavar="LOW,HIGH",
-            help="smallest and largest return of a game; --decide needs them if dmplay does not know them",
+            help="smallest and largest return of a game, if --decide asks for them",
         ),
     ] = "",
     asymptotic: Annotated[
         bool,
         typer.Option(
-            "--asymptotic", help="use --decide without --bounds; P then holds only if many games are played"
+            "--asymptotic",
+            help="use --decide without --bounds; P then holds only if many games are played",
         ),
     ] = False,
     *,
@@ -217,8 +218,8 @@ def tournament(
     Every agent plays every agent, also itself, in every order of the seats. The
     report shows the mean returns and the best reply to each agent. It also shows an
     equilibrium of the game in which each player chooses an agent. In an equilibrium,
-    no player gains by changing its own choice alone. The regret of an agent is how much less it earns against that equilibrium than the
-    best agent does.
+    no player gains by changing its own choice alone. The regret of an agent is how
+    much less it earns against that equilibrium than the best agent does.
 
     The option value `--seats given` plays each combination in one order only. The report then
     shows only the mean returns.

@@ -188,7 +188,9 @@ JsonLinesFlag = Annotated[
 ]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="run user code: import the problems and agents that a transcript names"),
+    typer.Option(
+        "--trust", help="run user code: import the problems and agents that a transcript names"
+    ),
 ]
 TrustAssignment = Annotated[
     bool,
@@ -198,7 +200,11 @@ TrustAssignment = Annotated[
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option("keys", "keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits", metavar="NAME"),
+    _shared_option(
+        "keys",
+        "keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits",
+        metavar="NAME",
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[

@@ -69,7 +69,8 @@ def export(
         typer.Option("--height", metavar="N", help="height of the screen in rows", min=1),
     ] = None,
     hint: Annotated[
-        bool, typer.Option("--hint", help="with --svg: also show a hint for the player whose turn it is")
+        bool,
+        typer.Option("--hint", help="with --svg: also show a hint for the player whose turn it is"),
     ] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
