@@ -206,15 +206,13 @@ def iter_verdicts(
         except DmplayError as error:
             verdict = Verdict(error="" if max_seconds else str(error))
     yield verdict
-    ghost_line = ""
-    with _omit_after(max_seconds):
-        ghost_line = describe_ghost_result(session, questions, ghost)
-    verdict = replace(verdict, ghost_line=ghost_line)
+    comparisons = run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions))
+    verdict = replace(verdict, comparisons=comparisons)
     yield verdict
-    yield replace(
-        verdict,
-        comparisons=run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions)),
-    )
+    ghost_line = ""
+    with _omit_after(max_seconds):  # Last, because it may take long, and players may skip it.
+        ghost_line = describe_ghost_result(session, questions, ghost)
+    yield replace(verdict, ghost_line=ghost_line)
 
 
 @contextmanager

@@ -426,6 +426,9 @@ def _join_board_and_panel(
     rows, facts = split_styled_rows(plain, spans), format_panel(panel_facts, width)
     panel_column = max(map(len, rows)) + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), max_rows))]
+    if len(facts) > len(rows) > 1:
+        omitted_count = len(facts) - len(rows) + 1
+        facts = (*facts[: len(rows) - 1], Text(f"({omitted_count} more)", "dim"))
     for row, fact in zip(rows, facts, strict=False):
         row.append(" " * (panel_column - len(row))).append(fact)
     return tuple(rows)
