@@ -33,7 +33,7 @@ from dmplay.registry.problem_name_kinds import names_bot
 COMPARED_GAMES = 100  # games of each agent that the score is compared with
 COMPARISON_SEED = 1_000_003
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
-MAX_SECONDS = 1.0  # seconds of each part of a verdict that nobody waits for
+MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
