@@ -17,7 +17,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
-from dmplay.game.hints.review import ReviewedAction, review_actions
+from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
 from dmplay.game.seats import HUMAN, list_human_seats
 from dmplay.game.transcript_files import load_transcript_problem, verify
 from dmplay.registry import agents
@@ -268,7 +268,7 @@ def _add_regret(
     has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
     matching_agents = [*_iter_matching_agents(session, seat)]
     return grade._replace(
-        regret=sum(regrets) if has_regrets else None,
+        regret=total_regret(reviewed) if has_regrets else None,
         best_count=sum(move.chosen in move.best for move in reviewed) if has_regrets else 0,
         valued_count=len(reviewed) if has_regrets else 0,
         remarks=(

@@ -26,7 +26,7 @@ from dmplay.game.hints.hint_provider import (
     count_decimals,
     format_fixed,
 )
-from dmplay.game.hints.review import ReviewedAction, append_scope, run_review
+from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
@@ -263,11 +263,7 @@ def _assess_seat(
     )
     if not (is_exact and _are_about_game(session, question, moves[0].scope)):
         return choices
-    discount = session.problem.discount
-    regret = sum(
-        discount ** (move.turn - 1) * move_regret
-        for move, move_regret in zip(moves, regrets, strict=True)
-    )
+    regret = total_regret(moves)
     worst = max(moves, key=lambda move: move.regret or 0.0)
     choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
     if not _is_luck_known(session, moves):
