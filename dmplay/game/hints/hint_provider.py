@@ -60,10 +60,14 @@ def count_hint_decimals(values: Sequence[float]) -> int:
 
 
 def _value_spread(values: Sequence[float]) -> float:
-    """Return the range of the finite values, or the absolute value if they are all equal."""
+    """Return the range of the finite values, or the absolute value if they are all equal.
+
+    A number that is only a rounding error counts as 0.
+    """
     finite = [value for value in values if isfinite(value)] or [0.0]
     spread = max(finite) - min(finite)
-    return spread if spread > REGRET_TOLERANCE else abs(finite[0])
+    size = spread if spread > REGRET_TOLERANCE else abs(finite[0])
+    return size if size > REGRET_TOLERANCE else 0.0
 
 
 def format_fixed(value: float, decimals: int) -> str:
