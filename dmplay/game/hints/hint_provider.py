@@ -360,7 +360,7 @@ class HintProvider:
         parts = [
             policy.hint_basis or self._hint_agent.label,
             self.describe_game(),
-            self._query_agent(lambda seated: policy.describe_model(seated.current_memory())),
+            self.describe_model(),
             policy.tie_rule if is_tie else "",
         ]
         return ", ".join(filter(None, parts))
@@ -424,6 +424,13 @@ class HintProvider:
     def describe_players(self) -> str:
         """Return the other players that the values are about, '' if it has no model of them."""
         return self._hint_agent.players if self._hint_agent else ""
+
+    def describe_model(self) -> str:
+        """Return the hint agent's present estimate of the other players, '' if it has none."""
+        if self._hint_agent is None:
+            return ""
+        policy = self._hint_agent.policy
+        return self._query_agent(lambda seated: policy.describe_model(seated.current_memory()))
 
     def describe_game(self) -> str:
         """Return the turns left and the other players that the values are about, as text."""
