@@ -122,8 +122,7 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
     policies = {seat: _load_for_game(session, seat, name) for seat in human_seats}
     ignores_end = any(
-        isinstance(policy, SeatPolicy)
-        and WITHOUT_END in policy.describe_scope(session.turn_limit)
+        isinstance(policy, SeatPolicy) and WITHOUT_END in policy.describe_scope(session.turn_limit)
         for policy in policies.values()
     )
     return Ghost(name, session, policies, WITHOUT_END * ignores_end)

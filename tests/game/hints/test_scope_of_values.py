@@ -89,8 +89,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         (
             "collaborative-predator-prey",
             None,
-            "hint (qmdp, if partners see the state now, you from the next turn on, infinite horizon, "
-            "belief with random partners): ",
+            "hint (qmdp, if partners see the state now, you from the next turn on, "
+            "infinite horizon, belief with random partners): ",
         ),
         (
             "prisoners-dilemma",
