@@ -166,6 +166,9 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
     first_again = provider.build_overlay("values", 0)
     assert first_again is not None
     assert np.array_equal(first_again.action_values, before.action_values)
+    session.advance([0])
+    assert provider.build_overlay("values") is None  # no turn is left
+    assert provider.describe_game(1) == "1 turn left"
 
 
 def test_listed_values_say_what_they_are_about() -> None:
