@@ -674,9 +674,9 @@ class SeatedPolicy:
         return tuple(array[:-1] for array in stacked), tuple(array[1:] for array in stacked)
 
     def action_values(self) -> Reals | None:
-        """Return the current value of each action `[A]`, or None if the policy has no values."""
+        """Return the current value of each action `[A]`, or None if the policy has none now."""
         values = call_policy(self, self.policy.action_values, self.current_memory())
-        return None if values is None else values[0]
+        return None if values is None or np.isnan(values[0]).all() else values[0]
 
 
 def validate_policy_actions(

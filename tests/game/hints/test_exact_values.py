@@ -26,6 +26,12 @@ from dmplay.core.session import Session
 from dmplay.registry.agents import find_hint_provider, load_agent
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
+from tests.support.literature_dec_pomdps import (
+    format_broadcast,
+    format_dectiger,
+    format_recycling,
+    parse_team_file,
+)
 from tests.support.literature_pomdps import make_cheese_maze, make_random_problem, make_tiger
 from tests.support.random_problems import RandomProblem
 from tests.support.tic_tac_toe import Toe
@@ -283,7 +289,7 @@ def test_exact_values_of_user_defined_problems(turns: int) -> None:
     for problem in problems:
         assert check_first_values(problem, turns) == EXACT_VALUES
     for game in (Nim(), Toe()):
-        assert check_first_values(game, turns, "optimal") == EXACT_VALUES
+        assert check_first_values(game, turns, f"optimal:horizon={turns}") == EXACT_VALUES
     assert check_first_values(RevealingVault(), turns) == ""  # a search has no values
 
 
@@ -300,6 +306,15 @@ def test_values_of_a_user_defined_problem_with_hidden_states(turns: int, values_
 def test_values_of_problem_files(turns: int) -> None:
     problems = [make_tiger(), make_cheese_maze(), *(make_random_problem(n, 0.9) for n in range(3))]
     assert EXACT_VALUES in {check_first_values(problem, turns) for problem in problems}
+
+
+@pytest.mark.parametrize("turns", [1, 2, 3])
+@pytest.mark.parametrize("text", [format_dectiger(), format_broadcast(), format_recycling()])
+def test_exact_values_of_a_team_that_follows_one_plan(text: str, turns: int) -> None:
+    problem = parse_team_file(text)
+    for seat in (0, 1):
+        other = f"joint-plan:horizon={turns}"
+        assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
 
 
 def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> None:
