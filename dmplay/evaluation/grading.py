@@ -28,6 +28,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 
 # Values of one round of a repeated game ignore how the opponent reacts later.
+ESTIMATED_REMARK = "estimated regret"
 NO_REGRET_REMARK = "no regret, because the values are not exactly about this game"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
@@ -276,6 +277,7 @@ def _add_regret(
             *dict.fromkeys(
                 f"regret ({move.scope})" for move in reviewed if move.scope and has_regrets
             ),
+            *([ESTIMATED_REMARK] if any(m.is_estimated for m in reviewed) and has_regrets else []),
             *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
             *(f"same actions as {name}" for name in matching_agents),
         ),

@@ -127,6 +127,16 @@ def test_undos_rerolls_and_hints_are_counted(grades: dict[str, Grade]) -> None:
     assert grades["strict"].strict == "hints"
 
 
+def test_a_regret_of_estimated_values_is_marked(tmp_path: Path) -> None:
+    path = tmp_path / "car.dmt"
+    rocks = [*["left"] * 23, *["right"] * 57]
+    record_game(path, rocks, problem="mountain-car", turns=None)
+    (grade,) = grade_files([path]).grades
+    assert grade.end_reason == "terminal"
+    assert grade.regret is not None
+    assert grade.remarks[0] == "estimated regret"
+
+
 def test_an_unverified_game_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:
     messages = {"better": "return: expected null", "torn": "cut off before", "nobody": "'optimall'"}
     for name, message in messages.items():

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_VALUES, AdviceQuestion
+from dmplay.agents.base import ESTIMATED_POINTS, ESTIMATED_VALUES, AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
@@ -38,6 +38,11 @@ class ReviewedAction(NamedTuple):
     about: str = ""  # the turns left and the other players that the values are about
     values_name: str = "values"  # says how accurate the values are, if that is known
     discount_factor: float = 1.0  # gamma ** (turn - 1), by which a total counts the regret
+
+    @property
+    def is_estimated(self) -> bool:
+        """True if the regret comes from estimated values."""
+        return self.values_name in {ESTIMATED_VALUES, ESTIMATED_POINTS}
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -132,8 +137,8 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
         return f"{text}; no regret, because the values are not exactly about this game"
     total = total_regret(reviewed_actions)
     worst = max(reviewed_actions, key=_regret_or_zero)
-    names = {move.values_name for move in reviewed_actions}
-    expected = "estimated" if ESTIMATED_VALUES in names else "expected"
+    is_estimated = any(move.is_estimated for move in reviewed_actions)
+    expected = "estimated" if is_estimated else "expected"
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
     meaning = f"{'discounted ' * is_discounted}value lost"
     regret_text = format_fixed(total, count_decimals([total]))

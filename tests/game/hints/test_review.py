@@ -59,6 +59,19 @@ def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None
     assert total_regret(moves) == pytest.approx(max(moves[0].values.values()) - feeding_twice)
 
 
+@pytest.mark.parametrize(
+    ("values_name", "word"),
+    [
+        ("exact values", "expected"),
+        ("estimated values", "estimated"),
+        ("estimated points to come", "estimated"),
+    ],
+)
+def test_a_regret_of_estimates_is_called_estimated(values_name: str, word: str) -> None:
+    action = make_reviewed_action(1, "agent", "down", 1.0)._replace(values_name=values_name)
+    assert f", total {word} regret (value lost) 1.00, " in format_table([action])[2]
+
+
 def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:
     action = make_reviewed_action(1, "agent", "down", 1.69)._replace(
         values={"left": 1.0, "up": 1.0}
