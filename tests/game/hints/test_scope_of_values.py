@@ -83,6 +83,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("collision-avoidance", None, "hint (optimal): "),
         ("collision-avoidance", 3, "hint (optimal, infinite horizon): "),
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
+        ("cart-pole", 5, "hint (regulate, 5 turns ahead): "),
+        ("cart-pole", 1, "hint (regulate, 1 turn left): "),
         ("catch", None, "hint (optimal, 10 turns left): "),
         ("catch", 11, "hint (optimal, 11 turns left): "),
         ("catch", 21, "hint (optimal, 10 turns left in plans of 10 turns): "),
