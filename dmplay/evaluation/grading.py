@@ -17,7 +17,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
-from dmplay.game.hints.review import ReviewedAction, review_actions
+from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
 from dmplay.game.seats import HUMAN, list_human_seats
 from dmplay.game.transcript_files import load_transcript_problem, verify
 from dmplay.registry import agents
@@ -28,6 +28,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 
 # Values of one round of a repeated game ignore how the opponent reacts later.
+ESTIMATED_REMARK = "estimated regret"
 NO_REGRET_REMARK = "no regret, because the values are not exactly about this game"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
@@ -268,7 +269,7 @@ def _add_regret(
     has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
     matching_agents = [*_iter_matching_agents(session, seat)]
     return grade._replace(
-        regret=sum(regrets) if has_regrets else None,
+        regret=total_regret(reviewed) if has_regrets else None,
         best_count=sum(move.chosen in move.best for move in reviewed) if has_regrets else 0,
         valued_count=len(reviewed) if has_regrets else 0,
         remarks=(
@@ -276,6 +277,7 @@ def _add_regret(
             *dict.fromkeys(
                 f"regret ({move.scope})" for move in reviewed if move.scope and has_regrets
             ),
+            *([ESTIMATED_REMARK] if any(m.is_estimated for m in reviewed) and has_regrets else []),
             *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
             *(f"same actions as {name}" for name in matching_agents),
         ),

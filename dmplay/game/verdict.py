@@ -26,7 +26,7 @@ from dmplay.game.hints.hint_provider import (
     count_decimals,
     format_fixed,
 )
-from dmplay.game.hints.review import ReviewedAction, append_scope, run_review
+from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
@@ -107,20 +107,25 @@ class SeatChoices:
 
 @dataclass(frozen=True)
 class ScoreComparison:
-    """The share of an agent's games, on other random numbers, that scored less than this game."""
+    """The shares of an agent's games, on other seeds, that scored less than this game or equal."""
 
     agent: str
     game_count: int
     lower_count: int
+    equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the comparison as the end of a sentence."""
+        """Return the comparison as the end of a sentence.
+
+        It has the number of equal games if these are more than the lower ones.
+        """
         games = (
             "random games"
             if self.agent == RANDOM_AGENT
             else f"games of {self.agent.partition(':')[0]}"
         )
-        return f"{self.lower_count} of {self.game_count} {games}"
+        ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
+        return f"{self.lower_count} of {self.game_count} {games}{ties}"
 
 
 @dataclass(frozen=True)
@@ -162,6 +167,7 @@ class Verdict:
                     "agent": comparison.agent,
                     "games": comparison.game_count,
                     "lower": comparison.lower_count,
+                    "equal": comparison.equal_count,
                 }
                 for comparison in self.comparisons
             ],
@@ -261,11 +267,7 @@ def _assess_seat(
     )
     if not (is_exact and _are_about_game(session, question, moves[0].scope)):
         return choices
-    discount = session.problem.discount
-    regret = sum(
-        discount ** (move.turn - 1) * move_regret
-        for move, move_regret in zip(moves, regrets, strict=True)
-    )
+    regret = total_regret(moves)
     worst = max(moves, key=lambda move: move.regret or 0.0)
     choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
     if not _is_luck_known(session, moves):
@@ -310,7 +312,7 @@ def _describe_worst(move: ReviewedAction) -> str:
 def compare_score(
     session: Session, questions: Sequence[AdviceQuestion]
 ) -> tuple[ScoreComparison, ...]:
-    """Return the counts of games of random play and of a strong agent that scored less.
+    """Return the counts of games of random play and of a strong agent that scored less or equal.
 
     They are games of the same problem, turn limit and other players, with other random numbers.
     Empty unless the game ended by its rules, and all people have the same reward. A comparison that
@@ -331,8 +333,10 @@ def compare_score(
             returns = _simulate_returns(session, policies, human_seats[0])
             if returns is not None:
                 score = session.seat_return(human_seats[0])
-                lower = returns < score - RETURN_TOLERANCE * max(abs(score), 1.0)
-                comparisons.append(ScoreComparison(name, COMPARED_GAMES, int(lower.sum())))
+                tolerance = RETURN_TOLERANCE * max(abs(score), 1.0)
+                lower = int((returns < score - tolerance).sum())
+                equal = int((abs(returns - score) <= tolerance).sum())
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, lower, equal))
     return tuple(comparisons)
 
 

@@ -216,7 +216,7 @@ def test_games_that_never_end_are_not_compared() -> None:
 def test_equal_scores_are_not_better() -> None:
     problem = "simple-regulator"
     game = play(problem, ["0"], seed=7)
-    counts = {comparison.agent: comparison.lower_count for comparison in judge(game).comparisons}
+    (comparison, _) = judge(game).comparisons
     returns = dmplay.rollout(
         game.problem,
         [dmplay.load_agent(game.problem, 0, "random")],
@@ -224,8 +224,19 @@ def test_equal_scores_are_not_better() -> None:
         turn_limit=1,
         seed=1_000_003,
     ).returns[:, 0]
-    assert counts["random"] == (returns < game.session.seat_return(0)).sum()
+    score = game.session.seat_return(0)
+    assert comparison.agent == "random"
+    assert comparison.lower_count == (returns < score).sum()
+    assert comparison.equal_count == (returns == score).sum()
     assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random games"
+
+
+def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
+    game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
+    assert [str(comparison) for comparison in judge(game).comparisons] == [
+        "0 of 100 random games (100 equal)",
+        "0 of 100 games of regulate (100 equal)",
+    ]
 
 
 def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:
@@ -243,8 +254,8 @@ def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:
         facts["expected"] - facts["regret"] + facts["luck"]
     )
     assert end["verdict"]["comparisons"] == [
-        {"agent": "random", "games": 100, "lower": 60},
-        {"agent": "optimal", "games": 100, "lower": 20},
+        {"agent": "random", "games": 100, "lower": 60, "equal": 6},
+        {"agent": "optimal", "games": 100, "lower": 20, "equal": 5},
     ]
 
 

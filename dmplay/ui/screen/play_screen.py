@@ -15,6 +15,7 @@ from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.hints.hint_provider import HINT_OVERLAYS
 from dmplay.game.playback import Playback
 from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
@@ -32,7 +33,6 @@ from dmplay.ui.screen.turn_animation import TurnAnimation
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
-HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 
@@ -265,10 +265,11 @@ class PlayScreen:
             self.overlay_index = index
             if self.render_upper(self._viewport).plain != plain_screen:
                 provider = self.game.hint_provider
+                shown_turns = len((self.timeline or self.game).session.turns)
                 accuracy = provider.values_name * (OVERLAYS[index] == "values")
                 parts = [
                     f"overlay: {accuracy or OVERLAY_LABELS[OVERLAYS[index]]}",
-                    provider.describe_game() if OVERLAYS[index] in HINT_OVERLAYS else "",
+                    provider.describe_game(shown_turns) * (OVERLAYS[index] in HINT_OVERLAYS),
                 ]
                 self.message = ", ".join(filter(None, parts))
                 return

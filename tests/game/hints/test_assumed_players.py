@@ -13,6 +13,7 @@ from dmplay.game.hints.review import format_table, review_actions
 from dmplay.ui.shell.game_commands import (
     assume_player,
     preview_typed_action,
+    show_belief,
     show_hint,
     show_values,
 )
@@ -107,6 +108,21 @@ def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
         "if ignore and the partner plays feed-when-crying: 1.00 quiet (then belief sated: 1.00)"
     )
     assert "if the partner plays feed-when-crying, belief " in show_hint(game, "")
+
+
+def test_a_belief_names_the_partner_that_it_assumes() -> None:
+    game = make_game("multicaregiver-crying-baby", "human", "human", seed=3, turns=6)
+    game.session.advance([FEED, IGNORE])
+    game.session.advance([IGNORE, IGNORE])
+    random_belief = show_belief(game, "")
+    assert random_belief.startswith("belief, if the other agent acts at random: sated 0.")
+    assume_player(game, "feed-when-crying")
+    belief, assumed = show_belief(game, "").split(". ")
+    assert f"{belief}." == random_belief
+    assert assumed.startswith("if the partner plays feed-when-crying: belief sated ")
+    assert assumed.removesuffix(".").replace(": ", ", ") in show_hint(game, "")
+    assert assumed.partition("belief ")[2] != belief.partition(": ")[2]
+    assert show_belief(make_game("crying-baby"), "") == "belief: sated 0.500, hungry 0.500."
 
 
 @pytest.mark.parametrize(
