@@ -85,7 +85,7 @@ def test_luck_and_regret_in_hexworld_are_those_of_backward_induction(seed: int) 
     assert choices.regret == pytest.approx(regret)
     assert choices.luck == pytest.approx(luck)
     assert choices.start_value == pytest.approx(q[4][indices[0]].max())
-    assert choices.score == pytest.approx(choices.start_value - regret + luck)
+    assert choices.score == pytest.approx(q[4][indices[0]].max() - regret + luck)
 
 
 def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs() -> None:
@@ -110,9 +110,9 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
         "choices: best action 1 of 3 times; discounted regret 4.07",
-        "luck: -0.58. score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
+        "luck: score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
         "worst: turn 1: e, where se was worth 3.20 more",
-        "other seeds: better than 60 of 100 random games, 20 of 100 games of optimal",
+        "other seeds: better than 60 of 100 random and 20 of 100 optimal games",
         "same draws: optimal scored 8.1, you -0.9",
     ]
 
@@ -225,7 +225,7 @@ def test_equal_scores_are_not_better() -> None:
         seed=1_000_003,
     ).returns[:, 0]
     assert counts["random"] == (returns < game.session.seat_return(0)).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random games"
+    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random"
 
 
 def test_json_games_end_with_the_verdict_as_an_object(tmp_path: Path) -> None:

@@ -234,10 +234,16 @@ class Frame:
                 len(card) + len(message_rows),
             )
             upper_rows = layout.rows
-        free_rows = self._body_height - len(upper_rows) - len(card) - len(message_rows) - 1
-        log_viewport = Viewport(viewport.width, max(free_rows, 0), viewport.ascii_only)
-        log = layout_log(log_viewport, [], self._log, 0) if free_rows > 0 else []
-        lower_rows: list[ScreenLine] = [*([""] if log else []), *log, *message_rows]
+        free_rows = self._body_height - len(upper_rows) - len(card) - len(message_rows)
+        # Without the blank row, the last event has one row more.
+        has_blank_row = free_rows > len(wrap_lines(self._log[-1:], viewport))
+        log_viewport = Viewport(viewport.width, free_rows - has_blank_row, viewport.ascii_only)
+        log = layout_log(log_viewport, [], self._log, 0) if log_viewport.height > 0 else []
+        lower_rows: list[ScreenLine] = [
+            *([""] if log and has_blank_row else []),
+            *log,
+            *message_rows,
+        ]
         return [self._goal_rows(snapshot), upper_rows, card, lower_rows]
 
     def _too_small_parts(
