@@ -11,6 +11,7 @@ from dmplay.output.html_export import render_page
 from dmplay.views.protocol import DrawOptions
 from tests.support.document_examples import PROJECT_ROOT, TIGER_SOURCE
 from tests.support.games import record_game
+from tests.support.user_problems import STYLED_SOURCE
 
 CRYING_BABY_PATH = PROJECT_ROOT / "transcripts/crying_baby/starve_then_feed.dmt"
 LARGE_OPTIONS = DrawOptions(80, 24, allow_large=True)
@@ -49,24 +50,6 @@ def test_user_defined_names_are_escaped_in_a_page(tmp_path: Path) -> None:
     assert "&lt;b&gt;&#36;title" in html
     assert "<b>" not in html
     assert html.count("</script>") == 2
-
-
-STYLED_SOURCE = """
-from dataclasses import dataclass
-import numpy as np
-from dmplay import Labels, Tables, Tabular
-from rich.style import Style
-from rich.text import Text
-
-@dataclass(frozen=True)
-class Styled(Tabular):
-    actions = (Labels(("go", "stay")),)
-    state_names, initial_belief = ("here",), np.array([1.0])
-    tables = Tables(np.ones((1, 2, 1)), np.ones((1, 2, 1)))
-
-    def draw_state(self, s):
-        return PICTURE
-"""
 
 
 @pytest.mark.parametrize(

@@ -14,10 +14,11 @@ import pytest
 from dmplay.game.playback import Playback
 from dmplay.output.html_export import render_page
 from dmplay.registry.builtin_names import name_to_stem, problem_names
-from tests.output.test_html_export import LARGE_OPTIONS, STYLED_SOURCE
+from dmplay.views.protocol import DrawOptions
 from tests.support.browser import BrowserPage, needs_browser
 from tests.support.document_examples import PROJECT_ROOT
 from tests.support.games import record_game
+from tests.support.user_problems import STYLED_SOURCE
 
 pytestmark = [pytest.mark.slow, needs_browser]
 needs_axe = pytest.mark.skipif(
@@ -25,6 +26,7 @@ needs_axe = pytest.mark.skipif(
 )
 every_problem = pytest.mark.parametrize("name", problem_names())
 every_scheme = pytest.mark.parametrize("is_dark", [False, True], ids=["light", "dark"])
+LARGE_OPTIONS = DrawOptions(80, 24, allow_large=True)
 NARROW_COLUMNS = 400  # pixels of a phone
 CONTROL_IDS = ["frame", "back", "play", "on", "slider", "log"]
 MIN_CONTRAST = 4.5  # WCAG 2.2, 1.4.3
