@@ -50,7 +50,7 @@ def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path)
     )
     assert "hint&#160;(optimal)" not in without_hint
     assert "@&#160;agent,&#160;" in without_hint
-    assert "@&#160;you,&#160;" in with_hint
+    assert "@&#160;agent,&#160;" not in with_hint
     assert "hint&#160;(optimal):&#160;sw" in with_hint
     assert "b&#160;sw&#160;best" in with_hint  # the row of keys
     assert with_hint.count("<clipPath") == 30

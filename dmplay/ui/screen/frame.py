@@ -13,7 +13,7 @@ from dmplay.game.hints.hint_provider import Hint
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.terminal.styles import ScreenLine, to_rich_text
 from dmplay.ui.screen import heading
-from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.footer import format_footer, format_page_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
 from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_verdict_lines
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
@@ -68,9 +68,12 @@ class Frame:
         of fewer than four rows has the most urgent row, the keys below it, and the title above if
         it fits.
         """
-        height, footer = (
-            self._viewport.height,
-            format_footer(self._game, self._viewport, self._state),
+        height = self._viewport.height
+        is_page = bool(self._state.page_rows) and not self._state.handover_agent
+        footer = (
+            format_page_footer(len(split_pages(self._viewport, self._state)), self._viewport)
+            if is_page
+            else format_footer(self._game, self._viewport, self._state)
         )
         if height < MIN_BOARD_ROWS:
             rows = [self._most_urgent_row(), footer][:height]
