@@ -142,5 +142,6 @@ def _resolve_colors(style: Style) -> tuple[str, str]:
 
 def _resolve_color(color: Color | None, default: ColorTriplet) -> ColorTriplet:
     """Return a colour as it is in pictures."""
-    is_default = color is None or color.is_default
-    return default if is_default else color.get_truecolor(SVG_EXPORT_THEME)
+    if color is None or color.is_default:
+        return default
+    return color.get_truecolor(SVG_EXPORT_THEME)

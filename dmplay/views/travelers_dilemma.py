@@ -40,7 +40,6 @@ CLAIM_COLUMNS = 4  # columns of a claim in the list of rounds
 LARGE_LAYOUTS = (
     (15, True),
     (11, True),
-    (8, True),
     (6, True),
     (5, True),
     (4, True),
