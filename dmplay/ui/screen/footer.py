@@ -80,7 +80,7 @@ def format_footer(
 
 def format_page_footer(page_count: int, viewport: Viewport) -> Text:
     """Return the footer row of a long message: the keys that turn its pages and close it."""
-    turning_keys = "Space next page  PgUp page before  " if page_count > 1 else ""
+    turning_keys = "Space next  PgUp back  " if page_count > 1 else ""
     return fit_text(Text(f" {turning_keys}Esc close", style="dim"), viewport)
 
 
