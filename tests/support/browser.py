@@ -59,9 +59,8 @@ class BrowserPage:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._process.kill()
-        self._process.wait()
-        os.close(self._commands)
+        os.close(self._commands)  # Chromium ends when nobody can send commands any more.
+        self._process.wait(timeout=60)
         self._answers.close()
 
     def call(self, method: str, **parameters: object) -> Mapping[str, Any]:
