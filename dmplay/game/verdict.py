@@ -76,7 +76,7 @@ class SeatChoices:
             )
             sign = "-" if self.luck < 0 else "+"
             rows.append(
-                f"{prefix}luck: {sign}{luck}. score {score} = {start} expected at best "
+                f"{prefix}luck: score {score} = {start} expected at best "
                 f"- {loss} regret {sign} {luck} luck"
             )
         if self.worst:
@@ -115,17 +115,12 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the comparison as the end of a sentence.
+        """Return the comparison as a phrase that the word "games" completes.
 
         It has the number of equal games if these are more than the lower ones.
         """
-        games = (
-            "random games"
-            if self.agent == RANDOM_AGENT
-            else f"games of {self.agent.partition(':')[0]}"
-        )
         ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
-        return f"{self.lower_count} of {self.game_count} {games}{ties}"
+        return f"{self.lower_count} of {self.game_count} {self.agent.partition(':')[0]}{ties}"
 
 
 @dataclass(frozen=True)
@@ -147,8 +142,8 @@ class Verdict:
             for choices in self.choices
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        better = ", ".join(map(str, self.comparisons))
-        rows += [f"other seeds: better than {better}"] if better else []
+        better = " and ".join(map(str, self.comparisons))
+        rows += [f"other seeds: better than {better} games"] if better else []
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

@@ -3,7 +3,7 @@
 import io
 import re
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 from rich._export_format import CONSOLE_SVG_FORMAT
@@ -23,28 +23,6 @@ from dmplay.views.toolkit.canvas import measure_text, to_ascii
 SVG_TEMPLATE = re.sub(r"@font-face {{.*?}}\n", "", CONSOLE_SVG_FORMAT, flags=re.DOTALL).replace(
     "Fira Code, monospace", "'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace"
 )
-# In a film, the window and the fonts are written once, and the text for each picture.
-FILM_TEMPLATE = """<svg viewBox="0 0 {width} {height}" xmlns="http://www.w3.org/2000/svg">
-<style>
-.film {{ font: {char_height}px 'Fira Code', 'DejaVu Sans Mono', Menlo, Consolas, monospace }}
-.{unique_id}-title {{ font: bold 18px arial }}
-.film > g {{ visibility: hidden; animation: turn DURATIONs infinite }}
-@keyframes turn {{ 0% {{ visibility: visible }} SHARE%, 100% {{ visibility: hidden }} }}
-@media (prefers-reduced-motion: reduce) {{
-  .film > g {{ animation: none }}
-  .film > g:last-child {{ visibility: visible }}
-}}
-</style>
-{chrome}
-<g class="film" transform="translate({terminal_x}, {terminal_y})">
-"""
-PICTURE_TEMPLATE = """<g style="animation-delay: DELAYs"><style>{styles}</style>
-{backgrounds}
-{matrix}
-</g>
-"""
-# Rich clips each line, and ends it with a text that holds a line feed; neither shows.
-INVISIBLE_PATTERN = re.compile(r' clip-path="[^"]*"|<text [^>]*>\n</text>')
 
 
 def make_recording_console(width: int) -> Console:
@@ -63,24 +41,6 @@ def text_to_svg(text: Text, title: str, *, width: int = 0, name: str = "dmplay")
     recorder = make_recording_console(width or measure_text(text)[0] + 1)
     recorder.print(text, soft_wrap=True)
     return recorder.export_svg(title=title, unique_id=name, code_format=SVG_TEMPLATE)
-
-
-def texts_to_animated_svg(
-    texts: Iterable[Text], count: int, title: str, width: int
-) -> Iterator[str]:
-    """Yield an animated SVG that shows each of `count` texts of equal height for one second.
-
-    Readers who prefer reduced motion see the last text only.
-    """
-    head = FILM_TEMPLATE.replace("DURATION", str(count)).replace("SHARE", f"{100 / count:.4f}")
-    for second, text in enumerate(texts):
-        recorder = make_recording_console(width)
-        recorder.print(text, soft_wrap=True)
-        if not second:
-            yield recorder.export_svg(title=title, unique_id="film", code_format=head, clear=False)
-        picture = recorder.export_svg(unique_id=f"t{second}", code_format=PICTURE_TEMPLATE)
-        yield INVISIBLE_PATTERN.sub("", picture).replace("DELAY", str(second), 1)
-    yield "</g>\n</svg>\n"
 
 
 def render_for_terminal(text: Text, terminal: Terminal) -> str:

@@ -110,9 +110,9 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
         "choices: best action 1 of 3 times; discounted regret 4.07",
-        "luck: -0.58. score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
+        "luck: score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
         "worst: turn 1: e, where se was worth 3.20 more",
-        "other seeds: better than 60 of 100 random games, 20 of 100 games of optimal",
+        "other seeds: better than 60 of 100 random and 20 of 100 optimal games",
         "same draws: optimal scored 8.1, you -0.9",
     ]
 
@@ -228,14 +228,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random games"
+    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "0 of 100 random games (100 equal)",
-        "0 of 100 games of regulate (100 equal)",
+        "0 of 100 random (100 equal)",
+        "0 of 100 regulate (100 equal)",
     ]
 
 

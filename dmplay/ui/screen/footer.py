@@ -77,6 +77,12 @@ def format_footer(
     )
 
 
+def format_page_footer(page_count: int, viewport: Viewport) -> Text:
+    """Return the footer row of a long message: the keys that turn its pages and close it."""
+    turning_keys = "Space next  PgUp back  " if page_count > 1 else ""
+    return fit_text(Text(f" {turning_keys}Esc close", style="dim"), viewport)
+
+
 def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
     """Return the footer with only the command keys."""
     return _fit_footer([Text("")], command_rows, viewport)

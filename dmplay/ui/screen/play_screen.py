@@ -345,6 +345,10 @@ class PlayScreen:
         self.message, self.page_rows, self.page_index = "", rows, 0
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
 
+    def restart_log(self) -> None:
+        """Replace the log by the last turn alone, after a jump to another turn of a replay."""
+        self._event_log, self.scroll_offset = EventLog(self.game), 0
+
     def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
         """Log the new turns; `turn_rows` are their reports in a command's reply.
 

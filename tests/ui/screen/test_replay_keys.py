@@ -40,6 +40,15 @@ def test_arrows_home_and_end_move_through_the_turns(screen: PlayScreen) -> None:
     assert press(screen, "home") == 0
 
 
+def test_the_log_holds_no_later_turn_after_a_jump_back(screen: PlayScreen) -> None:
+    press(screen, "end", "2", "enter")
+    assert [row.partition(".")[0] for row in screen.log[:-1]] == ["turn 2"]
+    press(screen, "right")
+    assert [row.partition(".")[0] for row in screen.log[:-1]] == ["turn 2", "turn 3"]
+    press(screen, "home")
+    assert screen.log[:-1] == []
+
+
 def test_the_number_of_a_turn_and_enter_go_there(screen: PlayScreen) -> None:
     assert press(screen, "6") == 0
     assert screen.message == "turn 6: Enter goes there"
