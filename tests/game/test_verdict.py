@@ -85,6 +85,7 @@ def test_luck_and_regret_in_hexworld_are_those_of_backward_induction(seed: int) 
     assert choices.regret == pytest.approx(regret)
     assert choices.luck == pytest.approx(luck)
     assert choices.start_value == pytest.approx(q[4][indices[0]].max())
+    assert choices.start_value is not None
     assert choices.score == pytest.approx(choices.start_value - regret + luck)
 
 
