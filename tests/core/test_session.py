@@ -218,7 +218,10 @@ def test_a_policy_seated_late_follows_turns_that_were_played_again(*, rerolls: b
         game.advance([IGNORE])
         game.advance([IGNORE])
     expected = SeatedPolicy(game, 0, agent).action_values()
-    assert np.array_equal(follower.action_values(), expected)
+    values = follower.action_values()
+    assert values is not None
+    assert expected is not None
+    assert np.array_equal(values, expected)
 
 
 def test_a_policy_that_does_not_return_one_action_is_named() -> None:

@@ -106,6 +106,7 @@ def test_a_game_is_graded_by_return_and_regret(grades: dict[str, Grade]) -> None
     assert grade.end_reason == "turn limit"
     assert grade.discounted_return == -0.9
     regrets = [move.regret or 0.0 for move in dmplay.review(grade.path)]
+    assert grade.regret is not None
     assert grade.regret == pytest.approx(regrets[0] + 0.9 * regrets[1] + 0.81 * regrets[2])
     assert sum(regrets) > grade.regret > 0
     assert (grade.valued_count, grade.undone_turn_count, grade.reroll_count, grade.hint_count) == (

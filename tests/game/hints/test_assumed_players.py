@@ -1,5 +1,7 @@
 """Advice assumes one policy of the other agents, and a person can choose another one."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -33,6 +35,16 @@ def test_an_outcome_is_forecast_with_the_rule_that_the_opponent_plays() -> None:
     game.choose(DEFECT)
     assert preview_typed_action(game, "cooperate") == (
         "if cooperate against tit-for-tat: reward -4, as the other agent chooses defect"
+    )
+
+
+def test_the_known_choices_of_several_agents_are_listed(tmp_path: Path) -> None:
+    path = tmp_path / "three.nfg"
+    payoffs = "1 1 1 0 2 0 2 0 0 1 1 3 0 0 0 4 4 1 1 0 2 3 3 3"
+    path.write_text(f'NFG 1 R "" {{ "a" "b" "c" }} {{ 2 2 2 }}\n{payoffs}\n')
+    game = make_game(str(path), "human", "equilibrium", "equilibrium", turns=1)
+    assert preview_typed_action(game, "1") == (
+        "if 1 against equilibrium: reward 1, as the other agents choose 1 and 1"
     )
 
 

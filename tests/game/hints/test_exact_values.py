@@ -108,8 +108,8 @@ class Evaluation:
                     row = Outcome(*(array[k : k + 1] for array in outcome))
                     percept = build_percept(problem, seat, joint_row, row)
                     actions = b"" if percept.actions is None else percept.actions.tobytes()
-                    seen = percept.observation.tobytes() + actions
-                    percepts[seen] = percept
+                    information = percept.observation.tobytes() + actions
+                    percepts[information] = percept
                     next_s = int(problem.state_indices(row.state)[0])
                     next_other = other_key
                     if self.other:
@@ -117,11 +117,11 @@ class Evaluation:
                         next_other = self.key_of(
                             self.other.update_memory(self.other_memories[other_key], other_percept)
                         )
-                    futures[seen][next_s, next_other] += weight
-        for seen, future in futures.items():
+                    futures[information][next_s, next_other] += weight
+        for information, future in futures.items():
             total = sum(future.values())
             posterior = {hidden: p / total for hidden, p in future.items()}
-            next_memory = self.policy.update_memory(memory, percepts[seen])
+            next_memory = self.policy.update_memory(memory, percepts[information])
             expected += (
                 problem.discount * total * self.value(posterior, next_memory, turns_left - 1)
             )
@@ -328,15 +328,17 @@ def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> Non
         problem.enumerate_states(),
         Session(problem, dmplay.SeededUniforms(7)).view(0).belief,
     )
-    for own, partner in [(0, 0), (0, 3), (1, 4), (2, 5), (3, 3), (5, 2)]:
-        p, outcome = enumerate_outcomes(problem, states, np.tile([own, partner], (len(states), 1)))
+    for action, partner_action in [(0, 0), (0, 3), (1, 4), (2, 5), (3, 3), (5, 2)]:
+        p, outcome = enumerate_outcomes(
+            problem, states, np.tile([action, partner_action], (len(states), 1))
+        )
         transition = np.zeros((len(states), len(states)))
         next_states = problem.state_indices(outcome.state.reshape(-1, *states.shape[1:]))
         rows = np.arange(len(states)).repeat(p.shape[1])
         np.add.at(transition, (rows, next_states), p.reshape(-1))
         rewards = (p * outcome.rewards[..., 0]).sum(axis=1)
         returns = np.linalg.solve(np.eye(len(states)) - problem.discount * transition, rewards)
-        assert belief @ returns <= bounds[0, own]
+        assert belief @ returns <= bounds[0, action]
 
 
 def test_every_hint_provider_says_how_accurate_its_values_are() -> None:
