@@ -4,14 +4,12 @@ Every number is about the game that was played: its players, its turn limit and 
 each seat.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import cast
 
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
-from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -325,11 +323,9 @@ def compare_score(
     comparisons = []
     for name, policies in _iter_compared_players(session, questions):
         with suppress(DmplayError, ComputationStopped), stop_after(MAX_SECONDS):
-            returns = _simulate_returns(session, policies, human_seats[0])
-            if returns is not None:
-                score = session.seat_return(human_seats[0])
-                lower = returns < score - RETURN_TOLERANCE * max(abs(score), 1.0)
-                comparisons.append(ScoreComparison(name, COMPARED_GAMES, int(lower.sum())))
+            lower_count = _count_lower_games(session, policies, human_seats[0])
+            if lower_count is not None:
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, lower_count))
     return tuple(comparisons)
 
 
@@ -373,18 +369,28 @@ def _iter_compared_players(
         yield label, fill_seats(strong)
 
 
-def _simulate_returns(session: Session, policies: Sequence[Policy], seat: int) -> Reals | None:
-    """Return the returns of a seat in COMPARED_GAMES games; None if a game is not over in time."""
+def _count_lower_games(session: Session, policies: Sequence[Policy], seat: int) -> int | None:
+    """Return the number of COMPARED_GAMES games of these policies that score less than this game.
+
+    None if a game goes on after MAX_COMPARED_TURNS and might still score more.
+    """
     from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
 
-    turn_limit = session.turn_limit
-    games = rollout(
-        session.problem,
-        policies,
-        episodes=COMPARED_GAMES,
-        turn_limit=min(turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
-        seed=COMPARISON_SEED,
-        keep=("returns", "terminated"),
-    )
-    has_ended = games.terminated.all() or (turn_limit or math.inf) <= MAX_COMPARED_TURNS
-    return games.returns[:, seat] if has_ended else None
+    problem, score = session.problem, session.seat_return(seat)
+    # Without positive rewards, the return of a game that goes on can only fall.
+    can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
+    for turn_count in [*[len(session.turns) + 1] * can_only_fall, MAX_COMPARED_TURNS]:
+        games = rollout(
+            problem,
+            policies,
+            episodes=COMPARED_GAMES,
+            turn_limit=min(session.turn_limit or turn_count, turn_count),
+            seed=COMPARISON_SEED,
+            keep=("returns", "terminated"),
+        )
+        is_lower = games.returns[:, seat] < score - RETURN_TOLERANCE * max(abs(score), 1.0)
+        is_decided = games.terminated | (is_lower & can_only_fall)
+        has_same_limit = session.turn_limit is not None and session.turn_limit <= turn_count
+        if has_same_limit or is_decided.all():
+            return int(is_lower.sum())
+    return None
