@@ -4,14 +4,14 @@ Every number is about the game that was played: its players, its turn limit and 
 each seat.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import cast
 
+import numpy as np
+
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
-from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -325,13 +325,9 @@ def compare_score(
     comparisons = []
     for name, policies in _iter_compared_players(session, questions):
         with suppress(DmplayError, ComputationStopped), stop_after(MAX_SECONDS):
-            returns = _simulate_returns(session, policies, human_seats[0])
-            if returns is not None:
-                score = session.seat_return(human_seats[0])
-                tolerance = RETURN_TOLERANCE * max(abs(score), 1.0)
-                lower = int((returns < score - tolerance).sum())
-                equal = int((abs(returns - score) <= tolerance).sum())
-                comparisons.append(ScoreComparison(name, COMPARED_GAMES, lower, equal))
+            counts = _count_games(session, policies, human_seats[0])
+            if counts is not None:
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, *counts))
     return tuple(comparisons)
 
 
@@ -375,18 +371,30 @@ def _iter_compared_players(
         yield label, fill_seats(strong)
 
 
-def _simulate_returns(session: Session, policies: Sequence[Policy], seat: int) -> Reals | None:
-    """Return the returns of a seat in COMPARED_GAMES games; None if a game is not over in time."""
+def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tuple[int, int] | None:
+    """Return how many of COMPARED_GAMES games of these policies score less than this game, or equal.
+
+    None if a game goes on after MAX_COMPARED_TURNS and might still score more.
+    """
     from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
 
-    turn_limit = session.turn_limit
-    games = rollout(
-        session.problem,
-        policies,
-        episodes=COMPARED_GAMES,
-        turn_limit=min(turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
-        seed=COMPARISON_SEED,
-        keep=("returns", "terminated"),
-    )
-    has_ended = games.terminated.all() or (turn_limit or math.inf) <= MAX_COMPARED_TURNS
-    return games.returns[:, seat] if has_ended else None
+    problem, score = session.problem, session.seat_return(seat)
+    # Without positive rewards, the return of a game that goes on can only fall.
+    can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
+    for turn_count in [*[len(session.turns) + 1] * can_only_fall, MAX_COMPARED_TURNS]:
+        games = rollout(
+            problem,
+            policies,
+            episodes=COMPARED_GAMES,
+            turn_limit=min(session.turn_limit or turn_count, turn_count),
+            seed=COMPARISON_SEED,
+            keep=("returns", "terminated"),
+        )
+        difference = games.returns[:, seat] - score
+        tolerance = RETURN_TOLERANCE * max(abs(score), 1.0)
+        is_lower = difference < -tolerance
+        is_decided = games.terminated | (is_lower & can_only_fall)
+        has_same_limit = session.turn_limit is not None and session.turn_limit <= turn_count
+        if has_same_limit or is_decided.all():
+            return int(is_lower.sum()), int((np.abs(difference) <= tolerance).sum())
+    return None

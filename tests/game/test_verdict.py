@@ -10,12 +10,25 @@ import pytest
 import dmplay
 from dmplay.core.arrays import Reals
 from dmplay.core.tabular import tabulate
+from dmplay.game import verdict
 from dmplay.game.game import Game
-from dmplay.game.verdict import COMPARED_GAMES, ScoreComparison, Verdict, compute_verdict
+from dmplay.game.verdict import (
+    COMPARED_GAMES,
+    MAX_COMPARED_TURNS,
+    ScoreComparison,
+    Verdict,
+    compute_verdict,
+)
 from tests.support.programs import run_dmplay
 from tests.support.screens import make_game
 
 BABY_ACTIONS = ("sing", "ignore", "feed")
+
+
+@pytest.fixture(autouse=True)
+def patience(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let no part of a verdict be left out because the machine is slow."""
+    monkeypatch.setattr(verdict, "MAX_SECONDS", 600.0)
 
 
 def play(
@@ -206,11 +219,25 @@ def test_a_score_is_not_compared_if_the_opponents_cannot_play_many_games(opponen
     assert judge(game).comparisons == ()
 
 
-def test_games_that_never_end_are_not_compared() -> None:
+def test_a_game_that_goes_on_scores_less_if_its_return_can_only_fall() -> None:
     game = play("mountain-car", [*["left"] * 23, *["right"] * 57], turns=10_000)
     assert game.session.end_reason == "terminal"
-    comparisons = judge(game).comparisons
-    assert [comparison.agent for comparison in comparisons] == ["optimal"]
+    assert game.problem.reward_bounds == (-1.0, 0.0)
+    counts = {comparison.agent: comparison.lower_count for comparison in judge(game).comparisons}
+    returns = dmplay.rollout(
+        game.problem,
+        [dmplay.load_agent(game.problem, 0, "random")],
+        episodes=COMPARED_GAMES,
+        turn_limit=100,
+        seed=1_000_003,
+    ).returns[:, 0]
+    assert counts["random"] == (returns < -80).sum()
+
+
+def test_games_that_go_on_and_may_still_score_more_are_not_compared() -> None:
+    game = play("rock-paper-scissors", ["rock"] * (MAX_COMPARED_TURNS + 1), "random")
+    assert game.session.over
+    assert judge(game).comparisons == ()
 
 
 def test_equal_scores_are_not_better() -> None:

@@ -180,8 +180,8 @@ def _format_command_tails(
 ) -> tuple[str, ...]:
     """Return the command keys as texts, from the fullest row to the shortest.
 
-    The `navigation_keys` come first, `excluded_command` is left out, and the first `skipped_count`
-    rows are not used.
+    The `navigation_keys` come first, and the last of them are left out first. `excluded_command` is
+    left out, and the first `skipped_count` rows are not used.
     """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
     command_rows = [[name for name in row if name != excluded_command] for row in rows]
@@ -191,7 +191,9 @@ def _format_command_tails(
         tails.append(f"{row}  {COMMAND_KEY_HELP}")
         if is_game_over or index == len(command_rows) - 1:
             tails.append(row)
-    return (*tails, "  ".join(map(_format_command_key, command_rows[-1])))
+    last_row = [*map(_format_command_key, command_rows[-1])]
+    counts = range(max(len(navigation_keys) - 1, 0), -1, -1)
+    return (*tails, *("  ".join([*navigation_keys[:count], *last_row]) for count in counts))
 
 
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:

@@ -9,6 +9,8 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
 from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 
@@ -118,3 +120,18 @@ def test_the_keys_do_not_change_another_game(tmp_path: Path) -> None:
     handle_key(screen, "X")
     assert screen.message == "X: no such key; ? lists the keys"
     game.finish()
+
+
+def test_the_footer_of_a_replay_keeps_the_keys_for_its_turns_on_a_small_screen(
+    screen: PlayScreen,
+) -> None:
+    footers = {
+        columns: format_footer(screen.game, Viewport(columns, 14)).plain.strip()
+        for columns in (80, 50, 36, 20)
+    }
+    assert footers == {
+        80: "← → turns  P play  X worst  Enter play from here  ? help  q quit  : command",
+        50: "← → turns  P play  X worst  ? help  q quit",
+        36: "← → turns  P play  ? help  q quit",
+        20: "? help  q quit",
+    }
