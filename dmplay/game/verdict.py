@@ -372,7 +372,7 @@ def _iter_compared_players(
 
 
 def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tuple[int, int] | None:
-    """Return how many of COMPARED_GAMES games of these policies score less, and how many the same.
+    """Count the games of these policies that score less than this game, and those that score equal.
 
     None if a game goes on after MAX_COMPARED_TURNS and might still score more.
     """
