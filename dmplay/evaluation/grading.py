@@ -198,11 +198,16 @@ def _grade_file(
             assignment_differences=differences,
         )
         if is_valid:
+            question = AdviceQuestion(
+                seat,
+                session.turn_limit,
+                tuple(names),
+                earlier_turns=header.turns_before_these_players,
+            )
             grade = _add_regret(
                 grade,
                 session,
-                seat,
-                names,
+                question,
                 can_review=uniforms_key[:2] not in unreviewable_problems,
             )
             is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
@@ -250,20 +255,20 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
 
 
 def _add_regret(
-    grade: Grade, session: Session, seat: int, names: Sequence[str], *, can_review: bool
+    grade: Grade, session: Session, question: AdviceQuestion, *, can_review: bool
 ) -> Grade:
     """Return a grade with the return of its actions and, if known, their regret.
 
     An unfinished game has neither: if rewards are costs, the shortest game would be the best.
     """
+    seat = question.seat
     if grade.is_finished:
         grade = grade._replace(discounted_return=float(session.returns()[seat]))
-    if names[seat] != HUMAN:
+    if question.players[seat] != HUMAN:
         return grade
     reviewed: list[ReviewedAction] = []
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
-            question = AdviceQuestion(seat, session.turn_limit, tuple(names))
             reviewed = [*review_actions(session, [question])]
     regrets = [move.regret for move in reviewed if move.regret is not None]
     has_regrets = bool(reviewed) and len(regrets) == len(reviewed)

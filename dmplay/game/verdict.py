@@ -310,10 +310,12 @@ def compare_score(
     """Return the counts of games of random play and of a strong agent that scored less or equal.
 
     They are games of the same problem, turn limit and other players, with other random numbers.
-    Empty unless the game ended by its rules, and all people have the same reward. A comparison that
-    takes too long is left out.
+    Empty unless the game ended by its rules, the same players played all turns, and all people have
+    the same reward. A comparison that takes too long is left out.
     """
     problem, human_seats = session.problem, [question.seat for question in questions]
+    if any(question.earlier_turns for question in questions):
+        return ()
     has_common_reward = len(human_seats) == 1 or problem.shared_reward
     others = [seated.policy for seated in session.seated_policies if seated]
     is_repeatable = not any(

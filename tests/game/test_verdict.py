@@ -12,6 +12,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.tabular import tabulate
 from dmplay.game import verdict
 from dmplay.game.game import Game
+from dmplay.game.hints.review import run_review
 from dmplay.game.verdict import (
     COMPARED_GAMES,
     MAX_COMPARED_TURNS,
@@ -160,7 +161,9 @@ def test_a_flawless_game_has_no_worst_action() -> None:
 def test_no_regret_is_stated_where_the_values_are_about_another_game(
     name: str, opponent: str, actions: Sequence[str]
 ) -> None:
-    (choices,) = judge(play(name, actions, opponent)).choices
+    game = play(name, actions, opponent)
+    run_review(game.session, game.advice_questions)  # solves the problem, without a time limit
+    (choices,) = judge(game).choices
     assert (choices.regret, choices.luck, choices.worst) == (None, None, None)
     assert "regret" not in choices.data
     (line,) = choices.lines()

@@ -153,10 +153,12 @@ def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
 def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> Ghost | None:
     """Return the agent that gives the hints as ghost of these seats of a finished game.
 
-    None if there is no such agent, if people have different rewards, or if the uniforms are not
-    those of the seed.
+    None if there is no such agent, if people have different rewards, if other players played the
+    first turns, or if the uniforms are not those of the seed.
     """
     seats = [question.seat for question in questions]
+    if any(question.earlier_turns for question in questions):
+        return None
     if not (_have_common_reward(session.problem, seats) and _uses_seed_uniforms(session)):
         return None
     candidates = [agents.find_hint_provider(session.problem, question) for question in questions]

@@ -71,6 +71,7 @@ def review_actions(
     """Yield a review of every choice that the hint agent can value, in order.
 
     There is one question for each seat to review. The turns are replayed in a copy of the session.
+    Turns of earlier players are left out: the values would be about players who did not play them.
     """
     problem = session.problem
     replayed = session.copy_at_start()
@@ -86,7 +87,8 @@ def review_actions(
         for seat, (hint_agent, hint_policy) in hint_agents.items():
             with scale_progress_part(number - 1, len(session.turns)):
                 values = hint_policy.action_values()
-            if values is not None and not replayed.is_inactive(seat):
+            is_of_players = number > hint_agent.question.earlier_turns
+            if values is not None and is_of_players and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_exact_regrets else None,

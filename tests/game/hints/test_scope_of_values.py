@@ -20,6 +20,7 @@ from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.agents import find_hint_provider
 from dmplay.ui.shell.commands import run_line
 from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
+from tests.support.programs import run_dmplay
 from tests.support.random_problems import RandomGame, RandomRivalGame
 from tests.support.screens import make_game
 from tests.support.turn_based_games import Nim
@@ -323,6 +324,22 @@ def test_hint_values_and_review_name_the_other_players(
         f"1 turn left, {players}",
     ]
     assert {move.scope for move in reviewed} == {players * (not players.startswith("against"))}
+
+
+def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> None:
+    arguments = ["prisoners-dilemma", "--vs", "grim", "--seed", "3", "--turns", "3"]
+    actions = "defect\nseat agent2=always-cooperate\ndefect\ncooperate\n"
+    finished = run_dmplay(tmp_path, *arguments, "-o", "game.dmt", stdin=actions)
+    branch = tmp_path / "game-2.dmt"
+    moves = dmplay.review(branch)
+    assert [(move.turn, move.best, move.regret) for move in moves] == [
+        (2, ("defect",), 0.0), (3, ("defect",), 1.0)
+    ]  # fmt: skip
+    assert "\nchoices: best action 1 of 2 times; regret 1.00\n" in finished.stdout
+    assert "same draws" not in finished.stdout
+    assert "other seeds" not in finished.stdout
+    (grade,) = grade_files([branch]).grades
+    assert (grade.regret, grade.best_count, grade.valued_count) == (1.0, 1, 2)
 
 
 def test_a_prey_is_assumed_to_be_chased() -> None:
