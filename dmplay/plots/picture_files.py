@@ -1,0 +1,458 @@
+"""Vector pictures of plots for slides and papers, drawn with matplotlib.
+
+The pictures are white, and legible in grey and to colour-blind readers: lines differ in style and
+marker, regions in hatching. The same plot gives the same bytes.
+"""
+
+import io
+import textwrap
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.errors import BadParameter
+from dmplay.plots.plot_data import (
+    Axis,
+    GridPanel,
+    HexCell,
+    HexPanel,
+    LinePanel,
+    Panel,
+    Plot,
+    Series,
+    TablePanel,
+    TrianglePanel,
+)
+from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
+
+if TYPE_CHECKING:
+    from matplotlib.artist import Artist
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from matplotlib.patches import Rectangle
+
+WIDTH_INCHES = 6.4
+DOTS_PER_INCH = 200  # of PNG files, and of heat maps in the other formats
+SETTINGS: dict[str, Any] = {
+    "font.size": 10.0,
+    "axes.titlesize": 10.0,
+    "axes.labelsize": 10.0,
+    "figure.titlesize": 11.0,
+    "legend.fontsize": 9.0,
+    "xtick.labelsize": 9.0,
+    "ytick.labelsize": 9.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "hatch.linewidth": 0.6,
+    "text.parse_math": False,  # names may contain a dollar sign
+    "svg.hashsalt": "dmplay",
+    "pdf.fonttype": 42,
+    "figure.constrained_layout.use": True,
+}
+METADATA: dict[str, dict[str, None]] = {
+    "svg": {"Date": None, "Creator": None},
+    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
+    "png": {"Software": None},
+}
+# The colours of Okabe and Ito, which colour-blind readers can tell apart.
+LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00", "#56b4e9")
+LINE_STYLES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+REGION_COLOURS = ("#cfe8f7", "#fbe3b5", "#c3e6d6", "#f1d3e3", "#e3e3e3", "#fdf6b2", "#d9d2e9")
+HATCHES = ("", "///", "...", "\\\\\\", "xxx", "+++", "ooo")
+VALUE_COLOURS = "cividis"
+NOTE_SIZE = 9.0
+HEX_COLOURS = {"gain": "#009e73", "loss": "#d55e00", "hunter": "#fbe3b5", "prey": "#cfe8f7"}
+MAX_TITLE_COLUMNS, MAX_NOTE_COLUMNS, MAX_LEGEND_COLUMNS = 70, 95, 4
+MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
+MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
+SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
+TABLE_ROW_INCHES = 0.26
+TIE_TOLERANCE = 1e-9
+TRIANGLE_STEPS = 60  # points along a side at which values are drawn
+
+
+def render_picture(plot: Plot, file_format: str) -> bytes:
+    """Return a plot as the bytes of an SVG, PNG or PDF file.
+
+    Raise BadParameter if matplotlib is not installed.
+    """
+    with _use_settings():
+        from matplotlib.figure import Figure
+
+        rows = [
+            plot.panels[first : first + plot.columns]
+            for first in range(0, len(plot.panels), plot.columns)
+        ]
+        panel_width = WIDTH_INCHES / plot.columns
+        heights = [max(_panel_height(panel, panel_width) for panel in row) for row in rows]
+        styles = _RegionStyles(plot)
+        extra_height = 0.5 + 0.2 * (len(plot.notes) + len(styles.labels) // 4)
+        figure = Figure(figsize=(WIDTH_INCHES, sum(heights) + extra_height))
+        axes = figure.subplots(
+            len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
+        )
+        for ax in axes.flat:
+            ax.set_axis_off()
+        for ax, panel in zip(axes.flat, plot.panels, strict=False):
+            ax.set_title(panel.title)
+            _draw_panel(figure, ax, panel, styles)
+        figure.suptitle(_wrap(plot.title, MAX_TITLE_COLUMNS))
+        handles = {handle.get_label(): handle for handle in styles.collect_handles(axes.flat)}
+        if handles:
+            columns = min(len(handles), MAX_LEGEND_COLUMNS)
+            figure.legend(handles=[*handles.values()], loc="outside lower center", ncols=columns)
+        if plot.notes:
+            notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
+            figure.supxlabel(notes, fontsize=NOTE_SIZE, x=0.02, ha="left", color="#444444")
+        buffer = io.BytesIO()
+        figure.savefig(
+            buffer, format=file_format, dpi=DOTS_PER_INCH, metadata=METADATA[file_format]
+        )
+        return buffer.getvalue()
+
+
+@contextmanager
+def _use_settings() -> Iterator[None]:
+    """Run the block with this module's settings of matplotlib, not those of the user.
+
+    Raise BadParameter if matplotlib is not installed.
+    """
+    try:
+        import matplotlib
+    except ImportError:
+        raise BadParameter(
+            "-o: pictures need matplotlib; install the extra plot: pip install 'dmplay[plot]'"
+        ) from None
+    with matplotlib.rc_context(), warnings.catch_warnings():
+        # A name in a script that the font lacks is drawn as boxes.
+        warnings.filterwarnings("ignore", "Glyph .* missing from")
+        matplotlib.rcdefaults()
+        matplotlib.rcParams.update(SETTINGS)
+        yield
+
+
+def _wrap(text: str, columns: int) -> str:
+    """Return text wrapped at this number of columns."""
+    return "\n".join(textwrap.wrap(text, columns))
+
+
+class _RegionStyles:
+    """The fill of each region's label, the same in all panels of a plot."""
+
+    def __init__(self, plot: Plot) -> None:
+        names = dict.fromkeys(name for panel in plot.panels for name in _list_regions(panel))
+        self.labels = [*names]
+
+    def colour(self, label: str) -> str:
+        """Return the colour of a label."""
+        return REGION_COLOURS[self.labels.index(label) % len(REGION_COLOURS)]
+
+    def hatch(self, label: str) -> str:
+        """Return the hatching of a label."""
+        return HATCHES[self.labels.index(label) % len(HATCHES)]
+
+    def collect_handles(self, axes: Iterable["Axes"]) -> list["Artist"]:
+        """Return the legend's entries: the labelled series of all panels, then the regions."""
+        from matplotlib.patches import Patch
+
+        handles = [handle for ax in axes for handle in ax.get_legend_handles_labels()[0]]
+        patches = [
+            Patch(facecolor=self.colour(label), hatch=self.hatch(label), edgecolor="#777777",
+                  label=label)
+            for label in self.labels
+        ]  # fmt: skip
+        return [*handles, *patches]
+
+
+def _list_regions(panel: Panel) -> Sequence[str]:
+    """Return the labels of a panel's regions."""
+    match panel:
+        case GridPanel():
+            return panel.categories
+        case TrianglePanel(shows_values=False):
+            return panel.distinct_actions
+        case LinePanel():
+            return [region.label for region in panel.regions]
+    return ()
+
+
+def _panel_height(panel: Panel, width: float) -> float:
+    """Return the height of a panel in inches, given its width."""
+    match panel:
+        case HexPanel():
+            low, high = _measure_hexes(panel.cells)
+            scale = 0.86 * width / (high[0] - low[0])
+            return float(scale * (high[1] - low[1])) + 0.3
+        case TrianglePanel():
+            return 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
+        case TablePanel():
+            return TABLE_ROW_INCHES * (len(panel.rows) + 3)
+        case GridPanel():
+            return 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
+    return min(0.5 * width, 3.0)
+
+
+def _draw_panel(figure: "Figure", ax: "Axes", panel: Panel, styles: _RegionStyles) -> None:
+    """Draw a panel in its axes."""
+    match panel:
+        case LinePanel():
+            _draw_lines(ax, panel, styles)
+        case GridPanel():
+            _draw_grid(figure, ax, panel, styles)
+        case HexPanel():
+            _draw_hexes(figure, ax, panel)
+        case TrianglePanel():
+            _draw_triangle(figure, ax, panel, styles)
+        case TablePanel():
+            _draw_table(ax, panel)
+
+
+def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
+    """Show the axes with their labels and ranges."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.set_axis_on()
+    ax.set_xlabel(x.label)
+    ax.set_ylabel(y.label)
+    ax.set_xlim(x.low, x.high)
+    ax.set_ylim(y.low, y.high)
+    for axis, direction in ((x, ax.xaxis), (y, ax.yaxis)):
+        if axis.is_whole:
+            direction.set_major_locator(MaxNLocator(integer=True))
+
+
+def _draw_lines(ax: "Axes", panel: LinePanel, styles: _RegionStyles) -> None:
+    """Draw series over the regions of the horizontal axis."""
+    _set_axes(ax, panel.x, panel.y)
+    for region in panel.regions:
+        ax.axvspan(
+            region.low, region.high, facecolor=styles.colour(region.label),
+            hatch=styles.hatch(region.label), edgecolor="#bbbbbb", linewidth=0.0, zorder=0,
+        )  # fmt: skip
+        if region.low > panel.x.low:
+            ax.axvline(region.low, color="#777777", linewidth=0.8, zorder=1)
+    for series in panel.series:
+        _draw_series(ax, series)
+
+
+def _draw_series(ax: "Axes", series: Series) -> None:
+    """Draw a series as a line, as points or as bars."""
+    colour = LINE_COLOURS[series.style % len(LINE_COLOURS)]
+    line_style = LINE_STYLES[series.style % len(LINE_STYLES)]
+    label = series.label or "_nolegend_"
+    if series.kind == "bars":
+        step = float(np.diff(series.x).min(initial=np.inf))
+        width = 0.9 * step if np.isfinite(step) else 0.8
+        ax.bar(series.x, series.y, width, color=colour, label=label)
+    elif series.kind == "points":
+        ax.plot(
+            series.x, series.y, "o", markersize=8, markerfacecolor="none",
+            markeredgecolor="#000000", label=label, clip_on=False, zorder=4,
+        )  # fmt: skip
+    elif series.is_thin:
+        ax.plot(series.x, series.y, line_style, color=colour, linewidth=0.7, alpha=0.8)
+    else:
+        has_markers = 2 < len(series.x) <= MAX_MARKED_POINTS
+        marker = MARKERS[series.style % len(MARKERS)] if has_markers else ""
+        ax.plot(
+            series.x, series.y, line_style, color=colour, linewidth=2.0, marker=marker,
+            markersize=5, label=label, clip_on=not has_markers,
+        )  # fmt: skip
+
+
+def _draw_grid(figure: "Figure", ax: "Axes", panel: GridPanel, styles: _RegionStyles) -> None:
+    """Draw a heat map with contour lines, or coloured and hatched regions."""
+    from matplotlib.colors import ListedColormap
+
+    _set_axes(ax, panel.x, panel.y)
+    columns, rows = panel.values.shape
+    x = np.linspace(panel.x.low, panel.x.high, columns)
+    y = np.linspace(panel.y.low, panel.y.high, rows)
+    half_x, half_y = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+    extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
+    options: dict[str, Any] = {
+        "origin": "lower", "extent": extent, "aspect": "auto", "interpolation": "nearest",
+    }  # fmt: skip
+    if panel.categories:
+        colours = ListedColormap([styles.colour(label) for label in panel.categories])
+        last = len(panel.categories) - 0.5
+        ax.imshow(panel.values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
+        for index, label in enumerate(panel.categories):
+            is_here = np.equal(panel.values.T, index).astype(float)
+            if styles.hatch(label) and is_here.any():
+                hatched = ax.contourf(
+                    x, y, is_here, levels=[0.5, 1.5], colors="none", hatches=[styles.hatch(label)]
+                )
+                hatched.set_edgecolor("#999999")
+                hatched.set_linewidth(0.0)
+    else:
+        image = ax.imshow(panel.values.T, cmap=VALUE_COLOURS, **options)
+        if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
+            ax.contour(x, y, panel.values.T, 8, colors="#ffffff", linewidths=0.5)
+        figure.colorbar(image, ax=ax, label=panel.value_label)
+    for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
+        label = "_nolegend_" if mark_number else panel.mark_label
+        ax.plot(
+            mark_x, mark_y, "*", markersize=14, color="#ffffff", markeredgecolor="#000000",
+            label=label, clip_on=False, linestyle="none",
+        )  # fmt: skip
+    ax.set_xlim(extent[:2])
+    ax.set_ylim(extent[2:])
+
+
+def _hex_centre(hex_: Hex) -> Reals:
+    """Return the centre of a hex of width 1, with its point at the top."""
+    q, r = hex_
+    return np.array([q + r / 2, r * sqrt(3) / 2])
+
+
+def _measure_hexes(cells: Sequence[HexCell]) -> tuple[Reals, Reals]:
+    """Return the lower left and the upper right corner of a map."""
+    centres = np.array([_hex_centre(cell.hex) for cell in cells])
+    margin = np.array([0.55, 0.65])
+    return centres.min(axis=0) - margin, centres.max(axis=0) + margin
+
+
+def _draw_hexes(figure: "Figure", ax: "Axes", panel: HexPanel) -> None:
+    """Draw a map of hexagons, coloured by value, with arrows and texts."""
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+    from matplotlib.patches import RegularPolygon
+
+    values = [cell.value for cell in panel.cells if cell.value is not None]
+    scale = ScalarMappable(
+        Normalize(min(values, default=0.0), max(values, default=1.0)),
+        LinearSegmentedColormap.from_list(
+            "light values", colormaps[VALUE_COLOURS](np.linspace(0.35, 1.0, 64))
+        ),
+    )
+    for cell in panel.cells:
+        x, y = _hex_centre(cell.hex)
+        fill = "#ffffff" if cell.value is None else scale.to_rgba(cell.value)
+        fill = HEX_COLOURS.get(cell.kind, fill)
+        is_dark = np.dot(to_rgb(fill), (0.299, 0.587, 0.114)) < 0.45
+        ink = "#ffffff" if is_dark else "#000000"
+        ax.add_patch(
+            RegularPolygon((x, y), 6, radius=1 / sqrt(3), facecolor=fill, edgecolor="#444444")
+        )
+        has_arrow = bool(cell.directions)
+        for direction in cell.directions:
+            step = 0.22 * _hex_centre(NEIGHBOUR_OFFSETS[direction])
+            middle = np.array([x, y + 0.14])
+            ax.annotate(
+                "", middle + step, middle - step,
+                arrowprops={"arrowstyle": "-|>", "color": ink, "linewidth": 1.4,
+                            "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0},
+            )  # fmt: skip
+        ax.text(
+            x, y - 0.22 * has_arrow, cell.text, ha="center", va="center", color=ink,
+            fontsize=NOTE_SIZE, fontweight="bold" if cell.kind else "normal",
+        )  # fmt: skip
+    low, high = _measure_hexes(panel.cells)
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_aspect("equal")
+    if panel.value_label:
+        figure.colorbar(scale, ax=ax, label=panel.value_label, fraction=0.04)
+
+
+TRIANGLE_CORNERS = np.array([[0.5, sqrt(3) / 2], [0.0, 0.0], [1.0, 0.0]])
+
+
+def _draw_triangle(
+    figure: "Figure", ax: "Axes", panel: TrianglePanel, styles: _RegionStyles
+) -> None:
+    """Draw the regions of the best actions, or the values, over the beliefs of three states."""
+    is_small = figure.get_figwidth() > 2.5 * _axes_width(figure, ax)
+    ax.set_aspect("equal")
+    ax.set_xlim(-0.15, 1.15)
+    ax.set_ylim(-0.12, sqrt(3) / 2 + 0.12)
+    if panel.shows_values:
+        _draw_triangle_values(figure, ax, panel)
+    for index, action in enumerate(panel.actions):
+        corners = panel.region_corners(index)
+        if len(corners) < 3:
+            continue
+        points = corners @ TRIANGLE_CORNERS
+        if not panel.shows_values:
+            colour = styles.colour(action)
+            ax.fill(*points.T, facecolor=colour, edgecolor=colour, linewidth=0.5)
+            ax.fill(
+                *points.T, facecolor="none", edgecolor="#999999", linewidth=0.0,
+                hatch=styles.hatch(action),
+            )  # fmt: skip
+        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            if _divides_actions(panel, action, (start + end) / 2):
+                ax.plot(
+                    *(np.array([start, end]) @ TRIANGLE_CORNERS).T, "-", color="#444444", lw=0.8
+                )
+    outline = np.vstack([TRIANGLE_CORNERS, TRIANGLE_CORNERS[:1]])
+    ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
+    if panel.path is not None:
+        ax.plot(*(panel.path @ TRIANGLE_CORNERS).T, "o-", color="#000000", markersize=4)
+    if is_small:
+        return
+    (top, left, right), names = TRIANGLE_CORNERS, [f"certainly {name}" for name in panel.corners]
+    ax.text(top[0], top[1] + 0.03, names[0], ha="center", va="bottom")
+    ax.text(left[0], left[1] - 0.03, names[1], ha="center", va="top")
+    ax.text(right[0], right[1] - 0.03, names[2], ha="center", va="top")
+
+
+def _axes_width(figure: "Figure", ax: "Axes") -> float:
+    """Return the width in inches of the cell of the grid that holds some axes."""
+    spec = ax.get_subplotspec()
+    columns = spec.get_gridspec().ncols if spec else 1
+    return float(figure.get_figwidth() / columns)
+
+
+def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
+    """Return whether another first action is equally good at a belief."""
+    values = panel.alpha_vectors @ belief
+    is_tied = values >= values.max() - TIE_TOLERANCE * max(1.0, float(abs(values).max()))
+    return any(panel.actions[index] != action for index in np.flatnonzero(is_tied))
+
+
+def _draw_triangle_values(figure: "Figure", ax: "Axes", panel: TrianglePanel) -> None:
+    """Draw the values of beliefs as filled contours."""
+    steps = np.arange(TRIANGLE_STEPS + 1)
+    beliefs = np.array(
+        [(i, j, TRIANGLE_STEPS - i - j) for i in steps for j in steps[: TRIANGLE_STEPS + 1 - i]]
+    ) / float(TRIANGLE_STEPS)
+    values = (beliefs @ panel.alpha_vectors.T).max(axis=1)
+    filled = ax.tricontourf(*(beliefs @ TRIANGLE_CORNERS).T, values, 12, cmap=VALUE_COLOURS)
+    figure.colorbar(filled, ax=ax, label="expected return", fraction=0.05)
+
+
+def _draw_table(ax: "Axes", panel: TablePanel) -> None:
+    """Draw a table of texts; marked cells are shaded, bold and starred."""
+    row_count, column_count = len(panel.rows), len(panel.columns)
+    label_width = max(1.0, 0.11 * max(map(len, [panel.row_title, *panel.rows])))
+    ax.set_xlim(-label_width, column_count)
+    ax.set_ylim(row_count, -2)
+    ax.text(-label_width, -0.5, panel.row_title, va="center", fontweight="bold")
+    ax.text(column_count / 2, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
+    for j, label in enumerate(panel.columns):
+        ax.text(j + 0.5, -0.5, label, ha="center", va="center")
+    ax.plot([-label_width, column_count], [0, 0], "-", color="#000000", linewidth=0.8)
+    for i, label in enumerate(panel.rows):
+        ax.text(-label_width, i + 0.5, label, va="center")
+        for j, text in enumerate(panel.cells[i]):
+            if (i, j) in panel.marked:
+                mark_label = "_nolegend_" if (i, j) != min(panel.marked) else panel.mark_label
+                ax.add_patch(_make_cell_patch(j, i, mark_label))
+            content, weight = (f"{text} *", "bold") if (i, j) in panel.marked else (text, "normal")
+            ax.text(j + 0.5, i + 0.5, content, ha="center", va="center", fontweight=weight)
+
+
+def _make_cell_patch(x: float, y: float, label: str) -> "Rectangle":
+    """Return the shading of a marked cell of a table."""
+    from matplotlib.patches import Rectangle
+
+    return Rectangle((x, y), 1, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label)
