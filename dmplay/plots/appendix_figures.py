@@ -91,7 +91,12 @@ def _draw_baby_values(subject: PlottedProblem) -> Plot:
         panels.append(
             belief_values.build_vector_panel(subject.problem, vectors, describe_horizon(turns))
         )
-    return Plot(f"{subject.title}: alpha vectors", panels)
+    return Plot(
+        f"{subject.title}: alpha vectors",
+        panels,
+        notes=[belief_values.VECTOR_NOTE],
+        actions=subject.problem.actions[0].labels,
+    )
 
 
 def _draw_machine_policy(subject: PlottedProblem) -> Plot:
@@ -113,7 +118,7 @@ def _draw_machine_policies(subject: PlottedProblem) -> Plot:
         for turns, stage in enumerate(stages, 1)
     ]
     title = f"{subject.title}: best first action of each belief"
-    return Plot(title, panels, columns=4)
+    return Plot(title, panels, columns=4, actions=problem.actions[0].labels)
 
 
 def _draw_catch_curves(subject: PlottedProblem) -> Plot:

@@ -35,6 +35,7 @@ METHOD_NOTES = {
     "qmdp": "qmdp: an upper bound; it assumes that the state is seen after the next action",
     "fib": "fib: the fast informed bound; it assumes that the state is seen one turn later",
 }
+VECTOR_NOTE = "thin lines: alpha vectors, the values of plans; thick line: their maximum"
 ENDS_OF_LINE = np.array([0.0, 1.0])
 
 
@@ -55,8 +56,11 @@ def plot_alpha_vectors(subject: PlottedProblem, methods: Sequence[str] = METHODS
     check_methods(methods)
     results = {method: compute_alpha_vectors(subject, method) for method in methods}
     title = f"{subject.title}: alpha vectors, {subject.horizon_text}"
-    notes = [METHOD_NOTES[method] for method in methods] + _describe_gaps(results)
-    return Plot(title, [build_vector_panel(subject.problem, results)], notes=notes)
+    notes = [METHOD_NOTES[method] for method in methods if len(methods) > 1]
+    notes += _describe_gaps(results)
+    panel = build_vector_panel(subject.problem, results)
+    actions = subject.problem.actions[0].labels
+    return Plot(title, [panel], notes=[VECTOR_NOTE, *notes], actions=actions)
 
 
 def check_methods(methods: Sequence[str]) -> None:
@@ -147,9 +151,10 @@ def plot_belief_values(subject: PlottedProblem, what: str) -> Plot:
     result, problem = compute_alpha_vectors(subject), subject.problem
     noun = "value of each belief" if what == "values" else "best first action of each belief"
     title, notes = f"{subject.title}: {noun}, {subject.horizon_text}", _describe_gaps({"": result})
+    actions = problem.actions[0].labels
     if problem.state_count == 3:
-        panel = build_triangle_panel(problem, result, shows_values=what == "values")
-        return Plot(title, [panel], notes=notes)
+        panel = build_triangle_panel(problem, result, value_label=VALUE_LABEL * (what == "values"))
+        return Plot(title, [panel], notes=notes, actions=actions)
     beliefs, values = find_upper_surface(result.vectors)
     line = LinePanel(
         "",
@@ -158,15 +163,15 @@ def plot_belief_values(subject: PlottedProblem, what: str) -> Plot:
         [Series("", beliefs, values)],
         find_action_regions(result),
     )
-    return Plot(title, [line], notes=notes)
+    return Plot(title, [line], notes=notes, actions=actions)
 
 
 def build_triangle_panel(
-    problem: Problem, result: AlphaVectors, title: str = "", *, shows_values: bool = False
+    problem: Problem, result: AlphaVectors, title: str = "", value_label: str = ""
 ) -> TrianglePanel:
     """Return the triangle of the beliefs over three states, with the best first actions."""
     corners = [problem.format_state(s) for s in problem.enumerate_states()]
-    return TrianglePanel(title, corners, result.vectors, result.actions, shows_values=shows_values)
+    return TrianglePanel(title, corners, result.vectors, result.actions, value_label)
 
 
 def _make_belief_axis(problem: Problem) -> Axis:

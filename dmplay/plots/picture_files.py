@@ -33,7 +33,7 @@ from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
+    from matplotlib.cm import ScalarMappable
     from matplotlib.patches import Rectangle
 
 WIDTH_INCHES = 6.4
@@ -73,6 +73,10 @@ MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
 MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
 SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
 TABLE_ROW_INCHES = 0.26
+TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of the whole width
+LINE_INCHES = 0.2  # of a line of text
+MAX_HEX_INCHES = 0.9  # width of a hex
+LIGHT_SCALE_START = 0.35  # share of the dark colours that a scale behind texts leaves out
 TIE_TOLERANCE = 1e-9
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
@@ -91,25 +95,29 @@ def render_picture(plot: Plot, file_format: str) -> bytes:
         ]
         panel_width = WIDTH_INCHES / plot.columns
         heights = [max(_panel_height(panel, panel_width) for panel in row) for row in rows]
-        styles = _RegionStyles(plot)
-        extra_height = 0.5 + 0.2 * (len(plot.notes) + len(styles.labels) // 4)
-        figure = Figure(figsize=(WIDTH_INCHES, sum(heights) + extra_height))
-        axes = figure.subplots(
+        styles = _Styles(plot)
+        title = _wrap(plot.title, MAX_TITLE_COLUMNS)
+        notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
+        body_height = sum(heights) + LINE_INCHES * (2 + title.count("\n") + styles.legend_rows)
+        foot_height = LINE_INCHES * (notes.count("\n") + 1) if notes else 0.01
+        figure = Figure(figsize=(WIDTH_INCHES, body_height + foot_height))
+        body, foot = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
+        foot.text(0.02, 1.0, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
+        axes = body.subplots(
             len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
         )
         for ax in axes.flat:
             ax.set_axis_off()
         for ax, panel in zip(axes.flat, plot.panels, strict=False):
             ax.set_title(panel.title)
-            _draw_panel(figure, ax, panel, styles)
-        figure.suptitle(_wrap(plot.title, MAX_TITLE_COLUMNS))
-        handles = {handle.get_label(): handle for handle in styles.collect_handles(axes.flat)}
+            _draw_panel(ax, panel, styles)
+        for label, (mappable, scaled_axes) in styles.scales.items():
+            body.colorbar(mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False)
+        body.suptitle(title)
+        handles = styles.collect_handles(axes.flat)
         if handles:
             columns = min(len(handles), MAX_LEGEND_COLUMNS)
-            figure.legend(handles=[*handles.values()], loc="outside lower center", ncols=columns)
-        if plot.notes:
-            notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
-            figure.supxlabel(notes, fontsize=NOTE_SIZE, x=0.02, ha="left", color="#444444")
+            body.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
         buffer = io.BytesIO()
         figure.savefig(
             buffer, format=file_format, dpi=DOTS_PER_INCH, metadata=METADATA[file_format]
@@ -142,32 +150,83 @@ def _wrap(text: str, columns: int) -> str:
     return "\n".join(textwrap.wrap(text, columns))
 
 
-class _RegionStyles:
-    """The fill of each region's label, the same in all panels of a plot."""
+class _Styles:
+    """The fills of regions and the colour scales of values, the same in all panels of a plot."""
 
     def __init__(self, plot: Plot) -> None:
-        names = dict.fromkeys(name for panel in plot.panels for name in _list_regions(panel))
-        self.labels = [*names]
+        used = dict.fromkeys(name for panel in plot.panels for name in _list_regions(panel))
+        self._order = [*dict.fromkeys([*plot.actions, *used])]
+        self.labels = [label for label in self._order if label in used]
+        series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
+        entry_count = len(self.labels) + len({*filter(None, series)})
+        self.legend_rows = -(-entry_count // MAX_LEGEND_COLUMNS)
+        self.scales: dict[str, tuple[ScalarMappable, list[Axes]]] = {}
+        self._values = {
+            label: np.concatenate([_list_values(panel) for panel in group])
+            for label, group in _group_by_value_label(plot.panels).items()
+        }
 
     def colour(self, label: str) -> str:
-        """Return the colour of a label."""
-        return REGION_COLOURS[self.labels.index(label) % len(REGION_COLOURS)]
+        """Return the colour of a region's label."""
+        return REGION_COLOURS[self._order.index(label) % len(REGION_COLOURS)]
 
     def hatch(self, label: str) -> str:
-        """Return the hatching of a label."""
-        return HATCHES[self.labels.index(label) % len(HATCHES)]
+        """Return the hatching of a region's label."""
+        return HATCHES[self._order.index(label) % len(HATCHES)]
+
+    def add_scale(self, ax: "Axes", label: str, *, is_light: bool = False) -> "ScalarMappable":
+        """Return the colour scale of a kind of values, whose bar stands beside these axes too."""
+        from matplotlib import colormaps
+        from matplotlib.cm import ScalarMappable
+        from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+        if label not in self.scales:
+            values = self._values[label]
+            first_colour = LIGHT_SCALE_START if is_light else 0.0
+            colours = colormaps[VALUE_COLOURS](np.linspace(first_colour, 1.0, 256))
+            colour_map = LinearSegmentedColormap.from_list("values", colours)
+            norm = Normalize(float(values.min()), float(values.max()))
+            self.scales[label] = ScalarMappable(norm, colour_map), []
+        mappable, axes = self.scales[label]
+        axes.append(ax)
+        return mappable
 
     def collect_handles(self, axes: Iterable["Axes"]) -> list["Artist"]:
         """Return the legend's entries: the labelled series of all panels, then the regions."""
         from matplotlib.patches import Patch
 
-        handles = [handle for ax in axes for handle in ax.get_legend_handles_labels()[0]]
+        handles = {
+            handle.get_label(): handle
+            for ax in axes
+            for handle in ax.get_legend_handles_labels()[0]
+        }
         patches = [
             Patch(facecolor=self.colour(label), hatch=self.hatch(label), edgecolor="#777777",
                   label=label)
             for label in self.labels
         ]  # fmt: skip
-        return [*handles, *patches]
+        return [*handles.values(), *patches]
+
+
+def _group_by_value_label(panels: Sequence[Panel]) -> dict[str, list[Panel]]:
+    """Return the panels of each kind of values that colours show."""
+    groups: dict[str, list[Panel]] = {}
+    for panel in panels:
+        if len(_list_values(panel)):
+            groups.setdefault(panel.value_label, []).append(panel)  # type: ignore[union-attr]
+    return groups
+
+
+def _list_values(panel: Panel) -> Reals:
+    """Return the values of a panel that colours show."""
+    match panel:
+        case HexPanel():
+            return np.array([cell.value for cell in panel.cells if cell.value is not None])
+        case GridPanel(categories=()):
+            return panel.values[np.isfinite(panel.values)]
+        case TrianglePanel(shows_values=True):
+            return panel.alpha_vectors.max(axis=0)
+    return np.zeros(0)
 
 
 def _list_regions(panel: Panel) -> Sequence[str]:
@@ -187,28 +246,28 @@ def _panel_height(panel: Panel, width: float) -> float:
     match panel:
         case HexPanel():
             low, high = _measure_hexes(panel.cells)
-            scale = 0.86 * width / (high[0] - low[0])
+            scale = min(0.86 * width / (high[0] - low[0]), MAX_HEX_INCHES)
             return float(scale * (high[1] - low[1])) + 0.3
         case TrianglePanel():
             return 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
         case TablePanel():
-            return TABLE_ROW_INCHES * (len(panel.rows) + 3)
+            return TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
         case GridPanel():
             return 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
     return min(0.5 * width, 3.0)
 
 
-def _draw_panel(figure: "Figure", ax: "Axes", panel: Panel, styles: _RegionStyles) -> None:
+def _draw_panel(ax: "Axes", panel: Panel, styles: _Styles) -> None:
     """Draw a panel in its axes."""
     match panel:
         case LinePanel():
             _draw_lines(ax, panel, styles)
         case GridPanel():
-            _draw_grid(figure, ax, panel, styles)
+            _draw_grid(ax, panel, styles)
         case HexPanel():
-            _draw_hexes(figure, ax, panel)
+            _draw_hexes(ax, panel, styles)
         case TrianglePanel():
-            _draw_triangle(figure, ax, panel, styles)
+            _draw_triangle(ax, panel, styles)
         case TablePanel():
             _draw_table(ax, panel)
 
@@ -227,7 +286,7 @@ def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
             direction.set_major_locator(MaxNLocator(integer=True))
 
 
-def _draw_lines(ax: "Axes", panel: LinePanel, styles: _RegionStyles) -> None:
+def _draw_lines(ax: "Axes", panel: LinePanel, styles: _Styles) -> None:
     """Draw series over the regions of the horizontal axis."""
     _set_axes(ax, panel.x, panel.y)
     for region in panel.regions:
@@ -266,7 +325,7 @@ def _draw_series(ax: "Axes", series: Series) -> None:
         )  # fmt: skip
 
 
-def _draw_grid(figure: "Figure", ax: "Axes", panel: GridPanel, styles: _RegionStyles) -> None:
+def _draw_grid(ax: "Axes", panel: GridPanel, styles: _Styles) -> None:
     """Draw a heat map with contour lines, or coloured and hatched regions."""
     from matplotlib.colors import ListedColormap
 
@@ -292,10 +351,10 @@ def _draw_grid(figure: "Figure", ax: "Axes", panel: GridPanel, styles: _RegionSt
                 hatched.set_edgecolor("#999999")
                 hatched.set_linewidth(0.0)
     else:
-        image = ax.imshow(panel.values.T, cmap=VALUE_COLOURS, **options)
+        scale = styles.add_scale(ax, panel.value_label)
+        ax.imshow(panel.values.T, cmap=scale.cmap, norm=scale.norm, **options)
         if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
             ax.contour(x, y, panel.values.T, 8, colors="#ffffff", linewidths=0.5)
-        figure.colorbar(image, ax=ax, label=panel.value_label)
     for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
         label = "_nolegend_" if mark_number else panel.mark_label
         ax.plot(
@@ -319,24 +378,18 @@ def _measure_hexes(cells: Sequence[HexCell]) -> tuple[Reals, Reals]:
     return centres.min(axis=0) - margin, centres.max(axis=0) + margin
 
 
-def _draw_hexes(figure: "Figure", ax: "Axes", panel: HexPanel) -> None:
+def _draw_hexes(ax: "Axes", panel: HexPanel, styles: _Styles) -> None:
     """Draw a map of hexagons, coloured by value, with arrows and texts."""
-    from matplotlib import colormaps
-    from matplotlib.cm import ScalarMappable
-    from matplotlib.colors import LinearSegmentedColormap, Normalize, to_rgb
+    from matplotlib.colors import to_rgb
     from matplotlib.patches import RegularPolygon
 
-    values = [cell.value for cell in panel.cells if cell.value is not None]
-    scale = ScalarMappable(
-        Normalize(min(values, default=0.0), max(values, default=1.0)),
-        LinearSegmentedColormap.from_list(
-            "light values", colormaps[VALUE_COLOURS](np.linspace(0.35, 1.0, 64))
-        ),
-    )
+    has_values = len(_list_values(panel)) > 0
+    scale = styles.add_scale(ax, panel.value_label, is_light=True) if has_values else None
     for cell in panel.cells:
         x, y = _hex_centre(cell.hex)
-        fill = "#ffffff" if cell.value is None else scale.to_rgba(cell.value)
-        fill = HEX_COLOURS.get(cell.kind, fill)
+        fill = HEX_COLOURS.get(cell.kind, "#ffffff")
+        if scale and cell.value is not None and not cell.kind:
+            fill = scale.to_rgba(cell.value)
         is_dark = np.dot(to_rgb(fill), (0.299, 0.587, 0.114)) < 0.45
         ink = "#ffffff" if is_dark else "#000000"
         ax.add_patch(
@@ -359,23 +412,18 @@ def _draw_hexes(figure: "Figure", ax: "Axes", panel: HexPanel) -> None:
     ax.set_xlim(low[0], high[0])
     ax.set_ylim(low[1], high[1])
     ax.set_aspect("equal")
-    if panel.value_label:
-        figure.colorbar(scale, ax=ax, label=panel.value_label, fraction=0.04)
 
 
 TRIANGLE_CORNERS = np.array([[0.5, sqrt(3) / 2], [0.0, 0.0], [1.0, 0.0]])
 
 
-def _draw_triangle(
-    figure: "Figure", ax: "Axes", panel: TrianglePanel, styles: _RegionStyles
-) -> None:
+def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> None:
     """Draw the regions of the best actions, or the values, over the beliefs of three states."""
-    is_small = figure.get_figwidth() > 2.5 * _axes_width(figure, ax)
     ax.set_aspect("equal")
     ax.set_xlim(-0.15, 1.15)
     ax.set_ylim(-0.12, sqrt(3) / 2 + 0.12)
     if panel.shows_values:
-        _draw_triangle_values(figure, ax, panel)
+        _draw_triangle_values(ax, panel, styles)
     for index, action in enumerate(panel.actions):
         corners = panel.region_corners(index)
         if len(corners) < 3:
@@ -397,19 +445,13 @@ def _draw_triangle(
     ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
     if panel.path is not None:
         ax.plot(*(panel.path @ TRIANGLE_CORNERS).T, "o-", color="#000000", markersize=4)
-    if is_small:
-        return
-    (top, left, right), names = TRIANGLE_CORNERS, [f"certainly {name}" for name in panel.corners]
+    spec = ax.get_subplotspec()
+    if spec and spec.get_gridspec().ncols > 1:
+        return  # the panels are too small for the names of the corners
+    (top, left, right), names = TRIANGLE_CORNERS, [f"P({name}) = 1" for name in panel.corners]
     ax.text(top[0], top[1] + 0.03, names[0], ha="center", va="bottom")
     ax.text(left[0], left[1] - 0.03, names[1], ha="center", va="top")
     ax.text(right[0], right[1] - 0.03, names[2], ha="center", va="top")
-
-
-def _axes_width(figure: "Figure", ax: "Axes") -> float:
-    """Return the width in inches of the cell of the grid that holds some axes."""
-    spec = ax.get_subplotspec()
-    columns = spec.get_gridspec().ncols if spec else 1
-    return float(figure.get_figwidth() / columns)
 
 
 def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
@@ -419,40 +461,53 @@ def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
     return any(panel.actions[index] != action for index in np.flatnonzero(is_tied))
 
 
-def _draw_triangle_values(figure: "Figure", ax: "Axes", panel: TrianglePanel) -> None:
+def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> None:
     """Draw the values of beliefs as filled contours."""
     steps = np.arange(TRIANGLE_STEPS + 1)
     beliefs = np.array(
         [(i, j, TRIANGLE_STEPS - i - j) for i in steps for j in steps[: TRIANGLE_STEPS + 1 - i]]
     ) / float(TRIANGLE_STEPS)
     values = (beliefs @ panel.alpha_vectors.T).max(axis=1)
-    filled = ax.tricontourf(*(beliefs @ TRIANGLE_CORNERS).T, values, 12, cmap=VALUE_COLOURS)
-    figure.colorbar(filled, ax=ax, label="expected return", fraction=0.05)
+    scale = styles.add_scale(ax, panel.value_label)
+    points = beliefs @ TRIANGLE_CORNERS
+    ax.tricontourf(*points.T, values, 12, cmap=scale.cmap, norm=scale.norm)
 
 
 def _draw_table(ax: "Axes", panel: TablePanel) -> None:
-    """Draw a table of texts; marked cells are shaded, bold and starred."""
-    row_count, column_count = len(panel.rows), len(panel.columns)
-    label_width = max(1.0, 0.11 * max(map(len, [panel.row_title, *panel.rows])))
-    ax.set_xlim(-label_width, column_count)
-    ax.set_ylim(row_count, -2)
-    ax.text(-label_width, -0.5, panel.row_title, va="center", fontweight="bold")
-    ax.text(column_count / 2, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
-    for j, label in enumerate(panel.columns):
-        ax.text(j + 0.5, -0.5, label, ha="center", va="center")
-    ax.plot([-label_width, column_count], [0, 0], "-", color="#000000", linewidth=0.8)
+    """Draw a table of texts; marked cells are shaded, bold and starred.
+
+    A column is as wide as its longest text; a unit is the width of a character.
+    """
+    widths = [
+        max(map(len, [label, *(row[j] for row in panel.cells)])) + TABLE_GAP
+        for j, label in enumerate(panel.columns)
+    ]
+    label_width = max(map(len, [panel.row_title, *panel.rows])) + TABLE_GAP
+    edges = np.cumsum([label_width, *widths])
+    centres = (edges[:-1] + edges[1:]) / 2
+    ax.set_xlim(0, max(edges[-1], MIN_TABLE_CHARACTERS))
+    ax.set_ylim(len(panel.rows), -2 if panel.column_title else -1)
+    ax.text(0, -0.5, panel.row_title, va="center", fontweight="bold")
+    middle = (edges[0] + edges[-1]) / 2
+    ax.text(middle, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
+    for x, label in zip(centres, panel.columns, strict=True):
+        ax.text(x, -0.5, label, ha="center", va="center")
+    ax.plot([0, edges[-1]], [0, 0], "-", color="#000000", linewidth=0.8)
     for i, label in enumerate(panel.rows):
-        ax.text(-label_width, i + 0.5, label, va="center")
-        for j, text in enumerate(panel.cells[i]):
-            if (i, j) in panel.marked:
-                mark_label = "_nolegend_" if (i, j) != min(panel.marked) else panel.mark_label
-                ax.add_patch(_make_cell_patch(j, i, mark_label))
-            content, weight = (f"{text} *", "bold") if (i, j) in panel.marked else (text, "normal")
-            ax.text(j + 0.5, i + 0.5, content, ha="center", va="center", fontweight=weight)
+        ax.text(0, i + 0.5, label, va="center")
+        for j, (x, text) in enumerate(zip(centres, panel.cells[i], strict=True)):
+            is_marked = (i, j) in panel.marked
+            if is_marked:
+                mark_label = panel.mark_label if (i, j) == min(panel.marked) else "_nolegend_"
+                ax.add_patch(_make_cell_patch((edges[j], i), widths[j], mark_label))
+            content, weight = (f"{text} *", "bold") if is_marked else (text, "normal")
+            ax.text(x, i + 0.5, content, ha="center", va="center", fontweight=weight)
 
 
-def _make_cell_patch(x: float, y: float, label: str) -> "Rectangle":
+def _make_cell_patch(corner: tuple[float, float], width: float, label: str) -> "Rectangle":
     """Return the shading of a marked cell of a table."""
     from matplotlib.patches import Rectangle
 
-    return Rectangle((x, y), 1, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label)
+    return Rectangle(
+        corner, width, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label
+    )

@@ -106,8 +106,13 @@ class TrianglePanel:
     corners: Sequence[str]
     alpha_vectors: Reals  # [N, 3]
     actions: Sequence[str]  # [N], first actions of the vectors
-    shows_values: bool = False  # whether the values are drawn, not only the actions
+    value_label: str = ""  # '' if only the actions are drawn
     path: Reals | None = None  # [K, 3], beliefs in the order of turns
+
+    @property
+    def shows_values(self) -> bool:
+        """True if the values are drawn."""
+        return bool(self.value_label)
 
     @property
     def distinct_actions(self) -> list[str]:
@@ -171,6 +176,7 @@ class Plot:
     panels: Sequence[Panel]
     columns: int = 1  # panels beside each other in a picture
     notes: Sequence[str] = ()
+    actions: Sequence[str] = ()  # of the problem; their order gives regions their colours
 
 
 def make_value_axis(label: str, *values: Reals) -> Axis:

@@ -92,12 +92,13 @@ def _list_actions(plot: Plot) -> dict[str, str]:
 
     It is the first letter of the action that no earlier action has, or else a digit.
     """
-    names: dict[str, None] = {}
+    used: dict[str, None] = {}
     for panel in plot.panels:
         if isinstance(panel, GridPanel):
-            names |= dict.fromkeys(panel.categories)
-        elif isinstance(panel, TrianglePanel):
-            names |= dict.fromkeys(panel.distinct_actions)
+            used |= dict.fromkeys(panel.categories)
+        elif isinstance(panel, TrianglePanel) and not panel.shows_values:
+            used |= dict.fromkeys(panel.distinct_actions)
+    names = [name for name in dict.fromkeys([*plot.actions, *used]) if name in used]
     glyphs: dict[str, str] = {}
     for number, name in enumerate(names):
         letters = [c for c in name if c.isalnum() and c not in glyphs.values()]
@@ -351,12 +352,12 @@ def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: b
             canvas.write_text(x, row, actions[name], _style_of(list(actions).index(name)))
     if is_small:
         return canvas.to_text()
-    top, left, right = (f"certainly {name}" for name in panel.corners)
+    top, left, right = (f"P({name}) = 1" for name in panel.corners)
     lines = [Text(f"top: {top}", "dim"), canvas.to_text()]
     lines.append(Text(f"left: {left}; right: {right}", "dim"))
     if panel.shows_values:
         lines.append(
-            Text(f"expected return: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}", "cyan")
+            Text(f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}", "cyan")
         )
     return Text("\n").join(lines)
 
