@@ -11,6 +11,7 @@ import numpy as np
 
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import initial_state_distribution
+from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.game.plot_kinds import FIGURES
 from dmplay.plots import belief_values, payoffs, state_values
@@ -158,9 +159,11 @@ def _draw_machine_tables(subject: PlottedProblem) -> Plot:
     """Return table F.2: transitions, observations and rewards of machine replacement."""
     problem, tables = subject.problem, tabulate(subject.problem)
     states = [problem.format_state(s) for s in problem.enumerate_states()]
+    observations = problem.observations[0]
+    assert isinstance(observations, Labels)
     columns = [
         *(f"T to {state}" for state in states),
-        *(f"O {label}" for label in problem.observations[0]),
+        *(f"O {label}" for label in observations),
         "R",
     ]
     panels = [

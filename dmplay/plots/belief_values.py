@@ -57,7 +57,7 @@ def plot_alpha_vectors(subject: PlottedProblem, methods: Sequence[str] = METHODS
     results = {method: compute_alpha_vectors(subject, method) for method in methods}
     title = f"{subject.title}: alpha vectors, {subject.horizon_text}"
     notes = [METHOD_NOTES[method] for method in methods if len(methods) > 1]
-    notes += _describe_gaps(results)
+    notes += _describe_gaps(results) + subject.horizon_notes
     panel = build_vector_panel(subject.problem, results)
     actions = subject.problem.actions[0].labels
     return Plot(title, [panel], notes=[VECTOR_NOTE, *notes], actions=actions)
@@ -104,21 +104,22 @@ def build_vector_panel(
     problem: Problem, results: dict[str, AlphaVectors], title: str = ""
 ) -> LinePanel:
     """Return a panel with the alpha vectors of each method, and with their upper surfaces."""
-    series = []
+    series, shown_values = [], []
     for style, (method, result) in enumerate(results.items()):
         series += [
             Series("", ENDS_OF_LINE, vector, style=style, is_thin=True) for vector in result.vectors
         ]
         beliefs, values = find_upper_surface(result.vectors)
         series.append(Series(method, beliefs, values, style=style))
+        # Of several methods, the surfaces are compared, and low vectors may leave the panel.
+        shown_values.append(values if len(results) > 1 else result.vectors)
     regions = find_action_regions(next(iter(results.values())))
-    values = np.concatenate([result.vectors for result in results.values()])
     first_method = next(iter(results))
-    regions_title = f"best first action: {first_method}" if len(results) > 1 else ""
+    regions_title = f"regions: best first action of {first_method}" if len(results) > 1 else ""
     return LinePanel(
         title or regions_title,
         _make_belief_axis(problem),
-        make_value_axis(VALUE_LABEL, values),
+        make_value_axis(VALUE_LABEL, *shown_values),
         series,
         regions,
     )
@@ -151,6 +152,7 @@ def plot_belief_values(subject: PlottedProblem, what: str) -> Plot:
     result, problem = compute_alpha_vectors(subject), subject.problem
     noun = "value of each belief" if what == "values" else "best first action of each belief"
     title, notes = f"{subject.title}: {noun}, {subject.horizon_text}", _describe_gaps({"": result})
+    notes += subject.horizon_notes
     actions = problem.actions[0].labels
     if problem.state_count == 3:
         panel = build_triangle_panel(problem, result, value_label=VALUE_LABEL * (what == "values"))

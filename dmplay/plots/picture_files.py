@@ -9,7 +9,7 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from math import sqrt
+from math import ceil, sqrt
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -68,7 +68,9 @@ HATCHES = ("", "///", "...", "\\\\\\", "xxx", "+++", "ooo")
 VALUE_COLOURS = "cividis"
 NOTE_SIZE = 9.0
 HEX_COLOURS = {"gain": "#009e73", "loss": "#d55e00", "hunter": "#fbe3b5", "prey": "#cfe8f7"}
-MAX_TITLE_COLUMNS, MAX_NOTE_COLUMNS, MAX_LEGEND_COLUMNS = 70, 95, 4
+MAX_TITLE_COLUMNS, MAX_NOTE_COLUMNS = 70, 95
+MAX_LEGEND_CHARACTERS, LEGEND_SYMBOL_CHARACTERS = 95, 8
+MAX_WHOLE_TICKS = 7
 MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
 MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
 SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
@@ -101,7 +103,8 @@ def render_picture(plot: Plot, file_format: str) -> bytes:
         body_height = sum(heights) + LINE_INCHES * (2 + title.count("\n") + styles.legend_rows)
         foot_height = LINE_INCHES * (notes.count("\n") + 1) if notes else 0.01
         figure = Figure(figsize=(WIDTH_INCHES, body_height + foot_height))
-        body, foot = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
+        parts: Any = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
+        body, foot = parts
         foot.text(0.02, 1.0, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
         axes = body.subplots(
             len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
@@ -112,12 +115,16 @@ def render_picture(plot: Plot, file_format: str) -> bytes:
             ax.set_title(panel.title)
             _draw_panel(ax, panel, styles)
         for label, (mappable, scaled_axes) in styles.scales.items():
-            body.colorbar(mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False)
+            body.colorbar(
+                mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False
+            )
         body.suptitle(title)
         handles = styles.collect_handles(axes.flat)
         if handles:
-            columns = min(len(handles), MAX_LEGEND_COLUMNS)
-            body.legend(handles=handles, loc="outside lower center", ncols=columns, frameon=False)
+            body.legend(
+                handles=handles, loc="outside lower center", ncols=styles.legend_columns,
+                frameon=False,
+            )  # fmt: skip
         buffer = io.BytesIO()
         figure.savefig(
             buffer, format=file_format, dpi=DOTS_PER_INCH, metadata=METADATA[file_format]
@@ -141,7 +148,8 @@ def _use_settings() -> Iterator[None]:
         # A name in a script that the font lacks is drawn as boxes.
         warnings.filterwarnings("ignore", "Glyph .* missing from")
         matplotlib.rcdefaults()
-        matplotlib.rcParams.update(SETTINGS)
+        parameters: Any = matplotlib.rcParams
+        parameters.update(SETTINGS)
         yield
 
 
@@ -158,8 +166,10 @@ class _Styles:
         self._order = [*dict.fromkeys([*plot.actions, *used])]
         self.labels = [label for label in self._order if label in used]
         series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
-        entry_count = len(self.labels) + len({*filter(None, series)})
-        self.legend_rows = -(-entry_count // MAX_LEGEND_COLUMNS)
+        entries = [*dict.fromkeys(filter(None, series)), *self.labels]
+        width = max(map(len, entries), default=0) + LEGEND_SYMBOL_CHARACTERS
+        self.legend_columns = max(min(len(entries), MAX_LEGEND_CHARACTERS // width), 1)
+        self.legend_rows = ceil(len(entries) / self.legend_columns)
         self.scales: dict[str, tuple[ScalarMappable, list[Axes]]] = {}
         self._values = {
             label: np.concatenate([_list_values(panel) for panel in group])
@@ -221,11 +231,13 @@ def _list_values(panel: Panel) -> Reals:
     """Return the values of a panel that colours show."""
     match panel:
         case HexPanel():
-            return np.array([cell.value for cell in panel.cells if cell.value is not None])
+            return np.array(
+                [cell.value for cell in panel.cells if cell.value is not None and not cell.kind]
+            )
         case GridPanel(categories=()):
-            return panel.values[np.isfinite(panel.values)]
+            return np.asarray(panel.values[np.isfinite(panel.values)])
         case TrianglePanel(shows_values=True):
-            return panel.alpha_vectors.max(axis=0)
+            return np.asarray(panel.alpha_vectors.max(axis=0))
     return np.zeros(0)
 
 
@@ -233,7 +245,7 @@ def _list_regions(panel: Panel) -> Sequence[str]:
     """Return the labels of a panel's regions."""
     match panel:
         case GridPanel():
-            return panel.categories
+            return panel.used_categories
         case TrianglePanel(shows_values=False):
             return panel.distinct_actions
         case LinePanel():
@@ -283,7 +295,7 @@ def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
     ax.set_ylim(y.low, y.high)
     for axis, direction in ((x, ax.xaxis), (y, ax.yaxis)):
         if axis.is_whole:
-            direction.set_major_locator(MaxNLocator(integer=True))
+            direction.set_major_locator(MaxNLocator(MAX_WHOLE_TICKS, integer=True))
 
 
 def _draw_lines(ax: "Axes", panel: LinePanel, styles: _Styles) -> None:
@@ -339,12 +351,15 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: _Styles) -> None:
         "origin": "lower", "extent": extent, "aspect": "auto", "interpolation": "nearest",
     }  # fmt: skip
     if panel.categories:
-        colours = ListedColormap([styles.colour(label) for label in panel.categories])
+        used = panel.used_categories
+        colours = ListedColormap(
+            [styles.colour(label) if label in used else "none" for label in panel.categories]
+        )
         last = len(panel.categories) - 0.5
         ax.imshow(panel.values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
         for index, label in enumerate(panel.categories):
             is_here = np.equal(panel.values.T, index).astype(float)
-            if styles.hatch(label) and is_here.any():
+            if is_here.any() and styles.hatch(label):
                 hatched = ax.contourf(
                     x, y, is_here, levels=[0.5, 1.5], colors="none", hatches=[styles.hatch(label)]
                 )
@@ -352,7 +367,7 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: _Styles) -> None:
                 hatched.set_linewidth(0.0)
     else:
         scale = styles.add_scale(ax, panel.value_label)
-        ax.imshow(panel.values.T, cmap=scale.cmap, norm=scale.norm, **options)
+        ax.imshow(panel.values.T, **_scale_options(scale), **options)
         if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
             ax.contour(x, y, panel.values.T, 8, colors="#ffffff", linewidths=0.5)
     for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
@@ -365,10 +380,20 @@ def _draw_grid(ax: "Axes", panel: GridPanel, styles: _Styles) -> None:
     ax.set_ylim(extent[2:])
 
 
+def _scale_options(scale: "ScalarMappable") -> dict[str, Any]:
+    """Return the options that draw values in the colours of a scale."""
+    return {"cmap": scale.cmap, "norm": scale.norm}
+
+
 def _hex_centre(hex_: Hex) -> Reals:
     """Return the centre of a hex of width 1, with its point at the top."""
     q, r = hex_
     return np.array([q + r / 2, r * sqrt(3) / 2])
+
+
+def _to_pair(point: Reals) -> tuple[float, float]:
+    """Return a point as a pair."""
+    return float(point[0]), float(point[1])
 
 
 def _measure_hexes(cells: Sequence[HexCell]) -> tuple[Reals, Reals]:
@@ -380,7 +405,7 @@ def _measure_hexes(cells: Sequence[HexCell]) -> tuple[Reals, Reals]:
 
 def _draw_hexes(ax: "Axes", panel: HexPanel, styles: _Styles) -> None:
     """Draw a map of hexagons, coloured by value, with arrows and texts."""
-    from matplotlib.colors import to_rgb
+    from matplotlib.colors import to_hex, to_rgb
     from matplotlib.patches import RegularPolygon
 
     has_values = len(_list_values(panel)) > 0
@@ -389,20 +414,21 @@ def _draw_hexes(ax: "Axes", panel: HexPanel, styles: _Styles) -> None:
         x, y = _hex_centre(cell.hex)
         fill = HEX_COLOURS.get(cell.kind, "#ffffff")
         if scale and cell.value is not None and not cell.kind:
-            fill = scale.to_rgba(cell.value)
+            fill = to_hex(scale.to_rgba(np.array([cell.value]))[0])
         is_dark = np.dot(to_rgb(fill), (0.299, 0.587, 0.114)) < 0.45
         ink = "#ffffff" if is_dark else "#000000"
         ax.add_patch(
             RegularPolygon((x, y), 6, radius=1 / sqrt(3), facecolor=fill, edgecolor="#444444")
         )
         has_arrow = bool(cell.directions)
+        middle = np.array([x, y + 0.15])
         for direction in cell.directions:
-            step = 0.22 * _hex_centre(NEIGHBOUR_OFFSETS[direction])
-            middle = np.array([x, y + 0.14])
+            is_only = len(cell.directions) == 1
+            step = (0.22 if is_only else 0.28) * _hex_centre(NEIGHBOUR_OFFSETS[direction])
             ax.annotate(
-                "", middle + step, middle - step,
+                "", _to_pair(middle + step), _to_pair(middle - step if is_only else middle),
                 arrowprops={"arrowstyle": "-|>", "color": ink, "linewidth": 1.4,
-                            "mutation_scale": 9, "shrinkA": 0, "shrinkB": 0},
+                            "mutation_scale": 9 if is_only else 7, "shrinkA": 0, "shrinkB": 0},
             )  # fmt: skip
         ax.text(
             x, y - 0.22 * has_arrow, cell.text, ha="center", va="center", color=ink,
@@ -437,7 +463,7 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> None:
                 hatch=styles.hatch(action),
             )  # fmt: skip
         for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-            if _divides_actions(panel, action, (start + end) / 2):
+            if not panel.shows_values and _divides_actions(panel, action, (start + end) / 2):
                 ax.plot(
                     *(np.array([start, end]) @ TRIANGLE_CORNERS).T, "-", color="#444444", lw=0.8
                 )
@@ -458,7 +484,7 @@ def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
     """Return whether another first action is equally good at a belief."""
     values = panel.alpha_vectors @ belief
     is_tied = values >= values.max() - TIE_TOLERANCE * max(1.0, float(abs(values).max()))
-    return any(panel.actions[index] != action for index in np.flatnonzero(is_tied))
+    return any(panel.actions[index] != action for index in np.flatnonzero(is_tied).tolist())
 
 
 def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> None:
@@ -470,7 +496,7 @@ def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> 
     values = (beliefs @ panel.alpha_vectors.T).max(axis=1)
     scale = styles.add_scale(ax, panel.value_label)
     points = beliefs @ TRIANGLE_CORNERS
-    ax.tricontourf(*points.T, values, 12, cmap=scale.cmap, norm=scale.norm)
+    ax.tricontourf(points[:, 0], points[:, 1], values, 12, **_scale_options(scale))
 
 
 def _draw_table(ax: "Axes", panel: TablePanel) -> None:

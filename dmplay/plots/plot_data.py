@@ -74,6 +74,12 @@ class GridPanel:
     marks: Sequence[tuple[float, float]] = ()  # points, such as equilibria
     mark_label: str = ""
 
+    @property
+    def used_categories(self) -> list[str]:
+        """The categories that some point has."""
+        used = np.unique(self.values[np.isfinite(self.values)]) if self.categories else ()
+        return [self.categories[int(index)] for index in used]
+
 
 @dataclass(frozen=True)
 class HexCell:

@@ -31,16 +31,25 @@ class PlottedProblem(NamedTuple):
     def horizon(self) -> int | None:
         """The number of turns left; None for an infinite horizon.
 
-        It is the number asked for, or else the game's own. A problem without both and without a
-        discount gets that of `dmplay solve`.
+        It is the number asked for. By default it is infinite if there is a discount, or else the
+        number of turns of a game, as in `dmplay solve`.
         """
-        default = DEFAULT_TURNS if self.problem.discount >= 1.0 else None
-        return self.turns or self.problem.horizon or default
+        if self.turns or self.problem.discount < 1.0:
+            return self.turns
+        return self.problem.horizon or DEFAULT_TURNS
 
     @property
     def horizon_text(self) -> str:
         """The number of turns left as text."""
         return describe_horizon(self.horizon)
+
+    @property
+    def horizon_notes(self) -> list[str]:
+        """A note that a game is shorter, if the horizon is infinite but the game's own is not."""
+        own = self.problem.horizon
+        if self.horizon is not None or own is None:
+            return []
+        return [f"a game has at most {format_count(own, 'turn')}; --turns {own} plots those"]
 
     def refuse(self, what: str, reason: str) -> BadParameter:
         """Return the error for a plot that does not fit this problem."""

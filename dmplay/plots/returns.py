@@ -77,7 +77,7 @@ def choose_bin_edges(returns: Reals) -> Reals:
     """
     distinct = np.unique(np.round(returns, 9))
     if len(distinct) == 1:
-        return distinct[0] + np.array([-0.5, 0.5])
+        return np.array([distinct[0] - 0.5, distinct[0] + 0.5])
     steps = np.diff(distinct)
     if len(distinct) <= MAX_DISTINCT_RETURNS and np.allclose(steps, steps[0]):
         return np.append(distinct - steps[0] / 2, distinct[-1] + steps[0] / 2)

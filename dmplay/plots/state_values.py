@@ -35,6 +35,7 @@ from dmplay.views.toolkit.canvas import format_signed
 
 MAX_LISTED_STATES = 60
 VALUE_LABEL = "expected return"
+EQUAL_LABEL = "several equally good"
 REGULATOR_STATES = np.linspace(-2.0, 2.0, 81)
 COLLISION_CLIMB_RATES = (0.0, 5.0)  # m/s, of the panels
 COLLISION_TIMES = Axis("time to collision (s)", 0.0, 40.0)
@@ -87,7 +88,10 @@ def _plot_hex_world(subject: PlottedProblem) -> Plot:
     return Plot(
         f"{subject.title}: values and best actions, {subject.horizon_text}",
         [build_hex_value_panel(subject)],
-        notes=["a hex with a sign and no arrow pays that reward, and then the game is over"],
+        notes=[
+            "a hex with a sign and no arrow pays that reward, and then the game is over",
+            *subject.horizon_notes,
+        ],
     )
 
 
@@ -101,8 +105,8 @@ def build_hex_value_panel(subject: PlottedProblem, title: str = "") -> HexPanel:
         value = float(action_values.max())
         if hex_ in exits:
             reward = exits[hex_]
-            kind = "gain" if reward > 0 else "loss"
-            cells.append(HexCell(hex_, value, (), format_signed(reward), kind))
+            text = format_signed(reward)
+            cells.append(HexCell(hex_, value, (), text, "gain" if reward > 0 else "loss"))
         else:
             directions = np.flatnonzero(mark_best_actions(action_values)).tolist()
             cells.append(HexCell(hex_, value, directions, f"{value:.2f}"))
@@ -125,14 +129,20 @@ def _plot_mountain_car(subject: PlottedProblem, contents: list[str]) -> Plot:
     if "policy" in contents:
         states = VALUE_GRID.list_states()
         q = grid_value_iteration.compute_action_values(problem, VALUE_GRID, values, states)
-        best = select_greedy_actions(q).astype(float)
+        best = _index_best_actions(q)
         best[problem.terminal(states)] = np.nan
-        panels.append(
-            GridPanel("", x, y, best.reshape(shape), categories=problem.actions[0].labels)
-        )
+        categories = (*problem.actions[0].labels, EQUAL_LABEL)
+        panels.append(GridPanel("", x, y, best.reshape(shape), categories=categories))
     noun = "values" if contents == ["values"] else "best action"
     method = f"value iteration on {shape[0]} x {shape[1]} points"
     return Plot(f"{subject.title}: {noun}, infinite horizon", panels, notes=[method])
+
+
+def _index_best_actions(q: Reals) -> Reals:
+    """Return the index of the best action `[N]` of Q `[N, A]`; A if several are equally good."""
+    is_best = mark_best_actions(q)
+    best = np.where(is_best.sum(axis=1) > 1, q.shape[1], is_best.argmax(axis=1))
+    return np.asarray(best, float)
 
 
 def plot_collision_avoidance(subject: PlottedProblem, contents: list[str]) -> Plot:
@@ -172,7 +182,7 @@ def plot_collision_avoidance(subject: PlottedProblem, contents: list[str]) -> Pl
             )
     nouns = {"values": "values", "policy": "best advisories"}
     names = " and ".join(nouns[content] for content in contents)
-    notes = ["no advisory is active before; backward induction on a grid"]
+    notes = ["no advisory is active before; ties are shown as no advisory"]
     return Plot(f"{subject.title}: {names} until the collision", panels, columns=2, notes=notes)
 
 
@@ -192,8 +202,8 @@ def _plot_regulator_values(subject: PlottedProblem) -> Plot:
         make_value_axis(VALUE_LABEL, returns),
         [Series("", REGULATOR_STATES, returns)],
     )
-    note = f"U(s) = -({value.curvature:.4g} s^2 + {value.constant:.4g})"
-    return Plot(f"{subject.title}: value, {subject.horizon_text}", [panel], notes=[note])
+    notes = [f"U(s) = -({value.curvature:.4g} s^2 + {value.constant:.4g})", *subject.horizon_notes]
+    return Plot(f"{subject.title}: value, {subject.horizon_text}", [panel], notes=notes)
 
 
 def _plot_regulator_policy(subject: PlottedProblem) -> Plot:
@@ -228,7 +238,8 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     names = [problem.format_state(s) for s in problem.enumerate_states()]
     columns = [VALUE_LABEL, "best action"]
     panel = TablePanel("", "state", "", names, columns, cells)
-    return Plot(f"{subject.title}: values and best actions, {subject.horizon_text}", [panel])
+    title = f"{subject.title}: values and best actions, {subject.horizon_text}"
+    return Plot(title, [panel], notes=subject.horizon_notes)
 
 
 def _count_states(problem: Problem) -> int:

@@ -24,6 +24,7 @@ from dmplay.plots.plot_data import (
     TablePanel,
     TrianglePanel,
 )
+from dmplay.problems.shared.hexgrid import Hex
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.canvas import (
     BAR_LEVELS,
@@ -41,6 +42,7 @@ LARGE_TRIANGLE_ROWS, SMALL_TRIANGLE_ROWS = 18, 8
 PANEL_GAP = 3  # columns between panels
 SERIES_GLYPHS = "●○◆✗+*"
 THIN_GLYPH = "·"
+MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
 VALUE_LEVELS = f" {BAR_LEVELS}"
 STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
@@ -95,7 +97,7 @@ def _list_actions(plot: Plot) -> dict[str, str]:
     used: dict[str, None] = {}
     for panel in plot.panels:
         if isinstance(panel, GridPanel):
-            used |= dict.fromkeys(panel.categories)
+            used |= dict.fromkeys(panel.used_categories)
         elif isinstance(panel, TrianglePanel) and not panel.shows_values:
             used |= dict.fromkeys(panel.distinct_actions)
     names = [name for name in dict.fromkeys([*plot.actions, *used]) if name in used]
@@ -304,16 +306,17 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
     """Return a map of hexes in the largest size that fits."""
     cells = {cell.hex: cell for cell in panel.cells}
 
-    def make_cell(hex_: hexgrid.Hex, size: HexSize) -> hexgrid.HexCell:
+    def make_cell(hex_: Hex, size: HexSize) -> hexgrid.HexCell:
         """Return the content of a hex: an arrow and a value, or a text."""
         cell = cells[hex_]
         style = HEX_STYLES.get(cell.kind, "")
         if cell.directions:
-            arrow = hexgrid.ARROWS[cell.directions[0]]
+            arrows = [hexgrid.ARROWS[direction] for direction in cell.directions]
+            arrow = " ".join(arrows) if len(arrows) <= MAX_ARROWS else MANY_ARROWS_GLYPH
             value = "" if cell.value is None else format_to_width(cell.value, size.width - 1)
             is_positive = cell.value is not None and cell.value > 0
             return hexgrid.HexCell(
-                arrow, value or cell.text, arrow, "green" if is_positive else "yellow"
+                arrow, value or cell.text, arrows[0], "green" if is_positive else "yellow"
             )
         marks = {"gain": "◆", "loss": "✗", "hunter": "P", "prey": "o", "": ""}
         if not cell.kind:
@@ -327,6 +330,9 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
         drawing = hexgrid.draw_map([cell.hex for cell in panel.cells], make_cell, size)
         if measure_text(drawing)[0] <= columns:
             break
+    if any(len(cell.directions) > MAX_ARROWS for cell in panel.cells):
+        legend = Text(f"{MANY_ARROWS_GLYPH} more than {MAX_ARROWS} best directions", "dim")
+        return Text("\n").join([drawing, legend])
     return drawing
 
 
