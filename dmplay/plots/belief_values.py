@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dmplay.core.arrays import Reals
+from dmplay.core.belief import initial_belief
 from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_upper_bound
@@ -31,9 +32,9 @@ from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 VALUE_LABEL = "expected return"
 METHODS = ("optimal", "qmdp", "fib")
 METHOD_NOTES = {
-    "optimal": "optimal: the exact value function, the maximum of the alpha vectors",
-    "qmdp": "qmdp: an upper bound; it assumes that the state is seen after the next action",
-    "fib": "fib: the fast informed bound; it assumes that the state is seen one turn later",
+    "optimal": "optimal is exact",
+    "qmdp": "qmdp is an upper bound, as if the state were seen after this turn",
+    "fib": "fib (fast informed bound) is a tighter upper bound",
 }
 VECTOR_NOTE = "thin lines: alpha vectors, the values of plans; thick line: their maximum"
 ENDS_OF_LINE = np.array([0.0, 1.0])
@@ -56,7 +57,12 @@ def plot_alpha_vectors(subject: PlottedProblem, methods: Sequence[str] = METHODS
     check_methods(methods)
     results = {method: compute_alpha_vectors(subject, method) for method in methods}
     title = f"{subject.title}: alpha vectors, {subject.horizon_text}"
-    notes = [METHOD_NOTES[method] for method in methods if len(methods) > 1]
+    start = initial_belief(subject.problem)
+    start_values = [float((result.vectors @ start).max()) for result in results.values()]
+    notes = [
+        f"value {value:.4g} at the start; {METHOD_NOTES[method]}"
+        for method, value in zip(methods, start_values, strict=True)
+    ]
     notes += _describe_gaps(results) + subject.horizon_notes
     panel = build_vector_panel(subject.problem, results)
     actions = subject.problem.actions[0].labels

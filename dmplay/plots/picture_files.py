@@ -34,6 +34,7 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.cm import ScalarMappable
+    from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
 
 WIDTH_INCHES = 6.4
@@ -79,6 +80,7 @@ TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of th
 LINE_INCHES = 0.2  # of a line of text
 MAX_HEX_INCHES = 0.9  # width of a hex
 LIGHT_SCALE_START = 0.35  # share of the dark colours that a scale behind texts leaves out
+LAYOUT_DIGITS = 5  # decimals of positions, as shares of the picture
 TIE_TOLERANCE = 1e-9
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
@@ -88,43 +90,8 @@ def render_picture(plot: Plot, file_format: str) -> bytes:
 
     Raise BadParameter if matplotlib is not installed.
     """
-    with _use_settings():
-        from matplotlib.figure import Figure
-
-        rows = [
-            plot.panels[first : first + plot.columns]
-            for first in range(0, len(plot.panels), plot.columns)
-        ]
-        panel_width = WIDTH_INCHES / plot.columns
-        heights = [max(_panel_height(panel, panel_width) for panel in row) for row in rows]
-        styles = _Styles(plot)
-        title = _wrap(plot.title, MAX_TITLE_COLUMNS)
-        notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
-        body_height = sum(heights) + LINE_INCHES * (2 + title.count("\n") + styles.legend_rows)
-        foot_height = LINE_INCHES * (notes.count("\n") + 1) if notes else 0.01
-        figure = Figure(figsize=(WIDTH_INCHES, body_height + foot_height))
-        parts: Any = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
-        body, foot = parts
-        foot.text(0.02, 1.0, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
-        axes = body.subplots(
-            len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
-        )
-        for ax in axes.flat:
-            ax.set_axis_off()
-        for ax, panel in zip(axes.flat, plot.panels, strict=False):
-            ax.set_title(panel.title)
-            _draw_panel(ax, panel, styles)
-        for label, (mappable, scaled_axes) in styles.scales.items():
-            body.colorbar(
-                mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False
-            )
-        body.suptitle(title)
-        handles = styles.collect_handles(axes.flat)
-        if handles:
-            body.legend(
-                handles=handles, loc="outside lower center", ncols=styles.legend_columns,
-                frameon=False,
-            )  # fmt: skip
+    with use_settings():
+        figure = compose_figure(plot)
         buffer = io.BytesIO()
         figure.savefig(
             buffer, format=file_format, dpi=DOTS_PER_INCH, metadata=METADATA[file_format]
@@ -132,8 +99,67 @@ def render_picture(plot: Plot, file_format: str) -> bytes:
         return buffer.getvalue()
 
 
+def compose_figure(plot: Plot) -> "Figure":
+    """Return a plot as a figure of matplotlib; call it, and draw the figure, in `use_settings`."""
+    from matplotlib.figure import Figure
+
+    rows = [
+        plot.panels[first : first + plot.columns]
+        for first in range(0, len(plot.panels), plot.columns)
+    ]
+    panel_width = WIDTH_INCHES / plot.columns
+    heights = [max(_panel_height(panel, panel_width) for panel in row) for row in rows]
+    styles = _Styles(plot)
+    title = _wrap(plot.title, MAX_TITLE_COLUMNS)
+    notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
+    body_height = sum(heights) + LINE_INCHES * (2 + title.count("\n") + styles.legend_rows)
+    foot_height = LINE_INCHES * (notes.count("\n") + 1) if notes else 0.01
+    figure = Figure(figsize=(WIDTH_INCHES, body_height + foot_height))
+    parts: Any = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
+    body, foot = parts
+    foot.text(0.02, 1.0, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
+    axes = body.subplots(
+        len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
+    )
+    for ax in axes.flat:
+        ax.set_axis_off()
+    for ax, panel in zip(axes.flat, plot.panels, strict=False):
+        ax.set_title(panel.title)
+        _draw_panel(ax, panel, styles)
+    for label, (mappable, scaled_axes) in styles.scales.items():
+        body.colorbar(mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False)
+    body.suptitle(title)
+    handles = styles.collect_handles(axes.flat)
+    if handles:
+        body.legend(
+            handles=handles, loc="outside lower center", ncols=styles.legend_columns,
+            frameon=False,
+        )  # fmt: skip
+    _freeze_layout(figure)
+    return figure
+
+
+def _freeze_layout(figure: "Figure") -> None:
+    """Lay out a figure, and round the positions.
+
+    The last digits of the layout vary from run to run, and the files would differ.
+    """
+    from matplotlib.axes import Axes
+
+    figure.draw_without_rendering()
+    figure.set_layout_engine("none")
+    for ax in figure.findobj(Axes):
+        assert isinstance(ax, Axes)
+        bounds = ax.get_position(original=True).bounds
+        ax.set_position((*(round(number, LAYOUT_DIGITS) for number in bounds),))
+    for title in (body.get_children() for body in figure.subfigs):
+        for item in title:
+            if hasattr(item, "get_position") and hasattr(item, "set_y"):
+                item.set_y(round(item.get_position()[1], LAYOUT_DIGITS))
+
+
 @contextmanager
-def _use_settings() -> Iterator[None]:
+def use_settings() -> Iterator[None]:
     """Run the block with this module's settings of matplotlib, not those of the user.
 
     Raise BadParameter if matplotlib is not installed.
@@ -469,8 +495,6 @@ def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: _Styles) -> None:
                 )
     outline = np.vstack([TRIANGLE_CORNERS, TRIANGLE_CORNERS[:1]])
     ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
-    if panel.path is not None:
-        ax.plot(*(panel.path @ TRIANGLE_CORNERS).T, "o-", color="#000000", markersize=4)
     spec = ax.get_subplotspec()
     if spec and spec.get_gridspec().ncols > 1:
         return  # the panels are too small for the names of the corners

@@ -24,7 +24,7 @@ def plot_belief_path(recording: ReplayRequest) -> Plot:
         raise BadParameter(f"belief: the agents see the state in {_title(game)}")
     seats = list_human_seats(game.player_names) or [*range(len(problem.agents))]
     panels = [_build_belief_panel(game, seat) for seat in seats]
-    notes = ["a ring marks the true state"]
+    notes = ["the mark of the true state is on its line"]
     if len(problem.agents) > 1:
         notes.append("a belief takes the unseen actions of the other agents to be uniformly random")
     return Plot(f"{_title(game)}: belief by turn", panels, notes=notes)

@@ -113,7 +113,6 @@ class TrianglePanel:
     alpha_vectors: Reals  # [N, 3]
     actions: Sequence[str]  # [N], first actions of the vectors
     value_label: str = ""  # '' if only the actions are drawn
-    path: Reals | None = None  # [K, 3], beliefs in the order of turns
 
     @property
     def shows_values(self) -> bool:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from dmplay.core.safe_files import write_bytes
-from dmplay.core.text import align_columns
+from dmplay.core.text import align_columns, escape_newlines
 from dmplay.core.work_budget import report_progress_to
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.game.command_line_results import Printout
@@ -57,7 +57,7 @@ def report_plot(
     from dmplay.plots.picture_files import render_picture
 
     write_bytes(output, [render_picture(plot, file_format)], force=force)
-    return Printout(f"wrote {output}")
+    return Printout(escape_newlines(f"wrote {output}"))
 
 
 def _choose_picture_format(output: Path | None) -> str:

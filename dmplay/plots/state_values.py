@@ -227,7 +227,7 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     if len(problem.agents) > 1:
         raise subject.refuse(what, f"it has {len(problem.agents)} agents, expected 1")
     if not count or not problem.action_counts[0]:
-        raise subject.refuse(what, "its states or actions are real numbers; try dmplay solve")
+        raise subject.refuse(what, "it has no list of states and actions; try dmplay solve")
     if count > MAX_LISTED_STATES:
         states = format_count(count, "state", ",")
         raise subject.refuse(
@@ -243,5 +243,5 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
 
 
 def _count_states(problem: Problem) -> int:
-    """Return the number of states; 0 if they are real numbers."""
+    """Return the number of states; 0 if they cannot be listed."""
     return problem.state_count if isinstance(problem.state_count, int) else 0

@@ -40,13 +40,13 @@ AREA_ROWS = 15
 MAX_GRID_COLUMNS, MAX_GRID_ROWS = 72, 21
 LARGE_TRIANGLE_ROWS, SMALL_TRIANGLE_ROWS = 18, 8
 PANEL_GAP = 3  # columns between panels
-SERIES_GLYPHS = "●○◆✗+*"
+SERIES_GLYPHS = "●○◆✗=%"
 THIN_GLYPH = "·"
 MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
 VALUE_LEVELS = f" {BAR_LEVELS}"
 STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
-MARK_GLYPH, TRUTH_GLYPH = "✗", "◆"
+MARK_GLYPH, POINT_GLYPH = "✗", "#"
 TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
@@ -110,10 +110,14 @@ def _list_actions(plot: Plot) -> dict[str, str]:
 
 def _draw_action_legend(actions: dict[str, str]) -> Text:
     """Return the legend of the letters of actions."""
-    legend = Text()
-    for index, (name, glyph) in enumerate(actions.items()):
-        legend.append(f"{glyph} {name}   ", _style_of(index))
-    return legend
+    return _join_legend(
+        [Text(f"{glyph} {name}", _style_of(i)) for i, (name, glyph) in enumerate(actions.items())]
+    )
+
+
+def _join_legend(entries: Sequence[Text]) -> Text:
+    """Return the entries of a legend in one line."""
+    return Text("   ").join(entries)
 
 
 def _style_of(index: int) -> str:
@@ -217,19 +221,21 @@ def _draw_lines(panel: LinePanel, columns: int) -> Text:
         _draw_series(area, series)
     lines = [area.canvas.to_text()]
     lines += [_draw_regions(panel, area)] if panel.regions else []
-    legend = Text()
-    for series in panel.series:
-        if series.label:
-            legend.append(f"{_glyph_of(series)} {series.label}   ", _style_of(series.style))
-    return Text("\n").join([*lines, legend] if legend else lines)
+    entries = [
+        Text(f"{_glyph_of(series)} {series.label}", _style_of(series.style))
+        for series in panel.series
+        if series.label
+    ]
+    return Text("\n").join([*lines, _join_legend(entries)] if entries else lines)
 
 
 def _glyph_of(series: Series) -> str:
     """Return the glyph of a series."""
     if series.is_thin:
         return THIN_GLYPH
-    is_truth = series.kind == "points"
-    return TRUTH_GLYPH if is_truth else SERIES_GLYPHS[series.style % len(SERIES_GLYPHS)]
+    if series.kind == "points":
+        return POINT_GLYPH
+    return SERIES_GLYPHS[series.style % len(SERIES_GLYPHS)]
 
 
 def _draw_series(area: _PlotArea, series: Series) -> None:

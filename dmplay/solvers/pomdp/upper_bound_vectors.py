@@ -12,7 +12,7 @@ from dmplay.core.tabular import Tables
 from dmplay.core.work_budget import ARRAY_CALL_WORK, Budget
 from dmplay.solvers.mdp import mdp_values
 
-CONVERGENCE_TOLERANCE = 1e-10  # change of the vectors below which sweeps stop
+CONVERGENCE_TOLERANCE = 1e-10  # relative error of the vectors below which sweeps stop
 
 
 def compute_qmdp_vectors(tables: Tables, discount: float, horizon: int | None) -> Reals:
@@ -37,7 +37,8 @@ def compute_informed_vectors(tables: Tables, discount: float, horizon: int | Non
             vectors = _backup_informed_vectors(tables, discount, vectors)
         return vectors
     vectors, change = compute_qmdp_vectors(tables, discount, None), np.inf
-    while change > CONVERGENCE_TOLERANCE * max(1.0, float(abs(vectors).max())):
+    # After a change, the error is at most discount / (1 - discount) times as large.
+    while change > CONVERGENCE_TOLERANCE * (1.0 - discount) * max(1.0, float(abs(vectors).max())):
         budget.spend_work(ARRAY_CALL_WORK + tables.transition.size)
         previous, vectors = vectors, _backup_informed_vectors(tables, discount, vectors)
         change = float(abs(vectors - previous).max())
