@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from matplotlib.cm import ScalarMappable
     from matplotlib.figure import Figure
     from matplotlib.patches import Rectangle
+    from matplotlib.text import Text
 
 WIDTH_INCHES = 6.4
 DOTS_PER_INCH = 200  # of PNG files, and of heat maps in the other formats
@@ -53,7 +54,6 @@ SETTINGS: dict[str, Any] = {
     "text.parse_math": False,  # names may contain a dollar sign
     "svg.hashsalt": "dmplay",
     "pdf.fonttype": 42,
-    "figure.constrained_layout.use": True,
 }
 METADATA: dict[str, dict[str, None]] = {
     "svg": {"Date": None, "Creator": None},
@@ -112,13 +112,17 @@ def compose_figure(plot: Plot) -> "Figure":
     styles = _Styles(plot)
     title = _wrap(plot.title, MAX_TITLE_COLUMNS)
     notes = "\n".join(_wrap(note, MAX_NOTE_COLUMNS) for note in plot.notes)
-    body_height = sum(heights) + LINE_INCHES * (2 + title.count("\n") + styles.legend_rows)
-    foot_height = LINE_INCHES * (notes.count("\n") + 1) if notes else 0.01
-    figure = Figure(figsize=(WIDTH_INCHES, body_height + foot_height))
-    parts: Any = figure.subfigures(2, 1, height_ratios=[body_height, foot_height])
-    body, foot = parts
-    foot.text(0.02, 1.0, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
-    axes = body.subplots(
+    # From the bottom: notes, the legend, and the panels with the title.
+    notes_height = LINE_INCHES * (notes.count("\n") + 1.5) if notes else 0.0
+    legend_height = LINE_INCHES * (styles.legend_rows + 0.5) if styles.legend_rows else 0.0
+    panels_height = sum(heights) + LINE_INCHES * (2 + title.count("\n"))
+    height = notes_height + legend_height + panels_height
+    legend_bottom = notes_height / height
+    bottom = (notes_height + legend_height) / height
+    figure = Figure(figsize=(WIDTH_INCHES, height))
+    figure.set_layout_engine("constrained", rect=(0.0, bottom, 1.0, 1.0 - bottom))
+    figure.text(0.02, legend_bottom, notes, fontsize=NOTE_SIZE, va="top", color="#444444")
+    axes = figure.subplots(
         len(rows), plot.columns, squeeze=False, gridspec_kw={"height_ratios": heights}
     )
     for ax in axes.flat:
@@ -127,19 +131,21 @@ def compose_figure(plot: Plot) -> "Figure":
         ax.set_title(panel.title)
         _draw_panel(ax, panel, styles)
     for label, (mappable, scaled_axes) in styles.scales.items():
-        body.colorbar(mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False)
-    body.suptitle(title)
+        figure.colorbar(
+            mappable, ax=scaled_axes, label=label, fraction=0.05, pad=0.02, panchor=False
+        )
+    title_text = figure.suptitle(title)
     handles = styles.collect_handles(axes.flat)
     if handles:
-        body.legend(
-            handles=handles, loc="outside lower center", ncols=styles.legend_columns,
-            frameon=False,
+        figure.legend(
+            handles=handles, loc="lower center", bbox_to_anchor=(0.5, legend_bottom),
+            ncols=styles.legend_columns, frameon=False, borderaxespad=0.0,
         )  # fmt: skip
-    _freeze_layout(figure)
+    _freeze_layout(figure, title_text)
     return figure
 
 
-def _freeze_layout(figure: "Figure") -> None:
+def _freeze_layout(figure: "Figure", title: "Text") -> None:
     """Lay out a figure, and round the positions.
 
     The last digits of the layout vary from run to run, and the files would differ.
@@ -152,10 +158,7 @@ def _freeze_layout(figure: "Figure") -> None:
         assert isinstance(ax, Axes)
         bounds = ax.get_position(original=True).bounds
         ax.set_position((*(round(number, LAYOUT_DIGITS) for number in bounds),))
-    for title in (body.get_children() for body in figure.subfigs):
-        for item in title:
-            if hasattr(item, "get_position") and hasattr(item, "set_y"):
-                item.set_y(round(item.get_position()[1], LAYOUT_DIGITS))
+    title.set_y(round(title.get_position()[1], LAYOUT_DIGITS))
 
 
 @contextmanager
@@ -192,7 +195,8 @@ class _Styles:
         self._order = [*dict.fromkeys([*plot.actions, *used])]
         self.labels = [label for label in self._order if label in used]
         series = [item.label for panel in plot.panels for item in getattr(panel, "series", ())]
-        entries = [*dict.fromkeys(filter(None, series)), *self.labels]
+        marks = [getattr(panel, "mark_label", "") for panel in plot.panels if _has_marks(panel)]
+        entries = [*dict.fromkeys(filter(None, [*series, *marks])), *self.labels]
         width = max(map(len, entries), default=0) + LEGEND_SYMBOL_CHARACTERS
         self.legend_columns = max(min(len(entries), MAX_LEGEND_CHARACTERS // width), 1)
         self.legend_rows = ceil(len(entries) / self.legend_columns)
@@ -242,6 +246,11 @@ class _Styles:
             for label in self.labels
         ]  # fmt: skip
         return [*handles.values(), *patches]
+
+
+def _has_marks(panel: Panel) -> bool:
+    """Return whether some points or cells of a panel are marked."""
+    return bool(getattr(panel, "marks", ()) or getattr(panel, "marked", ()))
 
 
 def _group_by_value_label(panels: Sequence[Panel]) -> dict[str, list[Panel]]:

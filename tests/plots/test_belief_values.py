@@ -125,7 +125,7 @@ def test_the_regions_of_a_triangle_cover_it_and_have_their_best_action() -> None
         corners = panel.region_corners(index)
         assert panel.best_action(corners.mean(axis=0)) == action
         x, y = corners[:, 1], corners[:, 2]
-        area += abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+        area += float(abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
     assert area == pytest.approx(0.5)
 
 
@@ -137,9 +137,8 @@ def test_two_triangles_of_values_and_actions_come_from_the_same_vectors() -> Non
     assert isinstance(policy, TrianglePanel)
     assert (values.value_label, policy.value_label) == ("expected return", "")
     assert (values.alpha_vectors == policy.alpha_vectors).all()
-    certain = np.eye(3)
     tables = tabulate(load_problem("machine-replacement"))
-    for b in certain:
+    for b in np.eye(3):
         expected = plan_backward(tables, 1.0, b, 5)
         assert (values.alpha_vectors @ b).max() == pytest.approx(expected)
 
