@@ -17,10 +17,10 @@ from dmplay.game.plot_kinds import FIGURES
 from dmplay.plots import belief_values, payoffs, state_values
 from dmplay.plots.plot_data import (
     Axis,
-    HexCell,
     HexPanel,
     LinePanel,
     Plot,
+    PlottedHex,
     Series,
     TablePanel,
 )
@@ -51,9 +51,9 @@ def _draw_move_chances(subject: PlottedProblem) -> Plot:
     hexes = ((0, 0), *hex_neighbours((0, 0)))
     tables = tabulate(replace(problem, hexes=hexes, rewards=()))
     chances = tables.transition[0, CHOSEN_DIRECTION, : len(hexes)]
-    cells = [HexCell((0, 0), text="start", directions=(CHOSEN_DIRECTION,))]
+    cells = [PlottedHex((0, 0), text="start", directions=(CHOSEN_DIRECTION,))]
     cells += [
-        HexCell(hex_, float(p), text=f"{p:.3g}")
+        PlottedHex(hex_, float(p), text=f"{p:.3g}")
         for hex_, p in zip(hexes[1:], chances[1:], strict=True)
     ]
     chosen = DIRECTIONS[CHOSEN_DIRECTION].upper()
@@ -145,11 +145,11 @@ def _draw_hunt_start(subject: PlottedProblem) -> Plot:
     hunters = [problem.hexes[int(s)] for s in states[int(np.argmax(p))]]
     hunter, prey = hunters[0], hunters[1]
     cells = [
-        HexCell(hex_, text="predator", kind="hunter")
+        PlottedHex(hex_, text="predator", kind="hunter")
         if hex_ == hunter
-        else HexCell(hex_, text="prey", kind="prey")
+        else PlottedHex(hex_, text="prey", kind="prey")
         if hex_ == prey
-        else HexCell(hex_)
+        else PlottedHex(hex_)
         for hex_ in problem.hexes
     ]
     return Plot(f"{subject.title}: initial state", [HexPanel("", cells)])

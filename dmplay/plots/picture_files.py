@@ -19,11 +19,11 @@ from dmplay.errors import BadParameter
 from dmplay.plots.plot_data import (
     Axis,
     GridPanel,
-    HexCell,
     HexPanel,
     LinePanel,
     Panel,
     Plot,
+    PlottedHex,
     Series,
     TablePanel,
     TrianglePanel,
@@ -431,7 +431,7 @@ def _to_pair(point: Reals) -> tuple[float, float]:
     return float(point[0]), float(point[1])
 
 
-def _measure_hexes(cells: Sequence[HexCell]) -> tuple[Reals, Reals]:
+def _measure_hexes(cells: Sequence[PlottedHex]) -> tuple[Reals, Reals]:
     """Return the lower left and the upper right corner of a map."""
     centres = np.array([_hex_centre(cell.hex) for cell in cells])
     margin = np.array([0.55, 0.65])

@@ -82,7 +82,7 @@ class GridPanel:
 
 
 @dataclass(frozen=True)
-class HexCell:
+class PlottedHex:
     """One hex of a map: its value, the best directions, and a text."""
 
     hex: Hex
@@ -97,7 +97,7 @@ class HexPanel:
     """A map of hexes, coloured by value."""
 
     title: str
-    cells: Sequence[HexCell]
+    cells: Sequence[PlottedHex]
     value_label: str = ""
 
 

@@ -46,10 +46,10 @@ class PlottedProblem(NamedTuple):
     @property
     def horizon_notes(self) -> list[str]:
         """A note that a game is shorter, if the horizon is infinite but the game's own is not."""
-        own = self.problem.horizon
-        if self.horizon is not None or own is None:
+        turns = self.problem.horizon
+        if self.horizon is not None or turns is None:
             return []
-        return [f"a game has at most {format_count(own, 'turn')}; --turns {own} plots those"]
+        return [f"a game has at most {format_count(turns, 'turn')}; --turns {turns} plots those"]
 
     def refuse(self, what: str, reason: str) -> BadParameter:
         """Return the error for a plot that does not fit this problem."""

@@ -24,7 +24,7 @@ EXAMPLE_SUBJECTS = {"alpha-vectors": "crying-baby", "payoffs": "prisoners-dilemm
 
 @dataclass(frozen=True)
 class PlotRequest:
-    """What to plot, of which problem or file, and with which options."""
+    """A plot that is asked for: its name, its problem or file, and its options."""
 
     what: str
     subject: str = ""  # a problem or a file

@@ -11,11 +11,11 @@ from dmplay.core.text import format_count
 from dmplay.plots.plot_data import (
     Axis,
     GridPanel,
-    HexCell,
     HexPanel,
     LinePanel,
     Panel,
     Plot,
+    PlottedHex,
     Series,
     TablePanel,
     make_value_axis,
@@ -106,10 +106,10 @@ def build_hex_value_panel(subject: PlottedProblem, title: str = "") -> HexPanel:
         if hex_ in exits:
             reward = exits[hex_]
             text = format_signed(reward)
-            cells.append(HexCell(hex_, value, (), text, "gain" if reward > 0 else "loss"))
+            cells.append(PlottedHex(hex_, value, (), text, "gain" if reward > 0 else "loss"))
         else:
             directions = np.flatnonzero(mark_best_actions(action_values)).tolist()
-            cells.append(HexCell(hex_, value, directions, f"{value:.2f}"))
+            cells.append(PlottedHex(hex_, value, directions, f"{value:.2f}"))
     return HexPanel(title, cells, VALUE_LABEL)
 
 

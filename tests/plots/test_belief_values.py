@@ -33,8 +33,8 @@ def plan_backward(tables: Tables, discount: float, b: Reals, turns: int) -> floa
         for o in range(tables.observation_model.shape[2]):
             joint = (b @ tables.transition[:, a]) * tables.observation_model[a, :, o]
             if joint.sum() > 0:
-                rest = plan_backward(tables, discount, joint / joint.sum(), turns - 1)
-                value += discount * float(joint.sum()) * rest
+                continuation = plan_backward(tables, discount, joint / joint.sum(), turns - 1)
+                value += discount * float(joint.sum()) * continuation
         values.append(value)
     return max(values)
 

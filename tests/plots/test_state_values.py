@@ -8,7 +8,7 @@ import pytest
 
 from dmplay.core.problem import Problem, enumerate_outcomes
 from dmplay.errors import BadParameter
-from dmplay.plots.plot_data import GridPanel, HexCell, HexPanel, LinePanel, Plot, TablePanel
+from dmplay.plots.plot_data import GridPanel, HexPanel, LinePanel, Plot, PlottedHex, TablePanel
 from dmplay.plots.plotted_problem import load_plotted_problem
 from dmplay.plots.state_values import plot_policy, plot_values
 from dmplay.problems.hexworld import HexWorld
@@ -20,7 +20,7 @@ def plot_cached_values(name: str, settings: Sequence[str] = (), turns: int | Non
     return plot_values(load_plotted_problem(name, settings, turns))
 
 
-def list_hex_cells(plot: Plot) -> Sequence[HexCell]:
+def list_hex_cells(plot: Plot) -> Sequence[PlottedHex]:
     (panel,) = plot.panels
     assert isinstance(panel, HexPanel)
     return panel.cells
