@@ -34,7 +34,7 @@ METHODS = ("optimal", "qmdp", "fib")
 METHOD_NOTES = {
     "optimal": "optimal is exact",
     "qmdp": "qmdp is an upper bound, as if the state were seen after this turn",
-    "fib": "fib (fast informed bound) is a tighter upper bound",
+    "fib": "fib (fast informed bound) is an upper bound, never above qmdp",
 }
 VECTOR_NOTE = "thin lines: alpha vectors, the values of plans; thick line: their maximum"
 ENDS_OF_LINE = np.array([0.0, 1.0])

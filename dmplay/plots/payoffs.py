@@ -33,7 +33,8 @@ def plot_payoffs(subject: PlottedProblem) -> Plot:
     notes = _describe_equilibria(subject, profiles, is_complete=is_complete)
     cells = {cell for profile in profiles if (cell := find_pure_cell(profile)) is not None}
     rows, columns = problem.actions[0].labels, problem.actions[1].labels
-    if len(rows) <= MAX_TABLE_ROWS and len(columns) <= MAX_TABLE_COLUMNS:
+    is_small = len(rows) <= MAX_TABLE_ROWS and len(columns) <= MAX_TABLE_COLUMNS
+    if is_small or 1 in (len(rows), len(columns)):
         texts = [[f"{first:g}, {second:g}" for first, second in row] for row in payoffs]
         table = TablePanel(
             f"rewards of {problem.agents[0]}, {problem.agents[1]}",

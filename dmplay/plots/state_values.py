@@ -233,9 +233,13 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
         raise subject.refuse(
             what, f"it has {states}, expected at most {MAX_LISTED_STATES}; try dmplay solve"
         )
-    q = compute_state_action_values(subject)
-    cells = [[f"{row.max():.4g}", format_actions(problem, mark_best_actions(row))] for row in q]
-    names = [problem.format_state(s) for s in problem.enumerate_states()]
+    q, states = compute_state_action_values(subject), problem.enumerate_states()
+    is_best = mark_best_actions(q) & ~problem.terminal(states)[:, None]
+    cells = [
+        [f"{row.max():.4g}", format_actions(problem, mask)]
+        for row, mask in zip(q, is_best, strict=True)
+    ]
+    names = [problem.format_state(s) for s in states]
     columns = [VALUE_LABEL, "best action"]
     panel = TablePanel("", "state", "", names, columns, cells)
     title = f"{subject.title}: values and best actions, {subject.horizon_text}"

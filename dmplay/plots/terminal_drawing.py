@@ -331,11 +331,15 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
         text = "" if cell.kind in ("hunter", "prey") else cell.text
         return hexgrid.HexCell(mark, text, mark, style)
 
-    drawing = Text()
+    drawing, needed_columns = Text(), 0
     for size in (NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE):
         drawing = hexgrid.draw_map([cell.hex for cell in panel.cells], make_cell, size)
+        needed_columns = needed_columns or measure_text(drawing)[0]
         if measure_text(drawing)[0] <= columns:
             break
+    if measure_text(drawing)[0] < needed_columns and panel.value_label:
+        notice = Text(f"the values need {needed_columns} columns", "dim")
+        drawing = Text("\n").join([drawing, notice])
     if any(len(cell.directions) > MAX_ARROWS for cell in panel.cells):
         legend = Text(f"{MANY_ARROWS_GLYPH} more than {MAX_ARROWS} best directions", "dim")
         return Text("\n").join([drawing, legend])
