@@ -9,6 +9,7 @@ import textwrap
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from importlib.util import find_spec
 from math import ceil, sqrt
 from typing import TYPE_CHECKING, Any
 
@@ -86,10 +87,7 @@ TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
 
 def render_picture(plot: Plot, file_format: str) -> bytes:
-    """Return a plot as the bytes of an SVG, PNG or PDF file.
-
-    Raise BadParameter if matplotlib is not installed.
-    """
+    """Return a plot as the bytes of an SVG, PNG or PDF file."""
     with use_settings():
         figure = compose_figure(plot)
         buffer = io.BytesIO()
@@ -161,18 +159,19 @@ def _freeze_layout(figure: "Figure", title: "Text") -> None:
     title.set_y(round(title.get_position()[1], LAYOUT_DIGITS))
 
 
-@contextmanager
-def use_settings() -> Iterator[None]:
-    """Run the block with this module's settings of matplotlib, not those of the user.
-
-    Raise BadParameter if matplotlib is not installed.
-    """
-    try:
-        import matplotlib
-    except ImportError:
+def check_matplotlib() -> None:
+    """Raise BadParameter if matplotlib is not installed."""
+    if find_spec("matplotlib") is None:
         raise BadParameter(
             "-o: pictures need matplotlib; install the extra plot: pip install 'dmplay[plot]'"
-        ) from None
+        )
+
+
+@contextmanager
+def use_settings() -> Iterator[None]:
+    """Run the block with this module's settings of matplotlib, not those of the user."""
+    import matplotlib
+
     with matplotlib.rc_context(), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes.
         warnings.filterwarnings("ignore", "Glyph .* missing from")

@@ -48,21 +48,21 @@ def report_plot(
     request: PlotRequest, output: Path | None, terminal: Terminal, *, force: bool = False
 ) -> Printout:
     """Return the plot as text, or write it to a picture file."""
-    file_format = _choose_picture_format(output)
-    plot = build_plot(request)
     if output is None:
         from dmplay.plots.terminal_drawing import draw_plot
 
-        return Printout(draw_plot(plot, terminal.columns), paged=True)
-    from dmplay.plots.picture_files import render_picture
+        return Printout(draw_plot(build_plot(request), terminal.columns), paged=True)
+    from dmplay.plots.picture_files import check_matplotlib, render_picture
 
-    write_bytes(output, [render_picture(plot, file_format)], force=force)
+    file_format = _choose_picture_format(output)
+    check_matplotlib()  # before a plot that may take long to compute
+    write_bytes(output, [render_picture(build_plot(request), file_format)], force=force)
     return Printout(escape_newlines(f"wrote {output}"))
 
 
-def _choose_picture_format(output: Path | None) -> str:
+def _choose_picture_format(output: Path) -> str:
     """Return the format of a picture file by its extension; raise BadParameter for others."""
-    extension = output.suffix[1:].lower() if output else PICTURE_FORMATS[0]
+    extension = output.suffix[1:].lower()
     if extension not in PICTURE_FORMATS:
         expected = ", ".join(f".{name}" for name in PICTURE_FORMATS)
         raise BadParameter(f"-o {output}: expected a file name that ends in one of {expected}")

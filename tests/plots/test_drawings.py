@@ -160,11 +160,11 @@ def test_names_with_dollar_signs_and_foreign_scripts_are_drawn() -> None:
 
 
 def test_a_picture_without_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
-    from dmplay.plots.picture_files import render_picture
+    from dmplay.plots.picture_files import check_matplotlib
 
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(BadParameter, match=r"install the extra plot: pip install 'dmplay\[plot\]'"):
-        render_picture(DIAGONAL, "svg")
+        check_matplotlib()
 
 
 def test_a_plot_in_the_terminal_does_not_load_matplotlib() -> None:

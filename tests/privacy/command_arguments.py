@@ -125,7 +125,7 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "grade": ("{file}", "{file} --json", ". --csv"),
     "convert": ("crying-baby -o out.pomdp --force",),
     "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
-    "plot": ("F.2", "", "belief {file} {trust}", "regret {file} {trust}"),
+    "plot": ("F.2", "", "belief {file}", "regret {file}"),
     "agents": ("{problem}", "{problem} --json"),
     "info": ("{problem}", "{problem} --json"),
     "check": ("{problem}", "{problem} --json"),

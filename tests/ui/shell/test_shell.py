@@ -214,7 +214,7 @@ def test_help_for_a_topic_explains_each_command(
         f"{c.name} {c.argument_help}".strip() + f": {c.help}" for c in COMMANDS_BY_TOPIC[topic]
     ]
     assert lines == expected
-    with pytest.raises(UnknownName, match="did you mean files or"):
+    with pytest.raises(UnknownName, match=r"did you mean files\?"):
         create_shell().run_line("help file")
 
 
