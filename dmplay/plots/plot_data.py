@@ -1,6 +1,6 @@
 """The content of a plot, separate from its drawing: axes, series, regions, maps and tables.
 
-A plot has one or more panels. `terminal_drawing` and `picture_files` draw each kind of panel.
+A plot has one or more panels. `terminal_drawing` and `picture_panels` draw each kind of panel.
 """
 
 from collections.abc import Sequence

@@ -229,9 +229,9 @@ def _plot_state_table(subject: PlottedProblem, what: str) -> Plot:
     if not count or not problem.action_counts[0]:
         raise subject.refuse(what, "it has no list of states and actions; try dmplay solve")
     if count > MAX_LISTED_STATES:
-        states = format_count(count, "state", ",")
+        count_text = format_count(count, "state", ",")
         raise subject.refuse(
-            what, f"it has {states}, expected at most {MAX_LISTED_STATES}; try dmplay solve"
+            what, f"it has {count_text}, expected at most {MAX_LISTED_STATES}; try dmplay solve"
         )
     q, states = compute_state_action_values(subject), problem.enumerate_states()
     is_best = mark_best_actions(q) & ~problem.terminal(states)[:, None]
