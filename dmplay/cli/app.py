@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, reports, transcripts
+from dmplay.cli import evaluation, games, grading, plots, reports, transcripts
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -52,7 +52,7 @@ app.command()(evaluation.compare)
 app.command()(evaluation.tournament)
 app.command()(grading.assign)
 app.command()(grading.grade)
-app.command()(reports.figure)
+app.command()(plots.plot)
 app.command()(reports.agents)
 app.command()(reports.info)
 app.command()(reports.check)

@@ -144,37 +144,6 @@ def convert(
     )
 
 
-@options.with_terminal_options("color", "ascii", "theme")
-def figure(
-    name: options.FigureName = "",
-    svg: Annotated[bool, typer.Option("--svg", help="draw an SVG picture")] = False,
-    output: options.OutputPath = None,
-    force: options.Force = False,
-    *,
-    terminal_options: TerminalOptions,
-) -> object:
-    """Draw a figure or table of the book's appendix F.
-
-    dmplay computes it from its problem definitions.
-
-    \b
-      dmplay figure                 list the figures
-      dmplay figure F.2
-      dmplay figure F.11 --svg -o regions.svg
-    """
-    from dmplay.output import svg_export
-
-    if name:
-        return svg_export.draw_figure(name, output, svg=svg, force=force)._replace(
-            terminal_options=terminal_options
-        )
-    if svg or output:
-        raise BadParameter(
-            "figure: --svg and -o need a figure, such as F.2; dmplay figure lists them"
-        )
-    return svg_export.format_figure_list()
-
-
 def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:
     """List the agents for a problem, with their parameters.
 

@@ -1,4 +1,4 @@
-"""Export of figures and texts to the terminal and to SVG."""
+"""Export of texts to the terminal and to SVG."""
 
 import io
 import re
@@ -12,11 +12,9 @@ from rich.text import Text
 
 from dmplay.core.safe_files import write_file
 from dmplay.game.command_line_results import Printout
-from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.game.saves import choose_free_path
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.styles import to_ansi
-from dmplay.views.figures.registry import find_figure, load_figures
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
 
 # Rich's own template, without the fonts that it loads from the network.
@@ -68,19 +66,3 @@ def choose_picture_path(output: Path | None, stem: str, extension: str) -> Path 
     if output is not None or not sys.stdout.isatty():
         return output
     return choose_free_path(Path(f"{stem}.{extension}"))
-
-
-def format_figure_list() -> str:
-    """Return the name and title of every figure, one per line."""
-    return "\n".join(f"{key:<5} {title}" for key, (title, _) in load_figures().items())
-
-
-def draw_figure(name: str, output: Path | None, *, svg: bool, force: bool = False) -> Printout:
-    """Return a figure to be printed, as SVG if asked for, or write it to a file as SVG."""
-    title, draw = find_figure(name)
-    check_extension_fits_format(output, "svg")
-    if svg or output:
-        path = choose_picture_path(output, name, "svg")
-        printout = write_or_print(path, [text_to_svg(draw(), title)], force=force)
-        return printout._replace(text=f"wrote {path}") if path is not output else printout
-    return Printout(draw(), paged=True)
