@@ -25,7 +25,8 @@ from dmplay.plots.plot_data import (
     make_value_axis,
 )
 from dmplay.plots.plotted_problem import PlottedProblem, format_actions
-from dmplay.solvers.pomdp import exact_pomdp, upper_bound_vectors
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
 
@@ -80,16 +81,27 @@ def check_methods(methods: Sequence[str]) -> None:
 
 def compute_alpha_vectors(subject: PlottedProblem, method: str = "optimal") -> AlphaVectors:
     """Return the alpha vectors of a method for the turns left."""
-    problem, tables, horizon = subject.problem, tabulate(subject.problem), subject.horizon
+    problem, horizon = subject.problem, subject.horizon
     if method == "optimal":
         return name_first_actions(problem, solve_stage(problem, horizon))
-    compute_vectors = {
-        "qmdp": upper_bound_vectors.compute_qmdp_vectors,
-        "fib": upper_bound_vectors.compute_informed_vectors,
-    }[method]
-    return AlphaVectors(
-        compute_vectors(tables, problem.discount, horizon), problem.actions[0].labels
-    )
+    compute_q = {"qmdp": compute_qmdp_bound, "fib": compute_informed_bound}[method]
+    return AlphaVectors(compute_q(problem, horizon).T, problem.actions[0].labels)
+
+
+def compute_qmdp_bound(problem: Problem, horizon: int | None) -> Reals:
+    """Return Q `[S, A]` as if the state were seen after this turn; None: an infinite horizon."""
+    tables, discount = tabulate(problem), problem.discount
+    if horizon is None:
+        return mdp_values.compute_optimal_q(tables, discount)
+    values = mdp_values.compute_finite_horizon_values(tables, discount, horizon - 1)
+    return mdp_values.compute_action_values(tables, discount, values)
+
+
+def compute_informed_bound(problem: Problem, horizon: int | None) -> Reals:
+    """Return the fast informed bound `[S, A]` for turns left; None: an infinite horizon."""
+    if horizon is None:
+        return fast_informed_bound.compute_fast_informed_bound(problem)
+    return fast_informed_bound.compute_finite_horizon_bounds(problem, horizon)[-1]
 
 
 def solve_stage(problem: Problem, horizon: int | None) -> AlphaVectorStage:

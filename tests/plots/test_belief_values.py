@@ -18,7 +18,6 @@ from dmplay.plots.belief_values import (
 from dmplay.plots.plot_data import LinePanel, TrianglePanel
 from dmplay.plots.plotted_problem import load_plotted_problem
 from dmplay.registry.problems import load_problem
-from dmplay.solvers.pomdp import upper_bound_vectors
 
 BELIEFS = np.linspace(0.0, 1.0, 101)
 
@@ -68,39 +67,10 @@ def test_qmdp_is_at_least_fib_which_is_at_least_the_optimum(turns: int | None) -
 
 
 def test_with_one_turn_left_all_methods_give_the_expected_rewards() -> None:
-    tables = tabulate(load_problem("crying-baby"))
-    rewards = tables.rewards[:, :, 0].T
-    assert upper_bound_vectors.compute_qmdp_vectors(tables, 0.9, 1) == pytest.approx(rewards)
-    assert upper_bound_vectors.compute_informed_vectors(tables, 0.9, 1) == pytest.approx(rewards)
-
-
-@pytest.mark.parametrize("name", ["crying-baby", "machine-replacement"])
-def test_the_informed_bound_is_its_definition_written_out(name: str) -> None:
-    tables = tabulate(load_problem(name))
-    states, actions, _ = tables.transition.shape
-    observations = tables.observation_model.shape[2]
-    previous = upper_bound_vectors.compute_informed_vectors(tables, 0.9, 2)
-    for a, s in itertools.product(range(actions), range(states)):
-        expected = tables.rewards[s, a, 0] + 0.9 * sum(
-            max(
-                sum(
-                    tables.transition[s, a, t] * tables.observation_model[a, t, o] * previous[b, t]
-                    for t in range(states)
-                )
-                for b in range(actions)
-            )
-            for o in range(observations)
-        )
-        vectors = upper_bound_vectors.compute_informed_vectors(tables, 0.9, 3)
-        assert vectors[a, s] == pytest.approx(expected)
-
-
-def test_the_informed_bound_of_an_infinite_horizon_is_the_limit_of_finite_ones() -> None:
-    tables = tabulate(load_problem("crying-baby"))
-    limit = upper_bound_vectors.compute_informed_vectors(tables, 0.9, None)
-    assert limit == pytest.approx(
-        upper_bound_vectors.compute_informed_vectors(tables, 0.9, 300), abs=1e-8
-    )
+    rewards = tabulate(load_problem("crying-baby")).rewards[:, :, 0].T
+    for method in ("qmdp", "fib"):
+        result = compute_alpha_vectors(load_plotted_problem("crying-baby", (), 1), method)
+        assert result.vectors == pytest.approx(rewards)
 
 
 def test_methods_are_overlaid_with_their_values_at_the_start() -> None:
