@@ -394,7 +394,15 @@ class KeyDrivenEventLoop(ScreenEventLoop):
 
     def __init__(self, screen: KeyDrivenScreen, painter: Painter, input_: Input) -> None:
         super().__init__(screen, screen.handle_key, painter, input_)
+        self._key_screen = screen
         self._enqueue_event(partial(self._handle_key, ""))
+
+    def _iter_clocks(self) -> Iterator[Awaitable[None]]:
+        """Yield the clock that sends the empty key while the screen plays."""
+        screen = self._key_screen
+        yield self._run_clock(
+            lambda: screen.speed, partial(screen.handle_key, ""), lambda: screen.is_playing
+        )
 
     async def _open_command_prompt(self, ahead: list[KeyPress]) -> None:
         """Handle a colon as any other key; if it quits, keep the typeahead for the next reader."""
