@@ -130,8 +130,8 @@ def watch_target(
     return WatchedSteps(algorithm, WatchRequest(problem, seat, session, iterations, seed), name)
 
 
-# The algorithms offered first in a running game, before all others that fit.
-GAME_ALGORITHMS = ("belief-update", "tree-search")
+# The algorithms that a running game shows first if they fit, and their iterations.
+GAME_ALGORITHMS = {"belief-update": 1, "tree-search": None}  # 1: the last turn
 
 
 def choose_algorithm(problem: Problem, name: str = "") -> Algorithm:
@@ -154,10 +154,10 @@ def watch_game(game: Game, name: str = "") -> WatchedSteps:
     hints, or if the algorithm does not fit.
     """
     algorithm = choose_algorithm(game.problem, name)
-    request = WatchRequest(game.problem, game.viewing_seat, game.session)
+    iterations = GAME_ALGORITHMS.get(algorithm.name)
+    request = WatchRequest(game.problem, game.viewing_seat, game.session, iterations)
     watched = WatchedSteps(algorithm, request, game.problem_name)
-    if algorithm.shows_actions:
+    if algorithm.shows_actions and not game.session.over:
         game.check_hints_allowed("watch")
-        if not game.session.over:
-            game.record_hint()
+        game.record_hint()
     return watched

@@ -20,6 +20,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.text import escape_unprintable, format_count, format_score
 from dmplay.game.watching import WatchedSteps
 
+LAST_STEPS = 3  # steps that a command in a shell without a full screen shows
 MAX_NODES = 12  # children of the root of a search tree in words
 MAX_ACTIONS = 12  # actions of a mixed strategy in words
 MAX_STATES = 40  # states in words
@@ -44,6 +45,19 @@ def iter_lines(watched: WatchedSteps, index: int | None = None) -> Iterator[str]
     for number, step in enumerate(watched.iter_steps(), 1):
         is_last = watched.compute_until(number) < number
         yield _join(format_step_lines(number, step, watched.problem, pictures=is_last))
+
+
+def format_last_steps(watched: WatchedSteps) -> list[str]:
+    """Return the last steps as lines of text, the last one with its pictures in words."""
+    steps = list(watched.iter_steps())
+    lines = [f"{watched.title}: {watched.algorithm.description}."]
+    omitted = max(len(steps) - LAST_STEPS, 0)
+    if omitted:
+        lines.append(f"These are the last {LAST_STEPS} of {len(steps)} steps.")
+    for number, step in enumerate(steps[omitted:], omitted + 1):
+        is_last = number == len(steps)
+        lines += format_step_lines(number, step, watched.problem, pictures=is_last)
+    return lines
 
 
 def _join(lines: Iterable[str]) -> str:

@@ -124,6 +124,7 @@ class StepViewer:
             self.message, self.is_playing = str(error), False
         except ComputationStopped:
             self.message, self.is_playing = "cancelled", False
+        self.progress_message = ""
 
     def _dispatch_key(self, key: str) -> None:
         """Show the first step if none is visible, then handle the key."""
