@@ -1,10 +1,12 @@
 """Numbers and sums as text, for the formulas of steps."""
 
+import re
 from collections.abc import Iterable
 
 from dmplay.core.text import format_count, format_score
 
 MAX_TERMS = 4  # terms of a sum that are written one by one
+LONG_NUMBER = re.compile(r"-?\d+\.\d{4,}(?:e[+-]?\d+)?")
 
 
 def format_number(value: float) -> str:
@@ -28,3 +30,8 @@ def format_weighted_sum(weights: Iterable[float], values: Iterable[float]) -> st
         rest_sum = format_number(sum(w * v for w, v in others))
         parts.append(f"{rest_sum} ({format_count(len(others), 'more term')})")
     return " + ".join(parts) or "0"
+
+
+def shorten_numbers(text: str) -> str:
+    """Return a text with each long number in four significant digits."""
+    return LONG_NUMBER.sub(lambda match: format_score(float(match[0])), text)
