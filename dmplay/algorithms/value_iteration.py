@@ -34,7 +34,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # algorithm 7.7
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
-        is_last = sweep == request.iterations or is_converged(mdp.discount, residuals[-1])
+        is_last = sweep == (request.iterations or MAX_SWEEPS) or (
+            request.iterations is None and is_converged(mdp.discount, residuals[-1])
+        )
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         sentences = (
@@ -104,7 +106,7 @@ def _describe_focus(request: WatchRequest, state: str, action: int, q: Reals) ->
 def _describe_end(discount: float, residual: float) -> str:
     """Return a sentence about the values of the last step."""
     if not is_converged(discount, residual):
-        return "The sweeps end here, because you asked for this many."
+        return "The sweeps end here, but the values still change."
     if discount == 1.0:
         return f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL:g}."
     error = format_upper_bound(bound_error(discount, residual))

@@ -20,6 +20,9 @@ VECTOR_GLYPHS = "ox+*#%&="
 VECTOR_STYLES = ("green", "cyan", "yellow", "magenta", "blue", "red")
 DOMINATED_GLYPH = "·"
 MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
+MAX_PLOT_COLUMNS = 72
+MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
+MIN_NOTE_COLUMNS = 12
 
 
 def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
@@ -38,12 +41,13 @@ def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
     space = (options.width - label_columns) // len(columns)
     bar_columns = min(space - NUMBER_COLUMNS - 2, MAX_BAR_COLUMNS)
     bar_columns = bar_columns if bar_columns >= MIN_BAR_COLUMNS else 0
-    pitch = NUMBER_COLUMNS + (bar_columns + 2 if bar_columns else 1)
+    pitch = NUMBER_COLUMNS + bar_columns + 2 if bar_columns else min(space, NUMBER_COLUMNS + 3)
     canvas = Canvas()
     canvas.write_text(0, 0, "state", "dim")
     for number, (heading, _) in enumerate(picture.columns):
-        heading_columns = max(pitch - 1, 4)
-        canvas.write_text(label_columns + number * pitch, 0, heading[:heading_columns], "bold")
+        fits = len(heading) < pitch
+        text = heading if fits else f"{heading[: pitch - 2]}."
+        canvas.write_text(label_columns + number * pitch, 0, text, "bold")
     for y, (state, name) in enumerate(zip(order, names, strict=True), 1):
         canvas.write_text(0, y, name[: label_columns - 2])
         for number, values in enumerate(columns):
@@ -94,21 +98,20 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     low, high = float(picture.vectors.min()), float(picture.vectors.max())
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
     notes = _list_notes(picture)
+    if picture.belief is not None:
+        notes.append(("● your belief", "bold"))
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
     number_columns = max(len(f"{value:.1f}") for value in (low, high)) + 2
-    width = options.width - number_columns - note_columns
-    if width < MIN_PLOT_COLUMNS:
-        notes, width = [], options.width - number_columns
-    name = f"P({picture.state_labels[1]})"
-    plot = Plot(
-        Axis(0.0, 1.0, name), Axis(low, high, "V", "{:.1f}"), min(width, 72), options.height - 3
-    )
+    has_notes_beside = options.width - number_columns - note_columns >= MIN_NOTED_COLUMNS
+    width = options.width - number_columns - note_columns * has_notes_beside
+    axes = Axis(0.0, 1.0, f"P({picture.state_labels[1]})"), Axis(low, high, "V", "{:.1f}")
+    height = options.height - 3 - (not has_notes_beside)
+    plot = Plot(*axes, min(width, MAX_PLOT_COLUMNS), height)
     if picture.belief is not None:
         for row in range(plot.height):
             value = high - (high - low) * row / max(plot.height - 1, 1)
             plot.draw_point(float(picture.belief[1]), value, "│", "bold")
-    order = sorted(range(len(picture.vectors)), key=lambda index: not picture.dominated[index])
-    for index in order:
+    for index in sorted(range(len(picture.vectors)), key=lambda row: not picture.dominated[row]):
         first, second = picture.vectors[index].tolist()
         glyph, style = _glyph_of(picture, index)
         for column in range(plot.width):
@@ -117,16 +120,27 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     if picture.belief is not None:
         best = float((picture.vectors @ picture.belief).max())
         plot.draw_point(float(picture.belief[1]), best, "●", "bold")
-        notes.append(("● your belief", "bold") if note_columns >= 15 and notes else ("", ""))
+    if not has_notes_beside:
+        return plot.to_text().append("\n").append_text(_format_legend_row(picture, options.width))
     for row, (text, style) in enumerate(notes[: plot.height + 1]):
         plot.write_note(row, text, style)
     return plot.to_text()
 
 
+def _format_legend_row(picture: AlphaVectorSet, width: int) -> Text:
+    """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
+    row = Text()
+    for index in np.flatnonzero(~picture.dominated).tolist():
+        glyph, style = _glyph_of(picture, index)
+        row.append(f"{glyph} {picture.action_labels[index]}  ", style)
+    row.truncate(width)
+    return row
+
+
 def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return the triangle of beliefs; each point shows which vector is best there."""
     notes = _list_notes(picture)
-    rows = max(min(options.height - 2, (options.width - 1) // 2), 3)
+    rows = max(min(options.height - 2, (options.width - MIN_NOTE_COLUMNS) // 2), 3)
     canvas = Canvas()
 
     def choose_glyph(belief: Reals) -> tuple[str, str]:
@@ -143,9 +157,10 @@ def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
         canvas.write_text(column, row + 1, "●", "bold reverse")
         notes.append(("● your belief", "bold"))
     note_columns = options.width - (2 * rows + 2)
-    if note_columns >= 12:
-        for y, (text, style) in enumerate(notes[: options.height]):
-            canvas.write_text(2 * rows + 2, y, text[:note_columns], style)
+    if note_columns < MIN_NOTE_COLUMNS:
+        return canvas.to_text()
+    for y, (text, style) in enumerate(notes[: options.height]):
+        canvas.write_text(2 * rows + 2, y, text[:note_columns], style)
     return canvas.to_text()
 
 

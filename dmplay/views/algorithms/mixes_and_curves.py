@@ -1,6 +1,8 @@
 """Mixed strategies as bars, and curves of one number for each step."""
 
 import math
+from collections.abc import Sequence
+from typing import NamedTuple
 
 import numpy as np
 from rich.text import Text
@@ -8,7 +10,7 @@ from rich.text import Text
 from dmplay.algorithms.step import Curve, StrategyMixes
 from dmplay.core.text import format_score
 from dmplay.views.protocol import DrawOptions
-from dmplay.views.toolkit.belief_bars import format_bar
+from dmplay.views.toolkit.belief_bars import format_bar, format_sparkline
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.plots import Axis, Plot
 
@@ -26,7 +28,7 @@ def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
     agent_count = len(picture.agents)
     is_beside = options.width >= agent_count * MIN_AGENT_COLUMNS
     columns = options.width // agent_count - 2 if is_beside else options.width
-    agent_rows = options.height if is_beside else options.height // agent_count
+    agent_rows = options.height if is_beside else max(options.height // agent_count, 2)
     canvas = Canvas()
     for seat, (agent, mix) in enumerate(zip(picture.agents, picture.mixes, strict=True)):
         x = seat * (columns + 2) if is_beside else 0
@@ -57,25 +59,50 @@ def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
     return canvas.to_text()
 
 
-def draw_curve(picture: Curve, options: DrawOptions) -> Text:
-    """Return a curve over the steps; with a log scale if its numbers differ much in size."""
+class _Scale(NamedTuple):
+    """The heights of a curve's numbers, and their axis."""
+
+    heights: list[float]
+    axis: Axis
+
+
+def _scale_curve(picture: Curve) -> _Scale:
+    """Return the heights of a curve; with a log scale if its numbers differ much in size."""
     numbers = [float(number) for number in picture.numbers]
-    if not numbers or options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + 3:
-        return Text(f"{picture.label} {format_score(numbers[-1])}" if numbers else "")
     positive = [number for number in numbers if number > 0]
-    has_log_scale = len(positive) > 1 and max(positive) / min(positive) >= LOG_RATIO
-    if has_log_scale:
-        floor = min(positive)
-        heights = [math.log10(max(number, floor)) for number in numbers]
-        low, high = float(math.floor(min(heights))), float(math.ceil(max(heights)))
-        axis = Axis(low, high, f"{picture.label} (log scale)", "1e{:+.0f}")
-    else:
-        heights = numbers
+    if len(positive) < 2 or max(positive) / min(positive) < LOG_RATIO:
         low, high = min(*numbers, 0.0), max(*numbers, 0.0)
         axis = Axis(low, high if high > low else low + 1.0, picture.label, "{:.3g}")
+        return _Scale(numbers, axis)
+    heights = [math.log10(max(number, min(positive))) for number in numbers]
+    low, high = float(math.floor(min(heights))), float(math.ceil(max(heights)))
+    return _Scale(heights, Axis(low, high, f"{picture.label} (log scale)", "1e{:+.0f}"))
+
+
+def draw_curve(picture: Curve, options: DrawOptions) -> Text:
+    """Return a curve over the steps as a plot, or as one row if there is little space."""
+    if not picture.numbers:
+        return Text("")
+    heights, axis = _scale_curve(picture)
+    if options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + 3:
+        return _draw_curve_row(picture, heights, axis, options)
     labels = max(len(axis.number_format.format(value)) for value in (axis.low, axis.high)) + 2
-    last = max(len(numbers), 2)
-    plot = Plot(Axis(1, last, "step"), axis, options.width - labels, options.height - 3)
+    steps = Axis(1, max(len(heights), 2), "step")
+    plot = Plot(steps, axis, options.width - labels, options.height - 3)
     for step, height in enumerate(heights, 1):
         plot.draw_point(step, height, "●" if step == len(heights) else "∘", "cyan")
     return plot.to_text()
+
+
+def _draw_curve_row(
+    picture: Curve, heights: Sequence[float], axis: Axis, options: DrawOptions
+) -> Text:
+    """Return the name of a curve, its last points as bars, and its last number."""
+    number = format_score(float(picture.numbers[-1]))
+    columns = max(options.width - len(axis.name) - len(number) - 2, 0)
+    last_heights = heights[-columns:] if columns else []
+    shares = [(height - axis.low) / (axis.high - axis.low) for height in last_heights]
+    bars = format_sparkline(shares, options.ascii)
+    row = Text(f"{axis.name} ").append(bars, "cyan").append(f" {number}", "bold")
+    row.truncate(options.width)
+    return row

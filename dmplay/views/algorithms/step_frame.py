@@ -23,7 +23,8 @@ from dmplay.views.algorithms.state_values import draw_state_values
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text, split_rows, to_ascii
 
-MIN_SECOND_COLUMNS, MAX_SECOND_COLUMNS = 26, 60  # columns of a second picture beside the first
+MIN_SECOND_COLUMNS, MAX_SECOND_COLUMNS = 30, 60  # columns of a second picture beside the first
+MIN_WIDE_COLUMNS = 110  # columns from which the first picture leaves space beside it
 MIN_SECOND_ROWS, MAX_SECOND_ROWS = 8, 14  # rows of a second picture below the first
 MIN_PICTURE_ROWS = 7  # rows that sentences leave for the pictures
 
@@ -61,8 +62,10 @@ def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> lis
     if space > MIN_PICTURE_ROWS + 2:
         rows.append(Text(""))
     rows += compose_pictures(step, problem, options._replace(height=options.height - len(rows)))
-    padding = (Text("") for _ in range(options.height - len(rows)))
-    return [*rows, *padding][: options.height]
+    rows += (Text("") for _ in range(options.height - len(rows)))
+    for row in rows:
+        row.truncate(options.width)
+    return rows[: options.height]
 
 
 def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
@@ -72,6 +75,8 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         columns = measure_text(Text("\n").join(rows))[0] + 3 if rows else 0
         free_columns, free_rows = options.width - columns, options.height - len(rows) - 1
         size = options
+        if not columns and len(step.pictures) > 1 and options.width >= MIN_WIDE_COLUMNS:
+            size = size._replace(width=options.width - MIN_SECOND_COLUMNS - 3)
         if columns:
             size = size._replace(
                 width=min(free_columns, MAX_SECOND_COLUMNS),
@@ -80,7 +85,7 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         if free_columns >= MIN_SECOND_COLUMNS or not rows:
             drawing = split_rows(draw_algorithm_picture(picture, problem, size))
             rows = _join_beside(rows, drawing, columns)
-        elif free_rows >= MIN_SECOND_ROWS:
+        elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
             size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
             rows += [Text(""), *split_rows(draw_algorithm_picture(picture, problem, size))]
     return rows[: max(options.height, 0)]
