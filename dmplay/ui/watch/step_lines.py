@@ -197,6 +197,9 @@ def _node_facts(node: TreeNode) -> dict[str, object]:
 
 
 def _to_list(value: object) -> object:
-    """Return an array or a NumPy number as lists and numbers of Python."""
+    """Return an array or a NumPy number as lists and numbers of Python; None if not finite."""
     assert isinstance(value, np.ndarray | np.generic)
-    return value.tolist()
+    array = np.asarray(value)
+    if array.dtype.kind != "f":
+        return array.tolist()
+    return np.where(np.isfinite(array), array, None).tolist()
