@@ -22,6 +22,7 @@ HEX_CAPTION = "* changed, > < state of the formula"
 MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
 LABEL_COLUMNS = 8  # columns of the numbers at the left of a heat map
 MIN_MAP_COLUMNS, MIN_MAP_ROWS = 16, 5  # of a heat map
+HEAT_COLORS = (17, 18, 24, 30, 36, 72, 108, 144, 187)  # from low to high values
 ACTION_GLYPHS = {
     "left": "←", "right": "→", "up": "↑", "down": "↓", "climb": "↑", "descend": "↓",
     "coast": "·", "no-advisory": "·",
@@ -102,7 +103,8 @@ def _draw_heat_maps(
     def draw_value(state: int) -> tuple[str, str]:
         """Return the level of a value as a glyph."""
         share = (picture.values[state] - low) / ((high - low) or 1.0)
-        return BAR_LEVELS[min(int(share * len(BAR_LEVELS)), len(BAR_LEVELS) - 1)], "cyan"
+        level = min(int(share * len(BAR_LEVELS)), len(BAR_LEVELS) - 1)
+        return BAR_LEVELS[level], f"color({HEAT_COLORS[level + 1]}) on color({HEAT_COLORS[level]})"
 
     def draw_action(state: int) -> tuple[str, str]:
         """Return the glyph of an action."""
@@ -164,8 +166,10 @@ def _draw_heat_map(  # noqa: PLR0913, PLR0917 - a canvas, a position and the con
         np.searchsorted(x_points, states[:, x_axis]), np.searchsorted(y_points, states[:, y_axis])
     ] = range(len(states))
     for row, j in enumerate(y_rows):
-        if row in (0, rows // 2, rows - 1):
-            canvas.write_text(x, y + row, f"{y_points[j]:.3g}".rjust(LABEL_COLUMNS - 1), "dim")
+        label = f"{y_points[j]:.3g}" if row in {0, rows // 2, rows - 1} else ""
+        # Blanks have a style, too, so that they do not take the background of the map.
+        canvas.write_text(x, y + row, f"{label:>{LABEL_COLUMNS - 1}} ", "dim")
+        canvas.write_text(x + LABEL_COLUMNS + columns, y + row, " ", "dim")
         for column, i in enumerate(x_rows):
             canvas.write_text(x + LABEL_COLUMNS + column, y + row, *draw_glyph(int(index[i, j])))
     if focus is not None:
