@@ -22,11 +22,11 @@ class ActionStatistics:
     label: str
     visits: int = 0
     mean: float = 0.0
-    outcomes: dict[str, "HistoryNode"] = field(default_factory=dict)
+    outcomes: dict[str, "SearchHistory"] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
-class HistoryNode:
+class SearchHistory:
     """A node of the tree: the actions tried in it, by their index."""
 
     visits: int = 0
@@ -42,7 +42,7 @@ class HistoryNode:
 class Decision(NamedTuple):
     """One action of a simulation inside the tree, with its reward and outcome."""
 
-    node: HistoryNode
+    node: SearchHistory
     action: int  # index among the candidate actions
     action_label: str
     reward: float
@@ -50,7 +50,7 @@ class Decision(NamedTuple):
 
 
 @dataclass(eq=False)
-class TreeSearch:
+class MonteCarloTree:
     """A tree that grows by one simulation at a time, for one seat of a problem."""
 
     problem: Problem
@@ -59,7 +59,7 @@ class TreeSearch:
     probabilities: Reals  # [K]
     depth: int  # turns of each simulation
     rng: np.random.Generator
-    root: HistoryNode = field(default_factory=HistoryNode)
+    root: SearchHistory = field(default_factory=SearchHistory)
     lowest_return: float = inf
     highest_return: float = -inf
 
@@ -92,7 +92,7 @@ class TreeSearch:
             node = statistics.outcomes[outcome]
         return decisions, state
 
-    def compute_score(self, node: HistoryNode, action: int) -> float:
+    def compute_score(self, node: SearchHistory, action: int) -> float:
         """Return the UCB1 score Q(h, a) + c sqrt(ln N(h) / N(h, a)); infinite if never tried."""
         if action not in node.actions:
             return inf
@@ -100,7 +100,7 @@ class TreeSearch:
         exploration = self.exploration * sqrt(log(node.decision_count) / statistics.visits)
         return statistics.mean + exploration
 
-    def expand(self, decisions: list[Decision]) -> HistoryNode:
+    def expand(self, decisions: list[Decision]) -> SearchHistory:
         """Return the node after these decisions; it is added to the tree if it is new."""
         if not decisions:
             return self.root
@@ -108,7 +108,7 @@ class TreeSearch:
         statistics = decision.node.actions.setdefault(
             decision.action, ActionStatistics(decision.action_label)
         )
-        return statistics.outcomes.setdefault(decision.outcome_label, HistoryNode())
+        return statistics.outcomes.setdefault(decision.outcome_label, SearchHistory())
 
     def play_out(self, state: Array, turns: int) -> list[float]:
         """Return the rewards of at most this many turns in which the seat acts at random."""
@@ -119,7 +119,7 @@ class TreeSearch:
             rewards.append(reward)
         return rewards
 
-    def back_up(self, decisions: list[Decision], leaf: HistoryNode, value: float) -> float:
+    def back_up(self, decisions: list[Decision], leaf: SearchHistory, value: float) -> float:
         """Update the means from the leaf to the root; return the return from the root."""
         _add_to_mean(leaf, value)
         for decision in reversed(decisions):
@@ -168,7 +168,7 @@ class TreeSearch:
         return self.problem.format_action(self.seat, value)
 
 
-def _add_to_mean(statistics: HistoryNode | ActionStatistics, value: float) -> None:
+def _add_to_mean(statistics: SearchHistory | ActionStatistics, value: float) -> None:
     """Count one more visit, and move the mean towards its value."""
     statistics.visits += 1
     statistics.mean += (value - statistics.mean) / statistics.visits

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from dmplay.algorithms.formula_text import format_number, format_weighted_sum, shorten_numbers
-from dmplay.algorithms.monte_carlo_tree import Decision, HistoryNode, TreeSearch
+from dmplay.algorithms.monte_carlo_tree import Decision, MonteCarloTree, SearchHistory
 from dmplay.algorithms.step import Algorithm, Step, TreeNode, WatchRequest
 from dmplay.core.problem import Problem
 from dmplay.core.session import Session
@@ -85,7 +85,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         )
 
 
-def build_search(session: Session, seat: int, seed: int) -> TreeSearch:
+def build_search(session: Session, seat: int, seed: int) -> MonteCarloTree:
     """Return a search from the position of a game, with only the information of a seat."""
     problem = session.problem
     turns_left = MAX_DEPTH
@@ -96,14 +96,16 @@ def build_search(session: Session, seat: int, seed: int) -> TreeSearch:
         beliefs = session.view(seat).beliefs
         assert beliefs is not None
         states, probabilities = problem.enumerate_states(), beliefs[-1]
-    return TreeSearch(problem, seat, states, probabilities, turns_left, make_generator(seed))
+    return MonteCarloTree(problem, seat, states, probabilities, turns_left, make_generator(seed))
 
 
-def picture_tree(search: TreeSearch, root_label: str, decisions: Sequence[Decision]) -> TreeNode:
+def picture_tree(
+    search: MonteCarloTree, root_label: str, decisions: Sequence[Decision]
+) -> TreeNode:
     """Return the whole tree as a picture, with the path of a simulation marked."""
     path = {(id(d.node), d.action): d.outcome_label for d in decisions}
 
-    def build_node(node: HistoryNode, label: str, *, is_on_path: bool) -> TreeNode:
+    def build_node(node: SearchHistory, label: str, *, is_on_path: bool) -> TreeNode:
         """Return a node with its actions, and below them their outcomes."""
         children = []
         for action, statistics in node.actions.items():
@@ -152,7 +154,7 @@ def _is_new(decision: Decision) -> bool:
     return statistics is None or decision.outcome_label not in statistics.outcomes
 
 
-def _describe_start(request: WatchRequest, search: TreeSearch) -> tuple[str, ...]:
+def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str, ...]:
     """Return the sentences of the first step: the root, the information, and the other agents."""
     problem, agent = request.problem, request.problem.agents[request.seat]
     others = [name for name in problem.agents if name != agent]
@@ -176,7 +178,7 @@ def _describe_start(request: WatchRequest, search: TreeSearch) -> tuple[str, ...
 
 
 def _describe_selection(
-    search: TreeSearch, decisions: Sequence[Decision], root_text: str
+    search: MonteCarloTree, decisions: Sequence[Decision], root_text: str
 ) -> tuple[str, ...]:
     """Return the sentences about the path of a simulation through the tree."""
     sentences = [f"The belief gave the state {root_text}."] if root_text else []
@@ -210,7 +212,7 @@ def _describe_selection(
     return tuple(sentences)
 
 
-def _format_score_formula(search: TreeSearch, decisions: Sequence[Decision]) -> str:
+def _format_score_formula(search: MonteCarloTree, decisions: Sequence[Decision]) -> str:
     """Return the UCB1 score of the action chosen at the root; '' if it was not tried before."""
     if not decisions or decisions[0].action not in search.root.actions:
         return ""
@@ -246,7 +248,7 @@ def _format_playout_formula(problem: Problem, rewards: Sequence[float]) -> str:
 
 
 def _describe_backup(
-    search: TreeSearch, decisions: Sequence[Decision], total: float
+    search: MonteCarloTree, decisions: Sequence[Decision], total: float
 ) -> tuple[str, ...]:
     """Return the sentences about the update of the means."""
     best = max(search.root.actions.values(), key=lambda statistics: statistics.mean, default=None)
@@ -257,7 +259,9 @@ def _describe_backup(
     )
 
 
-def _format_backup_formula(search: TreeSearch, decisions: Sequence[Decision], value: float) -> str:
+def _format_backup_formula(
+    search: MonteCarloTree, decisions: Sequence[Decision], value: float
+) -> str:
     """Return the update of the mean of the action at the root, before it is made."""
     if not decisions:
         return ""

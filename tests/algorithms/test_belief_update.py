@@ -115,11 +115,11 @@ def test_the_hunt_shows_marginals_of_the_joint_belief() -> None:
     actions = joint_actions(problem)
     belief = np.full(len(states), 1 / len(states))
     for turn, played in enumerate(session.turns):
-        own = actions[actions[:, seat] == played.actions[seat]]  # the partner acts at random
+        possible = actions[actions[:, seat] == played.actions[seat]]  # the partner acts at random
         p, outcome = enumerate_outcomes(
-            problem, states.repeat(len(own), axis=0), np.tile(own, (len(states), 1))
+            problem, states.repeat(len(possible), axis=0), np.tile(possible, (len(states), 1))
         )
-        weights = p * belief.repeat(len(own))[:, None]
+        weights = p * belief.repeat(len(possible))[:, None]
         weights = weights * (outcome.observations[:, :, seat] == played.observations[seat])
         indices = next_state_indices(problem, outcome)
         joint = np.bincount(indices.ravel(), weights.ravel(), minlength=len(states))
