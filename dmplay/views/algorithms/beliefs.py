@@ -7,7 +7,7 @@ from rich.text import Text
 
 from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
 from dmplay.core.arrays import Reals
-from dmplay.core.text import format_score
+from dmplay.core.text import format_count, format_score
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.belief_bars import format_bar
 from dmplay.views.toolkit.belief_triangle import draw_belief_triangle, locate_belief
@@ -73,24 +73,35 @@ def draw_alpha_vectors(picture: AlphaVectorSet, options: DrawOptions) -> Text:
 
 
 def _glyph_of(picture: AlphaVectorSet, index: int) -> tuple[str, str]:
-    """Return the glyph and the style of a vector."""
+    """Return the glyph and the style of a vector; of many vectors, those of its action."""
     if picture.dominated[index]:
         return DOMINATED_GLYPH, "dim"
     number = int(np.count_nonzero(~picture.dominated[:index]))
+    if _is_grouped(picture):
+        number = list(dict.fromkeys(picture.action_labels)).index(picture.action_labels[index])
     return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
 
 
+def _is_grouped(picture: AlphaVectorSet) -> bool:
+    """Return whether all vectors of an action have one glyph, because there are many."""
+    return np.count_nonzero(~picture.dominated) > len(VECTOR_GLYPHS)
+
+
 def _list_notes(picture: AlphaVectorSet) -> list[tuple[str, str]]:
-    """Return the legend: a text and a style for each vector that is best at some belief."""
+    """Return the legend: a text and a style for each vector or action, and for the belief."""
+    indices = np.flatnonzero(~picture.dominated).tolist()
+    labels = [picture.action_labels[index] for index in indices]
     notes = []
-    for index in np.flatnonzero(~picture.dominated).tolist():
+    for index, label in zip(indices, labels, strict=True):
         glyph, style = _glyph_of(picture, index)
-        numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
-        notes.append((f"{glyph} {picture.action_labels[index]} ({numbers})", style))
+        if not _is_grouped(picture):
+            numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
+            notes.append((f"{glyph} {label} ({numbers})", style))
+        elif labels.index(label) == indices.index(index):
+            notes.append((f"{glyph} {label}: {format_count(labels.count(label), 'vector')}", style))
     dominated = int(np.count_nonzero(picture.dominated))
-    if dominated:
-        notes.append((f"{DOMINATED_GLYPH} {dominated} dominated", "dim"))
-    return notes
+    notes += [(f"{DOMINATED_GLYPH} {dominated} dominated", "dim")] if dominated else []
+    return [*notes, ("● belief", "bold")] if picture.belief is not None else notes
 
 
 def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
@@ -98,8 +109,6 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     low, high = float(picture.vectors.min()), float(picture.vectors.max())
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
     notes = _list_notes(picture)
-    if picture.belief is not None:
-        notes.append(("● your belief", "bold"))
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
     number_columns = max(len(f"{value:.1f}") for value in (low, high)) + 2
     has_notes_beside = options.width - number_columns - note_columns >= MIN_NOTED_COLUMNS
@@ -130,9 +139,8 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
 def _format_legend_row(picture: AlphaVectorSet, width: int) -> Text:
     """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
     row = Text()
-    for index in np.flatnonzero(~picture.dominated).tolist():
-        glyph, style = _glyph_of(picture, index)
-        row.append(f"{glyph} {picture.action_labels[index]}  ", style)
+    for text, style in _list_notes(picture):
+        row.append(f"{text.partition(' (')[0]}  ", style)
     row.truncate(width)
     return row
 
@@ -155,7 +163,6 @@ def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     if picture.belief is not None:
         column, row = locate_belief(picture.belief, rows)
         canvas.write_text(column, row + 1, "●", "bold reverse")
-        notes.append(("● your belief", "bold"))
     note_columns = options.width - (2 * rows + 2)
     if note_columns < MIN_NOTE_COLUMNS:
         return canvas.to_text()
@@ -176,7 +183,7 @@ def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
     at_belief = picture.belief is not None
     canvas.write_text(
-        0, 0, "vectors, the best at your belief first" if at_belief else "vectors", "dim"
+        0, 0, "vectors, the best at the belief first" if at_belief else "vectors", "dim"
     )
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
         numbers = " ".join(f"{value:.4g}" for value in picture.vectors[index])
