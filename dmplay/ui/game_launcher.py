@@ -23,7 +23,6 @@ from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import JsonReporter, Reporter, SentenceReporter, play_by_lines
 from dmplay.ui.shell.shell import Shell, run_prompt_loop, run_script
-from dmplay.ui.watch.step_viewer import StepViewer
 
 INVALID_LINE_EXIT_CODE = 2  # as for an invalid command line
 SHELL_BANNER = f"""\
@@ -92,6 +91,8 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
 
 def show_algorithm(command: WatchCommand) -> int:
     """Show an algorithm step by step on the full screen, and return the exit code."""
+    from dmplay.ui.watch.step_viewer import StepViewer  # Games need no algorithms.
+
     terminal = current_terminal(command.terminal_options)
     viewer = StepViewer(command.watched, terminal, command.speed, command.first_step)
     return run_full_screen(viewer)

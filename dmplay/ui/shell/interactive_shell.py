@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Iterable
 from functools import partial
+from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app, get_app_session
@@ -20,7 +21,6 @@ from prompt_toolkit.output import ColorDepth, Output
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import DmplayError
 from dmplay.game import saves
-from dmplay.game.watching import WatchedSteps
 from dmplay.terminal.signals import INTERRUPTED_EXIT_CODE, SIGNAL_EXIT_CODES, exit_on_signals
 from dmplay.ui.screen.command_prompt import HiddenInputProcessor
 from dmplay.ui.screen.full_screen import run_full_screen
@@ -29,7 +29,9 @@ from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.completer import CommandCompleter
 from dmplay.ui.shell.shell import Shell
-from dmplay.ui.watch.step_viewer import StepViewer
+
+if TYPE_CHECKING:  # Most games need no algorithms.
+    from dmplay.game.watching import WatchedSteps
 
 MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar
 
@@ -159,8 +161,10 @@ def _show_full_screen(shell: Shell) -> str:
     return ""
 
 
-def _show_algorithm(shell: Shell, watched: WatchedSteps) -> str:
+def _show_algorithm(shell: Shell, watched: "WatchedSteps") -> str:
     """Show an algorithm on the full screen and return ""; raise SystemExit for a signal."""
+    from dmplay.ui.watch.step_viewer import StepViewer
+
     _exit_on_signal(run_full_screen(StepViewer(watched, shell.terminal, shell.speed)))
     return ""
 
