@@ -10,6 +10,7 @@ from dmplay.algorithms.step import Algorithm, Step, WatchRequest
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.game import Game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
@@ -131,11 +132,12 @@ def watch_target(
 
 
 # The algorithms that a running game shows first if they fit, and their iterations.
-GAME_ALGORITHMS = {"belief-update": 1, "tree-search": None}  # 1: the last turn
+TREE_SEARCH = "tree-search"
+GAME_ALGORITHMS = {"belief-update": 1, TREE_SEARCH: None}  # 1: the last turn
 
 
-def choose_algorithm(problem: Problem, name: str = "") -> Algorithm:
-    """Return the named algorithm, or the one that suits a running game of the problem best.
+def choose_algorithm(problem: Problem, name: str = "", *, is_over: bool = False) -> Algorithm:
+    """Return the named algorithm, or the one that suits a game of the problem best.
 
     Raise BadParameter if no algorithm fits.
     """
@@ -144,20 +146,26 @@ def choose_algorithm(problem: Problem, name: str = "") -> Algorithm:
     fitting = registry.list_fitting_algorithms(problem)
     if not fitting:
         raise BadParameter("watch: no algorithm fits this problem; dmplay watch lists the reasons")
-    return registry.find_algorithm(next((a for a in GAME_ALGORITHMS if a in fitting), fitting[0]))
+    # After the end there is no turn to search.
+    preferred = [a for a in GAME_ALGORITHMS if a in fitting and not (is_over and a == TREE_SEARCH)]
+    others = [a for a in fitting if a not in GAME_ALGORITHMS]
+    return registry.find_algorithm([*preferred, *others, *fitting][0])
 
 
 def watch_game(game: Game, name: str = "") -> WatchedSteps:
     """Return the steps of an algorithm on the present position of a game.
 
-    An algorithm that shows good actions counts as a hint. Raise BadParameter if the game forbids
-    hints, or if the algorithm does not fit.
+    The first step is computed. An algorithm that shows good actions counts as a hint. Raise
+    BadParameter if the game forbids hints, or if the algorithm does not fit.
     """
-    algorithm = choose_algorithm(game.problem, name)
+    algorithm = choose_algorithm(game.problem, name, is_over=game.session.over)
     iterations = GAME_ALGORITHMS.get(algorithm.name)
     request = WatchRequest(game.problem, game.viewing_seat, game.session, iterations)
     watched = WatchedSteps(algorithm, request, game.problem_name)
-    if algorithm.shows_actions and not game.session.over:
+    is_hint = algorithm.shows_actions and not game.session.over
+    if is_hint:
         game.check_hints_allowed("watch")
+    run_cancellable(TaskInfo(f"running {algorithm.name}"), lambda: watched.compute_until(0))
+    if is_hint:
         game.record_hint()
     return watched

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from dmplay.algorithms.step import WatchRequest
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter, EpisodeOver, UnknownName
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_game
 from dmplay.game.launch_requests import GameRequest
@@ -122,3 +122,12 @@ def test_a_partner_seat_has_its_own_belief() -> None:
     watched = watch_game(game, "belief-update")
     assert isinstance(watched, WatchedSteps)
     assert watched.request.seat == 0
+
+
+def test_a_search_after_the_end_of_a_game_gets_one_line() -> None:
+    game = play("hexworld").game
+    game.session.end("quit")
+    assert watch_game(game).algorithm.name == "policy-iteration"
+    with pytest.raises(EpisodeOver, match="game is over"):
+        watch_game(game, "tree-search")
+    assert game.session.hint_counts["agent"] == 0

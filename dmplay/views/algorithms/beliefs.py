@@ -84,7 +84,7 @@ def _glyph_of(picture: AlphaVectorSet, index: int) -> tuple[str, str]:
 
 def _is_grouped(picture: AlphaVectorSet) -> bool:
     """Return whether all vectors of an action have one glyph, because there are many."""
-    return np.count_nonzero(~picture.dominated) > len(VECTOR_GLYPHS)
+    return int(np.count_nonzero(~picture.dominated)) > len(VECTOR_GLYPHS)
 
 
 def _list_notes(picture: AlphaVectorSet) -> list[tuple[str, str]]:
