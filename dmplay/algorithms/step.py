@@ -78,7 +78,7 @@ class Step:
 
 @dataclass(frozen=True)
 class WatchRequest:
-    """What is watched: a problem, a seat, and the game whose position or turns are used."""
+    """A problem, a seat, and the game whose position or turns an algorithm uses."""
 
     problem: Problem
     seat: int = 0

@@ -93,14 +93,14 @@ def _describe_focus(request: WatchRequest, state: str, action: int, q: Reals) ->
         return ()
     is_yours = request.session is not None and not request.session.over
     name = request.problem.format_action(0, action)
-    place = f"in {state}, {'the state of the game' if is_yours else 'where V changed most'}"
+    position = f"in {state}, {'the state of the game' if is_yours else 'where V changed most'}"
     others = np.delete(q, action)
     if not np.isfinite(others).any():
-        return (f"The formula is for {name} {place}.",)
+        return (f"The formula is for {name} {position}.",)
     if others.max() > q[action] - VALUE_TOLERANCE:
-        return (f"The formula is for {name} {place}; another action is equally good.",)
+        return (f"The formula is for {name} {position}; another action is equally good.",)
     runner_up = format_score(float(others.max()))
-    return (f"The best action {place}, is {name}; the next best has {runner_up}.",)
+    return (f"The best action {position}, is {name}; the next best has {runner_up}.",)
 
 
 def _describe_end(discount: float, residual: float) -> str:

@@ -57,7 +57,7 @@ def watch(
     film: Annotated[bool, typer.Option("--film", help="animated picture (SVG)")] = False,
     html: Annotated[bool, typer.Option("--html", help="page with a slider")] = False,
     height: Annotated[
-        int, typer.Option("--height", metavar="N", help="rows of a picture", min=8, max=200)
+        int, typer.Option("--height", metavar="N", help="rows of a picture", min=1)
     ] = 24,
     output: options.OutputPath = None,
     force: options.Force = False,

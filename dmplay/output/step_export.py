@@ -24,7 +24,7 @@ from dmplay.views.algorithms.step_frame import compose_pictures, compose_step_ro
 from dmplay.views.protocol import DrawOptions
 
 DEFAULT_COLUMNS, DEFAULT_ROWS = 80, 24
-MAX_FILM_STEPS = 300  # of longer runs, evenly spaced steps are shown
+MAX_FILM_STEPS = 300  # of longer runs, evenly spaced steps are indices
 
 
 class StepExport(NamedTuple):
@@ -53,10 +53,10 @@ def render_svg(watched: WatchedSteps, export: StepExport) -> Iterator[str]:
 def render_film(watched: WatchedSteps, export: StepExport) -> Iterator[str]:
     """Yield all steps as an animated SVG."""
     count = len(watched.steps)
-    shown = np.unique(np.linspace(0, count - 1, min(count, MAX_FILM_STEPS)).round().astype(int))
-    texts = (render_step(watched, index, export.size) for index in shown.tolist())
+    indices = np.unique(np.linspace(0, count - 1, min(count, MAX_FILM_STEPS)).round().astype(int))
+    texts = (render_step(watched, index, export.size) for index in indices.tolist())
     title = f"dmplay watch {watched.title}"
-    yield from texts_to_animated_svg(texts, len(shown), title, export.size.width)
+    yield from texts_to_animated_svg(texts, len(indices), title, export.size.width)
 
 
 def render_html(watched: WatchedSteps, export: StepExport) -> Iterator[str]:

@@ -275,7 +275,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "watch",
             "[ALGORITHM]",
-            "watch an algorithm work on this position, one step at a key",
+            "watch an algorithm work, one step at a key",
             of_table.watch_algorithm,
             "G",
             "G",

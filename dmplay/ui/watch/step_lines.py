@@ -85,14 +85,14 @@ def describe_picture(picture: Picture, problem: Problem) -> list[str]:
 def _describe_values(picture: StateValues, problem: Problem) -> str:
     """Return the values and actions of the first states, or of those with a value that changed."""
     count = len(picture.values)
-    shown = np.unique(np.linspace(0, count - 1, min(count, MAX_STATES)).round().astype(int))
+    listed = np.unique(np.linspace(0, count - 1, min(count, MAX_STATES)).round().astype(int))
     parts = []
-    for state in shown.tolist():
+    for state in listed.tolist():
         action = -1 if picture.actions is None else int(picture.actions[state])
         name = "" if action < 0 else f" {problem.format_action(0, action)}"
         value = format_score(float(picture.values[state]))
         parts.append(f"{format_state_name(problem, picture.states[state])} {value}{name}")
-    heading = "values" if len(shown) == count else f"values of {len(shown)} of {count} states"
+    heading = "values" if len(listed) == count else f"values of {len(listed)} of {count} states"
     return f"{heading}: {'; '.join(parts)}."
 
 
@@ -111,8 +111,8 @@ def _describe_column(picture: BeliefTable, index: int) -> str:
     """Return one column of a belief table, the largest numbers first."""
     name, numbers = picture.columns[index]
     order = np.argsort(-np.nan_to_num(numbers, nan=-1.0), kind="stable")[:MAX_ACTIONS].tolist()
-    known = [state for state in order if not np.isnan(numbers[state])]
-    parts = [f"{picture.state_labels[state]} {numbers[state]:.4f}" for state in known]
+    finite = [state for state in order if not np.isnan(numbers[state])]
+    parts = [f"{picture.state_labels[state]} {numbers[state]:.4f}" for state in finite]
     more = len(numbers) - len(order)
     return f"{name}: {', '.join(parts)}{f', {more} more' if more else ''}."
 

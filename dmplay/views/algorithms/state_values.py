@@ -220,11 +220,11 @@ def _draw_table(picture: StateValues, problem: Problem, options: DrawOptions) ->
         first = min(
             max(picture.focus - rows * column_count // 2, 0), len(names) - rows * column_count
         )
-    shown = range(first, min(first + rows * column_count, len(names)))
-    rows = min(rows, -(-len(shown) // column_count))
+    indices = range(first, min(first + rows * column_count, len(names)))
+    rows = min(rows, -(-len(indices) // column_count))
     canvas = Canvas()
     heading = f"  {'state':<{widths[0]}} {'V':>{widths[1]}} "
-    for number, state in enumerate(shown):
+    for number, state in enumerate(indices):
         x, y = number // rows * cell_columns, number % rows + 1
         if y == 1:
             canvas.write_text(x, 0, f"{heading}{'action' if any(actions) else ''}", "dim")
@@ -237,7 +237,7 @@ def _draw_table(picture: StateValues, problem: Problem, options: DrawOptions) ->
             style,
         )
     note = "> state of the formula, * changed"
-    if len(shown) < len(names):
-        note = f"{len(shown)} of {len(names)} states; {note}"
+    if len(indices) < len(names):
+        note = f"{len(indices)} of {len(names)} states; {note}"
     canvas.write_text(0, rows + 1, note[: options.width], "dim")
     return canvas.to_text()
