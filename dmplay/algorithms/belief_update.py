@@ -248,7 +248,7 @@ def _build_table(rows: TableRows, update: BeliefUpdate, column_count: int) -> Be
 
 ALGORITHM = Algorithm(
     "belief-update",
-    "the probabilities of the hidden states, before and after each observation",
+    "compute the probabilities of the hidden states after each observation",
     "section 19.2, Discrete State Filter",
     find_obstacle,
     iterate_steps,

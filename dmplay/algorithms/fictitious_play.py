@@ -63,7 +63,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
 
 ALGORITHM = Algorithm(
     "fictitious-play",
-    "each agent plays a best response to how often the others have played each action",
+    "answer how often the others have played each action, round by round",
     "section 24.8, Fictitious Play",
     find_obstacle,
     iterate_steps,

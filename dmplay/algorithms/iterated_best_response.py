@@ -70,7 +70,7 @@ def _describe_progress(cycle_length: int, gain: float) -> str:
 
 ALGORITHM = Algorithm(
     "iterated-best-response",
-    "all agents switch to a best response to the others, round after round",
+    "switch all agents to a best response to the others, round by round",
     "section 24.6, Iterated Best Response",
     find_obstacle,
     iterate_steps,

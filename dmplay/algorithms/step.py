@@ -78,7 +78,7 @@ class Step:
 
 @dataclass(frozen=True)
 class WatchRequest:
-    """A problem, a seat, and the game whose position or turns an algorithm uses."""
+    """The problem and the seat to watch, and the game whose position or turns are used."""
 
     problem: Problem
     seat: int = 0

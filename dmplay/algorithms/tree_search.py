@@ -5,6 +5,7 @@ Planning. The search itself is in `monte_carlo_tree.py`.
 """
 
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -45,8 +46,8 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         reason = describe_end_reason(session.end_reason)
         raise EpisodeOver(f"tree search needs a turn to play, but the game is over ({reason})")
     search = build_search(session, seat, request.seed)
-    root_label = _format_root(session)
-    yield Step("start", _describe_start(request, search), "", (TreeNode(root_label, 0, 0.0),))
+    painter = TreePainter(search, _format_root(session))
+    yield Step("start", _describe_start(request, search), "", (painter.draw_tree(),))
     for simulation in range(1, (request.iterations or DEFAULT_SIMULATIONS) + 1):
         prefix = f"simulation {simulation}"
         first_state = search.sample_root_state()
@@ -56,13 +57,13 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             f"{prefix}: selection",
             _describe_selection(search, decisions, root_text),
             _format_score_formula(search, decisions),
-            (picture_tree(search, root_label, decisions),),
+            (painter.draw_tree(decisions),),
         )
         is_new = bool(decisions) and _is_new(decisions[-1])
         leaf = search.expand(decisions)
         rewards: list[float] = []
         if is_new:
-            tree = picture_tree(search, root_label, decisions)
+            tree = painter.draw_tree(decisions)
             outcome = _format_outcome(problem, decisions[-1].outcome_label)
             yield Step(
                 f"{prefix}: expansion", (f"The tree gets a node for {outcome}.",), "", (tree,)
@@ -81,7 +82,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             f"{prefix}: backup",
             _describe_backup(search, decisions, total),
             formula,
-            (picture_tree(search, root_label, decisions),),
+            (painter.draw_tree(decisions),),
         )
 
 
@@ -99,39 +100,57 @@ def build_search(session: Session, seat: int, seed: int) -> MonteCarloTree:
     return MonteCarloTree(problem, seat, states, probabilities, turns_left, make_generator(seed))
 
 
-def picture_tree(
-    search: MonteCarloTree, root_label: str, decisions: Sequence[Decision]
-) -> TreeNode:
-    """Return the whole tree as a picture, with the path of a simulation marked."""
-    path = {(id(d.node), d.action): d.outcome_label for d in decisions}
+Path = dict[tuple[SearchHistory, int], str]  # the outcome of each action of a simulation
 
-    def build_node(node: SearchHistory, label: str, *, is_on_path: bool) -> TreeNode:
-        """Return a node with its actions, and below them their outcomes."""
-        children = []
-        for action, statistics in node.actions.items():
-            chosen_outcome = path.get((id(node), action)) if is_on_path else None
-            outcomes = tuple(
-                build_node(
-                    child,
-                    _format_outcome(search.problem, outcome),
-                    is_on_path=outcome == chosen_outcome,
-                )
-                for outcome, child in statistics.outcomes.items()
-            )
-            score = search.compute_score(node, action) if statistics.visits else None
-            children.append(
-                TreeNode(
-                    statistics.label,
-                    statistics.visits,
-                    statistics.mean,
-                    score,
-                    chosen_outcome is not None,
-                    outcomes,
-                )
-            )
-        return TreeNode(label, node.visits, node.mean, None, is_on_path, tuple(children))
 
-    return build_node(search.root, root_label, is_on_path=True)
+@dataclass(eq=False)
+class TreePainter:
+    """The pictures of a growing tree; parts that a simulation does not visit are drawn once."""
+
+    search: MonteCarloTree
+    root_label: str
+    # of each node: the visits and the constant c at which it was drawn, and its picture
+    drawn_nodes: dict[SearchHistory, tuple[int, float, TreeNode]] = field(default_factory=dict)
+
+    def draw_tree(self, decisions: Sequence[Decision] = ()) -> TreeNode:
+        """Return the whole tree, with the path of a simulation marked."""
+        path = {(decision.node, decision.action): decision.outcome_label for decision in decisions}
+        return self._draw_node(self.search.root, self.root_label, path)
+
+    def _draw_node(self, node: SearchHistory, label: str, path: Path | None) -> TreeNode:
+        """Return a node with all nodes below it; `path` is None if it is not on the path."""
+        exploration = self.search.exploration
+        if path is None and node in self.drawn_nodes:
+            visits, constant, picture = self.drawn_nodes[node]
+            if (visits, constant) == (node.visits, exploration):
+                return picture
+        actions = tuple(self._draw_action(node, action, path) for action in node.actions)
+        picture = TreeNode(label, node.visits, node.mean, None, path is not None, actions)
+        if path is None:
+            self.drawn_nodes[node] = node.visits, exploration, picture
+        return picture
+
+    def _draw_action(self, node: SearchHistory, action: int, path: Path | None) -> TreeNode:
+        """Return an action of a node, with its outcomes, and its score once it has been tried."""
+        statistics = node.actions[action]
+        chosen = path.get((node, action)) if path else None
+        outcomes = tuple(
+            self._draw_node(
+                child,
+                _format_outcome(self.search.problem, outcome),
+                path if outcome == chosen else None,
+            )
+            for outcome, child in statistics.outcomes.items()
+        )
+        score = self.search.compute_score(node, action) if statistics.visits else None
+        return TreeNode(
+            statistics.label,
+            statistics.visits,
+            statistics.mean,
+            score,
+            chosen is not None,
+            outcomes,
+        )
 
 
 def _format_outcome(problem: Problem, label: str) -> str:
@@ -191,24 +210,26 @@ def _describe_selection(
     sentences.append(f"Path: {', then '.join(steps) or 'none, because this state is an end'}.")
     if not decisions:
         return tuple(sentences)
-    last = decisions[-1]
-    if last.action not in last.node.actions:
-        sentences.append(f"{last.action_label} was not tried there before, so it comes first.")
-    elif _is_new(last):
-        sentences.append("This outcome is new.")
-    else:
-        sentences.append("The simulation ends inside the tree.")
-    if decisions[0].action in search.root.actions:
-        c = format_score(search.exploration)
+    first, last = decisions[0], decisions[-1]
+    if first.action in search.root.actions:
         meaning = (
             "the largest minus the smallest return so far"
             if search.has_spread
             else "used while all returns are equal"
         )
         sentences += [
-            f"{decisions[0].action_label} has the highest score Q + c sqrt(ln N / n).",
-            f"The constant c = {c} is {meaning}.",
+            f"In the root, {first.action_label} has the highest score Q + c sqrt(ln N / n).",
+            f"The constant c = {format_score(search.exploration)} is {meaning}.",
         ]
+    if last.action not in last.node.actions:
+        place = "In the root"
+        if len(decisions) > 1:
+            place = f"After {_format_outcome(search.problem, decisions[-2].outcome_label)}"
+        sentences.append(f"{place}, {last.action_label} comes first, because it is untried.")
+    elif _is_new(last):
+        sentences.append("The last outcome is new.")
+    else:
+        sentences.append("The simulation ends inside the tree.")
     return tuple(sentences)
 
 
@@ -276,7 +297,7 @@ def _format_backup_formula(
 
 ALGORITHM = Algorithm(
     "tree-search",
-    "simulates games and tries promising actions more often (Monte Carlo tree search)",
+    "simulate games, and try promising actions more often (Monte Carlo tree search)",
     "section 9.6, Monte Carlo Tree Search",
     find_obstacle,
     iterate_steps,
