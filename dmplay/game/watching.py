@@ -131,25 +131,24 @@ def watch_target(
     return WatchedSteps(algorithm, WatchRequest(problem, seat, session, iterations, seed), name)
 
 
-# The algorithms that a running game shows first if they fit, and their iterations.
-TREE_SEARCH = "tree-search"
-GAME_ALGORITHMS = {"belief-update": 1, TREE_SEARCH: None}  # 1: the last turn
+BELIEF_UPDATE, TREE_SEARCH = "belief-update", "tree-search"
+GAME_ALGORITHMS = (BELIEF_UPDATE, "fictitious-play", TREE_SEARCH)  # the first that fits is shown
+LAST_TURN_ONLY = 1  # iterations of the belief update in a game
 
 
-def choose_algorithm(problem: Problem, name: str = "", *, is_over: bool = False) -> Algorithm:
-    """Return the named algorithm, or the one that suits a game of the problem best.
+def choose_algorithm(game: Game) -> Algorithm:
+    """Return the algorithm that suits the position of a game best.
 
-    Raise BadParameter if no algorithm fits.
+    Before the first turn there is no observation, and after the last one no turn to search. Raise
+    BadParameter if no algorithm fits.
     """
-    if name:
-        return registry.find_algorithm(name)
-    fitting = registry.list_fitting_algorithms(problem)
+    fitting = registry.list_fitting_algorithms(game.problem)
     if not fitting:
-        raise BadParameter("watch: no algorithm fits this problem; dmplay watch lists the reasons")
-    # After the end there is no turn to search.
-    preferred = [a for a in GAME_ALGORITHMS if a in fitting and not (is_over and a == TREE_SEARCH)]
-    others = [a for a in fitting if a not in GAME_ALGORITHMS]
-    return registry.find_algorithm([*preferred, *others, *fitting][0])
+        raise BadParameter("watch: no algorithm fits this problem; dmplay watch lists the others")
+    unsuitable = {TREE_SEARCH} if game.session.over else set[str]()
+    unsuitable |= set() if game.session.turns else {BELIEF_UPDATE}
+    suitable = [name for name in (*GAME_ALGORITHMS, *fitting) if name in {*fitting} - unsuitable]
+    return registry.find_algorithm([*suitable, *fitting][0])
 
 
 def watch_game(game: Game, name: str = "") -> WatchedSteps:
@@ -158,8 +157,8 @@ def watch_game(game: Game, name: str = "") -> WatchedSteps:
     The first step is computed. An algorithm that shows good actions counts as a hint. Raise
     BadParameter if the game forbids hints, or if the algorithm does not fit.
     """
-    algorithm = choose_algorithm(game.problem, name, is_over=game.session.over)
-    iterations = GAME_ALGORITHMS.get(algorithm.name)
+    algorithm = registry.find_algorithm(name) if name else choose_algorithm(game)
+    iterations = LAST_TURN_ONLY if algorithm.name == BELIEF_UPDATE else None
     request = WatchRequest(game.problem, game.viewing_seat, game.session, iterations)
     watched = WatchedSteps(algorithm, request, game.problem_name)
     is_hint = algorithm.shows_actions and not game.session.over

@@ -131,3 +131,19 @@ def test_a_search_after_the_end_of_a_game_gets_one_line() -> None:
     with pytest.raises(EpisodeOver, match="game is over"):
         watch_game(game, "tree-search")
     assert game.session.hint_counts["agent"] == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "actions", "algorithm"),
+    [
+        ("crying-baby", (), "tree-search"),
+        ("crying-baby", ("feed",), "belief-update"),
+        ("hexworld", (), "tree-search"),
+        ("rock-paper-scissors", (), "fictitious-play"),
+        ("simple-regulator", (), "tree-search"),
+    ],
+)
+def test_without_a_name_the_algorithm_suits_the_position(
+    name: str, actions: tuple[str, ...], algorithm: str
+) -> None:
+    assert watch_game(play(name, *actions).game).algorithm.name == algorithm
