@@ -220,8 +220,12 @@ def _describe_grid(problem: Problem, grid: Grid | None) -> str:
 
 
 def format_state_name(problem: Problem, state: Array) -> str:
-    """Return a state in few characters, such as `(5,2)` or `(-0.5, 0.01)`."""
+    """Return a state in few characters, such as `(5,2)`, `open` or `(-0.5, 0.01)`."""
     if state.dtype.kind != "f":
-        text = problem.format_state(state)
-        return text if text.startswith("(") else f"({text})"
+        return problem.format_state(state)
     return f"({', '.join(f'{number:.3g}' for number in state)})"
+
+
+def format_value_name(state_name: str) -> str:
+    """Return the name of a state's value in formulas, such as `V(5,2)` or `V(open)`."""
+    return f"V{state_name}" if state_name.startswith("(") else f"V({state_name})"

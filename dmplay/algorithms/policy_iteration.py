@@ -10,6 +10,7 @@ from dmplay.algorithms.finite_mdp import (
     find_grid,
     find_mdp_obstacle,
     format_state_name,
+    format_value_name,
 )
 from dmplay.algorithms.step import Algorithm, Curve, StateValues, Step, WatchRequest
 from dmplay.core.arrays import Ints, Reals
@@ -80,7 +81,7 @@ def evaluate_policy(mdp: FiniteMdp, policy: Ints) -> Reals:
     np.add.at(transition, (np.broadcast_to(rows[:, None], p.shape), next_states), p)
     rewards = np.where(mdp.terminal, 0.0, mdp.rewards[rows, policy])
     equations: Reals = np.eye(len(policy)) - mdp.discount * transition
-    return np.asarray(np.linalg.solve(equations, rewards), np.float64)
+    return np.asarray(np.linalg.solve(equations, rewards) + 0.0, np.float64)  # no negative zero
 
 
 def _describe_evaluation(  # noqa: PLR0913, PLR0917 - the numbers of one step
@@ -93,7 +94,7 @@ def _describe_evaluation(  # noqa: PLR0913, PLR0917 - the numbers of one step
         "V is now the expected return of this policy, in a game without a turn limit.",
         f"It solves {len(values)} linear equations, one for each state.",
     )
-    formula = mdp.format_lookahead(f"V{state}", focus, int(policy[focus]), values)
+    formula = mdp.format_lookahead(format_value_name(state), focus, int(policy[focus]), values)
     changed = change > compute_tolerance(values)
     picture = StateValues(mdp.states, values, policy, changed, focus)
     return Step(f"evaluation {number}", sentences, formula, (picture,))
@@ -106,7 +107,7 @@ def _describe_improvement(  # noqa: PLR0913, PLR0917 - the numbers of one step
     action, old_action = int(policy[focus]), int(old_policy[focus])
     state = format_state_name(request.problem, mdp.states[focus])
     if action < 0:
-        return (), f"V{state} = 0"
+        return (), f"{format_value_name(state)} = 0"
     label = request.problem.format_action(0, action)
     formula = mdp.format_lookahead(f"Q({state}, {label})", focus, action, values)
     if action == old_action:

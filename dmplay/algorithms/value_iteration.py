@@ -9,6 +9,7 @@ from dmplay.algorithms.finite_mdp import (
     build_finite_mdp,
     find_mdp_obstacle,
     format_state_name,
+    format_value_name,
 )
 from dmplay.algorithms.step import Algorithm, Curve, StateValues, Step, WatchRequest
 from dmplay.core.arrays import Ints, Reals
@@ -47,7 +48,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             f"residual, is {format_score(residuals[-1])}.",
             *_describe_focus(request, state, action, q[focus]),
         )
-        formula = mdp.format_lookahead(f"V{state}", focus, action, previous)
+        formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
         pictures = (
             _picture(mdp, values, greedy, change, focus),
             Curve("residual", tuple(residuals)),

@@ -74,7 +74,7 @@ def test_a_problem_of_a_user_is_watched_like_a_built_in_one(tmp_path: Path) -> N
     file.write_text(SHOP)
     text = run_dmplay(tmp_path, "watch", "value-iteration", str(file)).stdout
     assert "V(open) = 8 + 0.5 (1 x 0) = 8\n" in text
-    assert text.rstrip().split("\n")[-2] == "values: (open) 8 sell; (closed) 0 wait."
+    assert text.rstrip().split("\n")[-2] == "values: open 8 sell; closed 0 wait."
 
 
 @pytest.mark.parametrize(

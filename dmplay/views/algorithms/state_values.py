@@ -213,8 +213,8 @@ def _draw_table(picture: StateValues, problem: Problem, options: DrawOptions) ->
     values = [format_score(value) for value in picture.values.tolist()]
     widths = [max(map(len, words)) for words in (names, values, actions)]
     cell_columns = sum(widths) + 7
-    column_count = max((options.width + 2) // cell_columns, 1)
     rows = max(options.height - 2, 1)
+    column_count = max(min((options.width + 2) // cell_columns, -(-len(names) // rows)), 1)
     first = 0
     if len(names) > rows * column_count and picture.focus is not None:
         first = min(

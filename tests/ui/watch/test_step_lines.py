@@ -50,7 +50,7 @@ def test_a_run_on_the_straight_line_in_lines() -> None:
         "The best action in (5,0), where V changed most, is e; the next best has 0.2705.\n"
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919\n"
         "values: (0,0) -0.57 e; (1,0) -0.57 e; (2,0) -0.57 e; (3,0) -0.57 e; (4,0) -0.57 e; "
-        "(5,0) 5.919 e; (6,0) 10 e; (over) 0.\n"
+        "(5,0) 5.919 e; (6,0) 10 e; over 0.\n"
         "residual: 10, 6.219.\n"
     )
 
