@@ -12,6 +12,7 @@ from dmplay.algorithms.step import (
     BeliefTable,
     Curve,
     Picture,
+    StateValues,
     Step,
     StrategyMixes,
     TreeNode,
@@ -177,3 +178,37 @@ def test_a_curve_has_a_log_scale_if_its_numbers_differ_much_in_size() -> None:
     assert draw(Curve("residual", (10.0, 1.0, 0.001)), 40, 8)[0] == "residual (log scale)"
     assert draw(Curve("residual", (10.0, 9.0, 8.0)), 40, 8)[0] == "residual"
     assert draw(Curve("residual", (4.0, 2.0, 0.0)), 40, 1) == ["residual █▅▁ 0"]
+
+
+def test_values_over_two_numbers_are_a_map_with_the_actions_beside_it() -> None:
+    states = np.array([[x, v] for x in (-1.0, 0.0, 0.5) for v in (-0.1, 0.1)])
+    picture = StateValues(
+        states,
+        np.array([-8.0, -7.0, -4.0, -3.0, 0.0, 0.0]),
+        np.array([0, 0, 1, 2, -1, -1]),
+        focus=1,
+    )
+    text = draw_algorithm_picture(picture, load_problem("mountain-car"), DrawOptions(64, 8))
+    assert [row.rstrip() for row in text.plain.split("\n")] == [
+        "V: ▁ -8  █ 0                    best: ← left  · coast  → right",
+        "    0.1 @▆█                         0.1 @→",
+        "   -0.1 ▁▅█                        -0.1 ←·",
+        "        0.5                             0.5",
+        "position; up: speed             position; up: speed",
+    ]
+
+
+def test_other_states_are_a_table_around_the_state_of_the_formula() -> None:
+    picture = StateValues(
+        np.arange(2), np.array([-3.5, 2.0]), np.array([2, 0]), np.array([True, False]), 1
+    )
+    assert draw(picture, 50, 8) == [
+        "  state     V action",
+        "* sated  -3.5 ignore",
+        "> hungry    2 feed",
+        "> state of the formula, * changed",
+    ]
+    assert draw(picture, 40, 3)[1:] == [
+        "> hungry    2 feed",
+        "1 of 2 states; > state of the formula, *",
+    ]
