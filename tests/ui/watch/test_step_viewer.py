@@ -114,6 +114,14 @@ def test_the_clock_shows_a_step_at_each_beat_while_playing_and_stops_at_the_end(
     assert not viewer.is_playing
 
 
+def test_without_motion_nothing_plays_by_itself() -> None:
+    viewer = StepViewer(watch(), TERMINAL._replace(motion=False))
+    for key in ("", "P", ""):
+        viewer.handle_key(key)
+    assert not viewer.is_playing
+    assert rows_of(viewer)[-2] == " motion is off (--no-motion); Space shows the next step"
+
+
 def test_plus_and_minus_change_the_speed_within_limits() -> None:
     assert open_viewer("+").speed == 3.0
     assert open_viewer("+", "-").speed == 2.0
