@@ -74,7 +74,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
 
 
 def evaluate_policy(mdp: FiniteMdp, policy: Ints) -> Reals:
-    """Return U `[S]` of a policy `[S]`, the solution of linear equations (algorithm 7.4)."""
+    """Return U `[S]` of a policy `[S]`, the solution of linear equations (section 7.2)."""
     rows = np.arange(len(policy))
     p, next_states = mdp.probabilities[rows, policy], mdp.next_states[rows, policy]
     transition = np.zeros((len(policy), len(policy)))
@@ -119,7 +119,7 @@ def _describe_improvement(  # noqa: PLR0913, PLR0917 - the numbers of one step
 ALGORITHM = Algorithm(
     "policy-iteration",
     "compute the value of a policy, then improve the policy",
-    "section 7.4, algorithms 7.4 and 7.6",
+    "section 7.4, Policy Iteration",
     find_obstacle,
     iterate_steps,
 )

@@ -30,9 +30,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     no_turns = "At first V is 0 everywhere, the value of a game with no turn left."
     yield Step("start", (start, no_turns, *filter(None, [mdp.note])), "", (_picture(mdp, values),))
     for sweep in range(1, (request.iterations or MAX_SWEEPS) + 1):
-        q = mdp.compute_action_values(values)  # lookahead, algorithm 7.2
+        q = mdp.compute_action_values(values)  # one step of lookahead
         greedy = np.where(mdp.terminal, -1, select_greedy_actions(q))
-        previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # algorithm 7.7
+        previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # Bellman backup
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
         is_last = sweep == (request.iterations or MAX_SWEEPS) or (
@@ -117,7 +117,7 @@ def _describe_end(discount: float, residual: float) -> str:
 ALGORITHM = Algorithm(
     "value-iteration",
     "compute the value of each state, one turn more at each step",
-    "section 7.5, algorithms 7.7 and 7.8, equation 7.16",
+    "section 7.5, Value Iteration",
     find_mdp_obstacle,
     iterate_steps,
 )

@@ -67,7 +67,7 @@ def test_every_viewport_is_filled_and_does_not_overflow(
 def test_the_first_frame_shows_the_start_and_the_keys() -> None:
     rows = rows_of(open_viewer())
     assert title_of(open_viewer()) == "value-iteration on hexworld start step 1"
-    assert rows[-2] == " book: section 7.5, algorithms 7.7 and 7.8, equation 7.16"
+    assert rows[-2] == " book: section 7.5, Value Iteration"
     assert rows[-1] == (
         " Space next  Bksp back  P play  + faster  - slower  End last  ? help  q quit"
     )
