@@ -18,6 +18,7 @@ from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
 
+LIMIT_NOTE = "Your game has a turn limit; the values here are for a game without one."
 MAX_STATES = 2000  # states of the linear equations that evaluate a policy
 
 
@@ -43,6 +44,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         (
             "A policy says which action to take in each state.",
             "This one takes the first legal action everywhere.",
+            *([LIMIT_NOTE] if request.session and request.session.turn_limit is not None else []),
         ),
         pictures=(StateValues(mdp.states, values, policy),),
     )

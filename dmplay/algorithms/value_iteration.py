@@ -28,7 +28,8 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     residuals: list[float] = []
     start = "V(s) is the value of state s: the best expected return from there."
     no_turns = "At first V is 0 everywhere, the value of a game with no turn left."
-    yield Step("start", (start, no_turns, *filter(None, [mdp.note])), "", (_picture(mdp, values),))
+    notes = filter(None, [mdp.note, _describe_turns_left(request)])
+    yield Step("start", (start, no_turns, *notes), "", (_picture(mdp, values),))
     for sweep in range(1, (request.iterations or MAX_SWEEPS) + 1):
         q = mdp.compute_action_values(values)  # one step of lookahead
         greedy = np.where(mdp.terminal, -1, select_greedy_actions(q))
@@ -85,6 +86,18 @@ def _picture(
         None if greedy is None else greedy[rows],
         None if change is None else change[rows] > 0,
         int(np.flatnonzero(rows == focus)[0]) if focus in rows else None,
+    )
+
+
+def _describe_turns_left(request: WatchRequest) -> str:
+    """Return which sweep is about the game with its turn limit; '' if it has none."""
+    session = request.session
+    if session is None or session.over or session.turn_limit is None:
+        return ""
+    turns_left = session.turn_limit - len(session.turns)
+    return (
+        f"Your game has {format_count(turns_left, 'turn')} left: its values are those of "
+        f"sweep {turns_left}, or of the last sweep if that comes first."
     )
 
 
