@@ -30,15 +30,15 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     no_turns = "At first V is 0 everywhere, the value of a game with no turn left."
     notes = filter(None, [mdp.note, _describe_turns_left(request)])
     yield Step("start", (start, no_turns, *notes), "", (_picture(mdp, values),))
-    for sweep in range(1, (request.iterations or MAX_SWEEPS) + 1):
+    last_sweep = request.iterations or MAX_SWEEPS
+    for sweep in range(1, last_sweep + 1):
         q = mdp.compute_action_values(values)  # one step of lookahead
         greedy = np.where(mdp.terminal, -1, select_greedy_actions(q))
         previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # Bellman backup
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
-        is_last = sweep == (request.iterations or MAX_SWEEPS) or (
-            request.iterations is None and is_converged(mdp.discount, residuals[-1])
-        )
+        has_converged = not request.iterations and is_converged(mdp.discount, residuals[-1])
+        is_last = sweep == last_sweep or has_converged
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         sentences = (
@@ -47,7 +47,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             *([_describe_end(mdp.discount, residuals[-1])] if is_last else []),
             f"{np.count_nonzero(change)} of {len(values)} values changed; the largest change, the "
             f"residual, is {format_score(residuals[-1])}.",
-            *_describe_focus(request, state, action, q[focus]),
+            *_describe_focus(request, mdp, state, action, q[focus]),
         )
         formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
         pictures = (
@@ -101,13 +101,16 @@ def _describe_turns_left(request: WatchRequest) -> str:
     )
 
 
-def _describe_focus(request: WatchRequest, state: str, action: int, q: Reals) -> tuple[str, ...]:
+def _describe_focus(
+    request: WatchRequest, mdp: FiniteMdp, state: str, action: int, q: Reals
+) -> tuple[str, ...]:
     """Return a sentence about the action of the formula and the next best one."""
     if action < 0:
         return ()
-    is_yours = request.session is not None and not request.session.over
-    name = request.problem.format_action(0, action)
-    position = f"in {state}, {'the state of the game' if is_yours else 'where V changed most'}"
+    reason = "where V changed most"
+    if request.session is not None and not request.session.over:
+        reason = f"the {'grid point nearest to the ' * bool(mdp.note)}state of the game"
+    name, position = request.problem.format_action(0, action), f"in {state}, {reason}"
     others = np.delete(q, action)
     if not np.isfinite(others).any():
         return (f"The formula is for {name} {position}.",)
