@@ -252,4 +252,5 @@ ALGORITHM = Algorithm(
     "section 19.2, Discrete State Filter",
     find_obstacle,
     iterate_steps,
+    shows_actions=False,
 )

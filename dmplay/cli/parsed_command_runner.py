@@ -17,6 +17,8 @@ from dmplay.game.command_line_results import (
     McpServerConfig,
     PlayCommand,
     Printout,
+    ShellCommand,
+    WatchCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
@@ -39,11 +41,20 @@ def execute_result(result: CliResult) -> int:
             from dmplay.cli.servers import serve_mcp
 
             return serve_mcp(result)
+    return _run_user_interface(result)
+
+
+def _run_user_interface(result: PlayCommand | ShellCommand | WatchCommand) -> int:
+    """Play the game, run the shell or show an algorithm; return the exit code."""
     from dmplay.ui import game_launcher  # The user interfaces are not imported for a report.
 
-    if isinstance(result, PlayCommand):
-        return game_launcher.play_game(_make_controller(), result)
-    return game_launcher.run_shell(_make_controller(), result)
+    match result:
+        case PlayCommand():
+            return game_launcher.play_game(_make_controller(), result)
+        case ShellCommand():
+            return game_launcher.run_shell(_make_controller(), result)
+        case WatchCommand():
+            return game_launcher.show_algorithm(result)
 
 
 def _print_report(report: Printout) -> int:

@@ -15,6 +15,7 @@ def assert_formula_adds_up(formula: str) -> None:
     """
     *_, terms, result = TERM_COUNT.sub("", formula).split(" = ")
     expression = terms.replace(" x ", " * ").replace("ln ", "log ")
+    expression = re.sub(r"(?<=\d) \(", " * (", expression)  # a discount before a sum
     expression = re.sub(r"(sqrt|log) (\(|[\d.]+)", _call_function, expression)
     expected = eval(expression, {"__builtins__": {}, "sqrt": math.sqrt, "log": math.log})
     sizes = [abs(float(number)) for number in re.findall(r"\d+\.?\d*(?:e[+-]?\d+)?", expression)]

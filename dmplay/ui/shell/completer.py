@@ -84,6 +84,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
             name_lists.list_plots() if not arguments else name_lists.complete_problems()
         ),
         "guide": lambda: [*list_topics()],
+        "watch": lambda: [] if arguments else name_lists.list_algorithms(),
         "list": lambda: [*name_lists.LIST_FILTERS],
         "help": lambda: [*COMMANDS_BY_TOPIC, *(entry.name for entry in COMMANDS)],
     }
