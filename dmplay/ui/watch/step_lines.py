@@ -202,4 +202,5 @@ def _to_list(value: object) -> object:
     array = np.asarray(value)
     if array.dtype.kind != "f":
         return array.tolist()
-    return np.where(np.isfinite(array), array, None).tolist()
+    numbers: list[object] = np.where(np.isfinite(array), array.astype(object), None).tolist()
+    return numbers
