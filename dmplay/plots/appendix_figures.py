@@ -16,7 +16,6 @@ from dmplay.core.tabular import tabulate
 from dmplay.game.plot_kinds import FIGURES
 from dmplay.plots import belief_values, payoffs, state_values
 from dmplay.plots.plot_data import (
-    Axis,
     HexPanel,
     LinePanel,
     Plot,
@@ -30,6 +29,7 @@ from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.shared.hexgrid import DIRECTIONS, hex_neighbours
 from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.views.toolkit.plots import Axis
 
 CHOSEN_DIRECTION = DIRECTIONS.index("e")  # the example in figure F.1
 VALUE_FUNCTION_TURNS = 10  # of figure F.10 as it is drawn in the book

@@ -16,7 +16,6 @@ from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count, format_upper_bound
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.plots.plot_data import (
-    Axis,
     LinePanel,
     Plot,
     Region,
@@ -29,6 +28,7 @@ from dmplay.solvers.mdp import mdp_values
 from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 from dmplay.solvers.pomdp.upper_envelope import compute_upper_envelope
+from dmplay.views.toolkit.plots import Axis
 
 VALUE_LABEL = "expected return"
 METHODS = ("optimal", "qmdp", "fib")

@@ -10,11 +10,12 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.text import format_count
 from dmplay.evaluation.solutions.solution import format_mixed_strategy
-from dmplay.plots.plot_data import Axis, GridPanel, Plot, TablePanel
+from dmplay.plots.plot_data import GridPanel, Plot, TablePanel
 from dmplay.plots.plotted_problem import PlottedProblem
 from dmplay.solvers.games import bimatrix_game, extreme_equilibria, lemke_howson
 from dmplay.solvers.games.bimatrix_game import MixedProfile
 from dmplay.solvers.methods import is_simple_game
+from dmplay.views.toolkit.plots import Axis
 
 MAX_TABLE_ROWS, MAX_TABLE_COLUMNS = 12, 6  # of a table; larger games are heat maps
 MAX_LISTED_EQUILIBRIA = 5

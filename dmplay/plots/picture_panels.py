@@ -9,7 +9,6 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
 from dmplay.plots.plot_data import (
-    Axis,
     GridPanel,
     HexPanel,
     LinePanel,
@@ -20,6 +19,7 @@ from dmplay.plots.plot_data import (
     TrianglePanel,
 )
 from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
+from dmplay.views.toolkit.plots import Axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

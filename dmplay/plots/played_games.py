@@ -10,7 +10,8 @@ from dmplay.game.hints.review import ReviewedAction, append_scope
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
-from dmplay.plots.plot_data import Axis, LinePanel, Plot, Series
+from dmplay.plots.plot_data import LinePanel, Plot, Series
+from dmplay.views.toolkit.plots import Axis
 
 MAX_LINES = 6  # of states in a panel; the ones that ever are the likeliest
 

@@ -11,16 +11,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array, Reals
 from dmplay.problems.shared.hexgrid import Hex
-
-
-@dataclass(frozen=True)
-class Axis:
-    """The label of an axis, with its unit, and its range."""
-
-    label: str
-    low: float
-    high: float
-    is_whole: bool = False  # whether only whole numbers are marked, as for turns
+from dmplay.views.toolkit.plots import Axis
 
 
 @dataclass(frozen=True, eq=False)

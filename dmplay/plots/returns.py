@@ -12,8 +12,9 @@ from dmplay.core.text import format_count
 from dmplay.evaluation.many_games import run
 from dmplay.output.evaluation_request import EvaluationRequest, limit_turns, make_lineup
 from dmplay.output.tables import format_mean
-from dmplay.plots.plot_data import Axis, LinePanel, Plot, Series
+from dmplay.plots.plot_data import LinePanel, Plot, Series
 from dmplay.plots.plotted_problem import load_plotted_problem
+from dmplay.views.toolkit.plots import Axis
 
 MAX_BINS = 40
 MAX_DISTINCT_RETURNS = 12  # if there are at most so many, each return has a bar of its own

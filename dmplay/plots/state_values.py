@@ -9,7 +9,6 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.core.text import format_count
 from dmplay.plots.plot_data import (
-    Axis,
     GridPanel,
     HexPanel,
     LinePanel,
@@ -32,6 +31,7 @@ from dmplay.solvers.mdp import (
     mdp_values,
 )
 from dmplay.views.toolkit.canvas import format_signed
+from dmplay.views.toolkit.plots import Axis
 
 MAX_LISTED_STATES = 60
 VALUE_LABEL = "expected return"

@@ -7,14 +7,12 @@ the same. Neither draws hexes, triangles, tables or regions.
 
 import textwrap
 from collections.abc import Sequence
-from math import floor, log10
 
 import numpy as np
 from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.plots.plot_data import (
-    Axis,
     GridPanel,
     HexPanel,
     LinePanel,
@@ -26,6 +24,7 @@ from dmplay.plots.plot_data import (
 )
 from dmplay.problems.shared.hexgrid import Hex
 from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
 from dmplay.views.toolkit.canvas import (
     BAR_LEVELS,
     Canvas,
@@ -34,6 +33,7 @@ from dmplay.views.toolkit.canvas import (
     split_rows,
 )
 from dmplay.views.toolkit.hexgrid import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
+from dmplay.views.toolkit.plots import PlotArea
 
 MIN_COLUMNS, MAX_COLUMNS = 36, 100
 AREA_ROWS = 15
@@ -47,7 +47,6 @@ VALUE_LEVELS = f" {BAR_LEVELS}"
 STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
 MARK_GLYPH, POINT_GLYPH = "✗", "#"
-TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
 
 
 def draw_plot(plot: Plot, columns: int) -> Text:
@@ -141,85 +140,12 @@ def _draw_panel(panel: Panel, columns: int, actions: dict[str, str], *, is_small
     return Text("\n").join([Text(panel.title, "bold"), drawing]) if panel.title else drawing
 
 
-class _PlotArea:
-    """A rectangle of cells with labelled axes, in which numbers are drawn."""
-
-    def __init__(self, x: Axis, y: Axis, columns: int, rows: int = AREA_ROWS) -> None:
-        self.x, self.y, self.rows = x, y, rows
-        y_ticks = _choose_ticks(y, max(rows // 4, 2))
-        labels = [_format_tick(value) for value in y_ticks]
-        self.left = max(map(len, labels)) + 2
-        self.columns = columns - self.left
-        self.canvas = Canvas()
-        self.canvas.write_text(0, 0, y.label, "dim")
-        for row in range(rows):
-            self.canvas.write_text(self.left - 1, row + 1, "│", "dim")
-        for value, label in zip(y_ticks, labels, strict=True):
-            row = self.row_of(value) + 1
-            self.canvas.write_text(0, row, label.rjust(self.left - 2), "dim")
-            self.canvas.write_text(self.left - 1, row, "┤", "dim")
-        self.canvas.write_text(self.left - 1, rows + 1, "└" + "─" * self.columns, "dim")
-        end = 0
-        for value in _choose_ticks(x, max(self.columns // 12, 2)):
-            label, column = _format_tick(value), self.column_of(value)
-            self.canvas.write_text(self.left + column, rows + 1, "┴", "dim")
-            start = min(max(self.left + column - len(label) // 2, 0), columns - len(label))
-            if start >= end:
-                self.canvas.write_text(start, rows + 2, label, "dim")
-                end = start + len(label) + 1
-        middle = self.left + max((self.columns - len(x.label)) // 2, 0)
-        self.canvas.write_text(middle, rows + 3, x.label, "dim")
-
-    def column_of(self, x: float) -> int:
-        """Return the column of an x value."""
-        return round((x - self.x.low) / (self.x.high - self.x.low) * (self.columns - 1))
-
-    def row_of(self, y: float) -> int:
-        """Return the row of a y value, from the top."""
-        return round((self.y.high - y) / (self.y.high - self.y.low) * (self.rows - 1))
-
-    def draw_cell(self, column: int, row: int, glyph: str, style: str = "") -> None:
-        """Draw a glyph in a cell; cells outside the area are left out."""
-        if 0 <= row < self.rows and 0 <= column < self.columns:
-            self.canvas.write_text(self.left + column, row + 1, glyph, style)
-
-    def draw_line(self, x: Reals, y: Reals, glyph: str, style: str = "") -> None:
-        """Draw the line through points, with a glyph in each column or, if steep, each row."""
-        first, last = self.column_of(float(x.min())), self.column_of(float(x.max()))
-        columns = np.arange(first, last + 1)
-        positions = self.x.low + (self.x.high - self.x.low) * columns / (self.columns - 1)
-        rows = [self.row_of(value) for value in np.interp(positions, x, y).tolist()]
-        for index, (column, row) in enumerate(zip(columns.tolist(), rows, strict=True)):
-            previous = rows[index - 1] if index else row
-            step = 1 if row >= previous else -1
-            for between in range(previous + step, row, step):
-                self.draw_cell(column, between, glyph, style)
-            self.draw_cell(column, row, glyph, style)
-
-
-def _choose_ticks(axis: Axis, count: int) -> list[float]:
-    """Return about `count` round numbers on an axis."""
-    span = axis.high - axis.low
-    magnitude = 10.0 ** floor(log10(span / count))
-    step = next(s * magnitude for s in TICK_STEPS if s * magnitude * count >= span * 0.999)
-    if axis.is_whole:
-        step = max(round(step), 1)
-    first = int(np.ceil(axis.low / step - 1e-9))
-    last = int(np.floor(axis.high / step + 1e-9))
-    return [index * step for index in range(first, last + 1)]
-
-
-def _format_tick(value: float) -> str:
-    """Return the label of a tick."""
-    return f"{value:.6g}"
-
-
 def _draw_lines(panel: LinePanel, columns: int) -> Text:
     """Return a panel of series, with the regions and the legend below."""
-    area = _PlotArea(panel.x, panel.y, columns)
+    area = PlotArea(panel.x, panel.y, columns, AREA_ROWS)
     for series in sorted(panel.series, key=lambda series: not series.is_thin):
         _draw_series(area, series)
-    lines = [area.canvas.to_text()]
+    lines = [area.to_text()]
     lines += [_draw_regions(panel, area)] if panel.regions else []
     entries = [
         Text(f"{_glyph_of(series)} {series.label}", _style_of(series.style))
@@ -238,7 +164,7 @@ def _glyph_of(series: Series) -> str:
     return SERIES_GLYPHS[series.style % len(SERIES_GLYPHS)]
 
 
-def _draw_series(area: _PlotArea, series: Series) -> None:
+def _draw_series(area: PlotArea, series: Series) -> None:
     """Draw a series as a line, as points or as bars."""
     glyph, style = _glyph_of(series), _style_of(series.style)
     if series.kind == "points":
@@ -250,7 +176,7 @@ def _draw_series(area: _PlotArea, series: Series) -> None:
         area.draw_line(series.x, series.y, glyph, style)
 
 
-def _draw_bars(area: _PlotArea, series: Series, style: str) -> None:
+def _draw_bars(area: PlotArea, series: Series, style: str) -> None:
     """Draw bars from 0 up, in eighths of a row; a positive bar has at least one eighth."""
     steps = np.diff(np.sort(series.x))
     step = float(steps.min(initial=np.inf))
@@ -268,7 +194,7 @@ def _draw_bars(area: _PlotArea, series: Series, style: str) -> None:
                 area.draw_cell(position, area.rows - 1 - full, BAR_LEVELS[part - 1], style)
 
 
-def _draw_regions(panel: LinePanel, area: _PlotArea) -> Text:
+def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
     """Return a line for each region, with its interval and its label."""
     lines = []
     for index, region in enumerate(panel.regions):
@@ -280,7 +206,7 @@ def _draw_regions(panel: LinePanel, area: _PlotArea) -> Text:
 def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
     """Return a heat map of nine levels, or letters for regions."""
     x_count, y_count = panel.values.shape
-    area = _PlotArea(panel.x, panel.y, min(columns, MAX_GRID_COLUMNS), min(y_count, MAX_GRID_ROWS))
+    area = PlotArea(panel.x, panel.y, min(columns, MAX_GRID_COLUMNS), min(y_count, MAX_GRID_ROWS))
     finite = panel.values[np.isfinite(panel.values)]
     low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
     for column in range(area.columns):
@@ -299,7 +225,7 @@ def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
                 area.draw_cell(column, row, level, "cyan")
     for x, y in panel.marks:
         area.draw_cell(area.column_of(x), area.row_of(y), MARK_GLYPH, "bold red")
-    lines = [area.canvas.to_text()]
+    lines = [area.to_text()]
     if not panel.categories:
         legend = f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}"
         lines.append(Text(legend, "cyan"))
@@ -349,23 +275,21 @@ def _draw_hexes(panel: HexPanel, columns: int) -> Text:
 def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: bool) -> Text:
     """Return a triangle of beliefs, where each point shows the best action or the value."""
     rows = SMALL_TRIANGLE_ROWS if is_small else LARGE_TRIANGLE_ROWS
-    canvas = Canvas()
-    points = [
-        (row, column, _belief_at(row, column, rows))
-        for row in range(rows)
-        for column in range(2 * row + 1)
-    ]
-    values = np.array([(panel.alpha_vectors @ belief).max() for _, _, belief in points])
-    low, high = float(values.min()), float(values.max())
-    for (row, column, belief), value in zip(points, values.tolist(), strict=True):
-        x = rows - 1 - row + column
+    points = [belief_at(row, column, rows) for row in range(rows) for column in range(2 * row + 1)]
+    values = [float((panel.alpha_vectors @ belief).max()) for belief in points]
+    low, high = min(values), max(values)
+
+    def choose_glyph(belief: Reals) -> tuple[str, str]:
+        """Return the level of the value at a belief, or the letter of the best action."""
         if panel.shows_values:
+            value = float((panel.alpha_vectors @ belief).max())
             share = (value - low) / (high - low) if high > low else 1.0
-            level = VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))]
-            canvas.write_text(x, row, level, "cyan")
-        else:
-            name = panel.best_action(belief)
-            canvas.write_text(x, row, actions[name], _style_of(list(actions).index(name)))
+            return VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))], "cyan"
+        name = panel.best_action(belief)
+        return actions[name], _style_of(list(actions).index(name))
+
+    canvas = Canvas()
+    draw_belief_triangle(canvas, 0, 0, rows, choose_glyph)
     if is_small:
         return canvas.to_text()
     top, left, right = (f"P({name}) = 1" for name in panel.corners)
@@ -376,13 +300,6 @@ def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: b
             Text(f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}", "cyan")
         )
     return Text("\n").join(lines)
-
-
-def _belief_at(row: int, column: int, rows: int) -> Reals:
-    """Return the belief `[3]` at a point of a triangle with this number of rows."""
-    top = 1.0 - row / (rows - 1)
-    right = (1.0 - top) * (column / (2 * row) if row else 0.0)
-    return np.array([top, 1.0 - top - right, right])
 
 
 def _draw_table(panel: TablePanel) -> Text:

@@ -12,7 +12,6 @@ from dmplay.errors import BadParameter
 from dmplay.game.plot_kinds import FIGURES, PICTURE_FORMATS
 from dmplay.plots.appendix_figures import draw_figure
 from dmplay.plots.plot_data import (
-    Axis,
     GridPanel,
     LinePanel,
     Plot,
@@ -24,6 +23,7 @@ from dmplay.plots.plot_data import (
 from dmplay.plots.report import PlotRequest, build_plot
 from dmplay.plots.terminal_drawing import draw_plot
 from dmplay.views.toolkit.canvas import measure_text, to_ascii
+from dmplay.views.toolkit.plots import Axis
 from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
 from tests.support.programs import run_dmplay
 
