@@ -69,7 +69,12 @@ def solve(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
         int | None,
-        typer.Option("--episodes", metavar="N", min=2, help="number of games, if simulated"),
+        typer.Option(
+            "--episodes",
+            metavar="N",
+            min=2,
+            help="number of games, for a problem that is simulated, such as 2048",
+        ),
     ] = None,
     turns: Annotated[
         int | None,
@@ -83,13 +88,15 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="planning effort, if dmplay finds only bounds on the values; 2: twice the default",
+            help="time for planning, if no exact value is found; 2: twice the default",
         ),
     ] = None,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
     """Compute the best actions of a problem and their values.
+
+    A problem that is too large is simulated instead, and the report says so.
 
     The report also names the method. A value is an expected return: the sum of the
     discounted rewards. In an equilibrium, no player gains by changing its own strategy
