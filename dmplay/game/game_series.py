@@ -152,14 +152,14 @@ class GameController:
         self._game.finish(reason)
         self._disclosed_games = self._known_games
         recorder = self._game.recorder
-        if (
-            recorder
-            and recorder not in self.finished_games
-            and not saves.remove_unplayed_save(recorder)
-        ):
-            self.finished_games[recorder] = self._game.problem_name
-            if self._on_game_end:
-                self._on_game_end(recorder)
+        if recorder is None or recorder in self.finished_games:
+            return
+        if saves.remove_unplayed_save(recorder):
+            self._game.recorder = None  # The next game may have a file of the same name.
+            return
+        self.finished_games[recorder] = self._game.problem_name
+        if self._on_game_end:
+            self._on_game_end(recorder)
 
     def take_write_notice(self) -> str:
         """Return one line if the transcript began to fail, or works again; '' if nothing changed.

@@ -51,6 +51,17 @@ def test_legal_lists_action_names_if_there_are_more_actions_than_keys(tmp_path: 
     assert run_line(controller, "legal") == f"legal: {names.replace(' ', ', ')}."
 
 
+def test_a_game_that_was_left_without_a_turn_does_not_take_the_file_of_the_next_game() -> None:
+    controller = GameController(start_new_game(GameRequest("hexworld", seed=7)))
+    controller.end_game()  # as when a player leaves the game for the gallery
+    controller.set_game(start_new_game(GameRequest("hexworld", seed=8)))
+    controller.game.choose(0)
+    assert controller.take_write_notice() == ""
+    controller.end_game()
+    (recorder,) = controller.finished_games
+    assert verify_and_read_end(recorder.path) == ("quit", 1)
+
+
 @pytest.mark.parametrize("command", ["new", "restart", "seed 8", "set slip 0.1", "agent optimal"])
 def test_a_new_game_ends_the_previous_one_and_has_a_separate_file(
     command: str, tmp_path: Path
