@@ -131,6 +131,12 @@ def _preview_action(controller: GameController, argument: str) -> str:
         return of_game.preview_typed_action(controller.game, argument)
 
 
+def _explain_action(controller: GameController, argument: str) -> str:
+    """Explain the suggested or a typed action; error messages do not reveal it."""
+    with conceal_choice_errors(controller):
+        return of_game.explain_action(controller.game, argument)
+
+
 def _show_keys(controller: GameController, argument: str) -> str:
     """Return the keys of actions and of commands as one line."""
     game = controller.game
@@ -265,6 +271,14 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "show the possible outcomes of an action",
             _preview_action,
             key_label="W",
+        ),
+        Command(
+            "why",
+            "[ACTION]",
+            "explain the suggested action in numbers, or compare ACTION with it",
+            _explain_action,
+            "Y",
+            "Y",
         ),
         Command(
             "assume",

@@ -71,6 +71,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
     completers: dict[str, Callable[[], list[str]]] = {
         "act": lambda: list_actions(controller),
         "whatif": lambda: list_actions(controller),
+        "why": lambda: list_actions(controller),
         "agent": lambda: _complete_agent_arguments(controller, arguments),
         "assume": lambda: _complete_agent_arguments(controller, arguments),
         "seat": lambda: (

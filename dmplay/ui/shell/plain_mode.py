@@ -12,7 +12,7 @@ from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.external.bots.protocol import describe_choices
 from dmplay.game.background_tasks import TaskCancelled
-from dmplay.game.command_reply import Page
+from dmplay.game.command_reply import DataReply, Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.hint_provider import accuracy_data
@@ -157,13 +157,15 @@ class JsonReporter(Reporter):
         self._print_event("words", {"text": text})
 
     def report_reply(self, game: Game, text: str, before: int) -> None:
-        """Print an undo, a hint, or the text of the reply."""
+        """Print an undo, a hint, its reasons, or the text of the reply."""
         turn_count, hint = len(game.session.turns), game.hint_provider.current_hint
         if turn_count < before:
             self._print_event(
                 "undo",
                 {"turns": before - turn_count} | game.narrator.visible_turn_facts(game.snapshot()),
             )
+        elif isinstance(text, DataReply):
+            self._print_event(text.event, {**text.data, "text": str(text)})
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
