@@ -73,9 +73,8 @@ class ActionBreakdown:
         """The mean belief `[S]` after the observations; None if no state is hidden."""
         if self.outcomes[0].belief is None:
             return None
-        return np.asarray(
-            sum(outcome.probability * outcome.belief for outcome in self.outcomes)  # type: ignore[operator]
-        )
+        beliefs = np.array([outcome.belief for outcome in self.outcomes])
+        return np.asarray(np.array([outcome.probability for outcome in self.outcomes]) @ beliefs)
 
     def outcome_total(self, outcome: PossibleOutcome) -> float:
         """Return the reward of an outcome plus the discounted value after it."""

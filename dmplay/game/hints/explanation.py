@@ -49,8 +49,10 @@ class Explanation(NamedTuple):
 def explain_action(provider: HintProvider, action: float | None = None) -> Explanation:
     """Return the explanation of an action, by default of the recommended one.
 
-    Raise BadParameter for an action that is not legal.
+    Raise IllegalAction for an action that is not legal.
     """
+    if action is not None:
+        action = provider.session.validate_action(provider.seat, action)
     provider.create_hint()
     hint = provider.current_hint
     assert hint is not None
@@ -80,12 +82,14 @@ class _ValueExplainer:
         assert hint.action is not None
         self._values = hint.values
         self._decimals = hint.value_decimals
-        ranked = [
-            int(best) for best in np.argsort(-self._values, kind="stable")
-            if np.isfinite(self._values[best])
-        ]  # fmt: skip
+        order = np.argsort(-self._values, kind="stable").tolist()
+        ranked = [action for action in order if np.isfinite(self._values[action])]
         self._legal_actions = ranked
-        self._best = int(hint.action)
+        self._suggested = self._best = int(hint.action)
+        if self._values[self._best] < self._values[ranked[0]] - REGRET_TOLERANCE:
+            self._best = ranked[
+                0
+            ]  # A search keeps its usual action unless another is clearly better.
         self._breakdowns = self._break_down_actions()
 
     def _break_down_actions(self) -> dict[int, ActionBreakdown]:
@@ -150,7 +154,7 @@ class _ValueExplainer:
         best_count = sum(
             self._values[a] >= best_value - REGRET_TOLERANCE for a in self._legal_actions
         )
-        subject = f"The action {name}"
+        subject = f"The {'suggested ' * (self._action == self._suggested)}action {name}"
         if self._action == self._best:
             subject = f"The best action {name}"
             if best_count > 1:
@@ -170,8 +174,10 @@ class _ValueExplainer:
         product = product if parts.discount < 1.0 else ""
         text = f"{beginning}: reward {reward} now and {later} later{product}"
         information = self._number(parts.information_value)
-        thanks = f", of which {information} is due to the next observation"
-        return f"{text}{thanks if self._round(parts.information_value) else ''}."
+        if not parts.adds_up or not self._round(parts.information_value):
+            return f"{text}."
+        thanks = f"of which {information} is due to the next observation"
+        return _choose_short([f"{text}, {thanks}.", f"{text}."])
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -216,7 +222,7 @@ class _ValueExplainer:
             yield f"{verb} {self._list_outcomes(parts, ' with probability', has_belief=True)}"
             yield f"{verb} {self._list_outcomes(parts, ' with probability')}"
             yield f"probabilities: {self._list_outcomes(parts, '')}"
-        yield self._summarize_outcomes(parts)
+        yield from self._iter_summaries(parts)
 
     def _list_outcomes(self, parts: ActionBreakdown, noun: str, *, has_belief: bool = False) -> str:
         """Return each outcome with its probability, its value and perhaps the belief after it."""
@@ -257,8 +263,8 @@ class _ValueExplainer:
         after = f"then worth {self._number(outcome.value_after)}" * (not parts.is_last_turn)
         return ", ".join(filter(None, (reward, after)))
 
-    def _summarize_outcomes(self, parts: ActionBreakdown) -> str:
-        """Return the number of outcomes, their range, and the likeliest one."""
+    def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
+        """Yield clauses on many outcomes: the likeliest one and their range, then the range."""
         problem = self._session.problem
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
         likeliest = parts.outcomes[0]
@@ -266,10 +272,14 @@ class _ValueExplainer:
             problem.state_count, ContinuousStates
         )
         noun = "replies" if problem.state_count == 1 else "outcomes"
-        return (
+        yield (
             f"the likeliest of {len(parts.outcomes)} {noun}{f', {likeliest.text},' * has_name} has "
             f"probability {likeliest.probability:.2f} and brings {self._number(totals[0])}; "
             f"all bring {self._number(min(totals))} to {self._number(max(totals))}"
+        )
+        yield (
+            f"{len(parts.outcomes)} {noun} bring {self._number(min(totals))} to "
+            f"{self._number(max(totals))}"
         )
 
     def _compare(self) -> tuple[RuleOfThumb | None, str]:
@@ -279,7 +289,10 @@ class _ValueExplainer:
             gap = value - self._round(self._values[self._action])
             if not gap:
                 return RuleOfThumb(best, ""), f"The suggested action {self._name(best)} is as good."
-            text = f"The best action {self._name(best)} is worth {self._number(gap)} more"
+            subject = f"The best action {self._name(best)}"
+            if self._action == self._suggested:
+                subject = f"By these values, {self._name(best)}"
+            text = f"{subject} is worth {self._number(gap)} more"
             return RuleOfThumb(best, ""), self._append_reason(text, self._action)
         rule = self._choose_alternative()
         if rule is None:

@@ -217,6 +217,9 @@ class HintProvider:
         # with turn count and last turn
         self._cached_hint: tuple[int, Turn | None, Hint] | None = None
         self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
+        self._cached_breakdowns: (
+            tuple[int, Turn | None, dict[float, ActionBreakdown | None]] | None
+        ) = None
         self._cached_state_values: tuple[int, Reals | None] | None = None  # with turn count
 
     @cached_property
@@ -310,12 +313,18 @@ class HintProvider:
 
     def break_down_action(self, action: float) -> ActionBreakdown | None:
         """Return the parts of an action's value; None if the hint agent cannot list them."""
-        model = self._opponent_model()
-        return self._query_agent(
-            lambda seated: break_down_action(
-                seated, int(action), model, is_last_turn=self._is_last_planned_turn
+        breakdowns = self._if_current(self._cached_breakdowns)
+        if breakdowns is None:
+            breakdowns = {}
+            self._cached_breakdowns = (*self._turn_key, breakdowns)
+        if action not in breakdowns:
+            model = self._opponent_model()
+            breakdowns[action] = self._query_agent(
+                lambda seated: break_down_action(
+                    seated, int(action), model, is_last_turn=self._is_last_planned_turn
+                )
             )
-        )
+        return breakdowns[action]
 
     def find_contrasting_rule(
         self, breakdowns: Mapping[int, ActionBreakdown], best_action: int
