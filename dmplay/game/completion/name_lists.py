@@ -29,6 +29,13 @@ def complete_problems(word: str = "") -> list[str]:
     return [*problem_names(), *sorted(entry_point_targets())]
 
 
+def complete_prediction_kinds(word: str = "") -> list[str]:
+    """Return the kinds of predictions that a game can ask for."""
+    from dmplay.game.predictions import PREDICTION_KINDS
+
+    return [*PREDICTION_KINDS]
+
+
 def list_figures() -> list[str]:
     """Return the names of the book's figures and tables."""
     from dmplay.views.figures import registry

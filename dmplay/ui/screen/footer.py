@@ -57,6 +57,8 @@ def format_footer(
     """
     if frame_state.handover_agent:
         return fit_text(Text(" Enter shows the board  q quit"), viewport)
+    if game.open_question:
+        return fit_text(Text(" Enter predicts  Esc skips  Bksp erases, or undoes"), viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
     uses_game_over_keys, is_choosing = (

@@ -82,6 +82,7 @@ class PlayScreen:
         self._event_log = EventLog(game)
         self.number_input = NumberInput()  # number that the player is typing
         self.key_prefix = ""  # first arrow of a diagonal
+        self.prediction_text = ""  # prediction that the player is typing
         # turn from which the board no longer shows the keys
         self.last_key_hint_turn = KEY_HINT_TURNS
         self.clock = RealtimeClock(self.realtime_rate)
@@ -320,7 +321,7 @@ class PlayScreen:
         is_plain_turn = (
             is_people_only
             and self.modes.display_mode is Mode.BOARD
-            and not self.overlay_index
+            and not (self.overlay_index or game.predictor)
             and game.is_action_key(key)
         )
         return not (is_plain_turn and builtin_stem(game.problem))
@@ -355,6 +356,9 @@ class PlayScreen:
         elif self._event_log.add_new_turns(turn_rows):
             self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
+        scored = self.game.take_scored_prediction()
+        if scored:
+            self._event_log.add_notice(scored.text)
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""

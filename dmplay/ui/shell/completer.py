@@ -18,8 +18,9 @@ from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (
-    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost", "--turns",
-    "--record", "--keep", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
+    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost",
+    "--predict", "--turns", "--record", "--keep", "--frames", "--force", "--reveal", "--strict",
+    "--strict=hints", "--keys",
     "--player", "--assignment", "--trust",
 )  # fmt: skip
 EXPORT_OPTIONS = (
@@ -112,6 +113,7 @@ def _complete_play_options(arguments: list[str], last_word: str) -> list[str]:
         "--ghost": complete_agents,
         "--seat": _list_seat_assignments,
         "--set": list_parameters,
+        "--predict": name_lists.complete_prediction_kinds,
     }
     if last_word in values:
         return values[last_word](arguments[0])

@@ -103,9 +103,8 @@ def assert_outcomes_match_the_session(game: Game, parts: ActionBreakdown) -> Non
     by_text = {outcome.text: outcome for outcome in parts.outcomes}
     assert sum(outcome.probability for outcome in parts.outcomes) == pytest.approx(1.0)
     for seed in range(SAMPLE_COUNT):
-        session = game.session.copy_at_start(
-            [policy and policy.policy for policy in game.session.seated_policies]
-        )
+        policies = [seated and seated.policy for seated in game.session.seated_policies]
+        session = game.session.copy_at_start(policies)
         session.append_turns(game.session.turns)
         generator = np.random.default_rng(seed)
         uniforms = generator.random(game.problem.uniform_counts.step)
