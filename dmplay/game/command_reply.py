@@ -17,15 +17,21 @@ class TurnReports(Page):
 
 
 class DataReply(str):
-    """The result of a command in one row, which is also an event with data in JSON output."""
+    """The result of a command in one row, which is also an event with data in JSON output.
+
+    A screen on which the row is too long shows the `rows` as a page.
+    """
 
     event: str
     data: Mapping[str, object]
+    rows: Sequence[str]
 
-    def __new__(cls, text: str, event: str, data: Mapping[str, object]) -> Self:
-        """Return the text with the name of the event and its data."""
+    def __new__(
+        cls, text: str, event: str, data: Mapping[str, object], rows: Sequence[str] = ()
+    ) -> Self:
+        """Return the text with the name of the event, its data, and the rows of a page."""
         reply = super().__new__(cls, text)
-        reply.event, reply.data = event, data
+        reply.event, reply.data, reply.rows = event, data, rows or [text]
         return reply
 
 

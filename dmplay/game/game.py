@@ -365,7 +365,7 @@ class Game:
             return
         self._last_prediction = scored = self.predictor.score_turn(self.session.turns[-1])
         if scored and self.recorder:
-            self.recorder.write_note(f"{PREDICTION_NOTE_PREFIX}turn {scored.turn}: {scored.note}\n")
+            self.recorder.write_note(f"{PREDICTION_NOTE_PREFIX}turn {scored.turn}: {scored.note}")
 
     def advance(self, choices: Mapping[int, float] = NO_CHOICES) -> bool:
         """Play one turn of people's choices and the agents' actions; return whether it was played.

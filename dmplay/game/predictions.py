@@ -259,9 +259,8 @@ class Predictor:
         text = f"{count}: {name} {mean:.3f}; always saying 0.5 scores {guess:.3f}"
         if self.kind == OUTCOME:
             said = float(np.mean([item.predicted for item in self.scored]))
-            text += (
-                f"; you said {said:.2f} on average, {truths.sum():.0f} of {len(truths)} happened"
-            )
+            happened = f"{truths.sum():.0f} of {len(truths)} happened"
+            text += f"; you said {said:.2f} on average, and {happened}"
         return text
 
     @property

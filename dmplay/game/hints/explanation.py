@@ -43,7 +43,12 @@ class Explanation(NamedTuple):
 
     def __str__(self) -> str:
         """Return the explanation as one line."""
-        return f"why {self.label}: {' '.join(self.sentences)}"
+        return f"{self.heading}: {' '.join(self.sentences)}"
+
+    @property
+    def heading(self) -> str:
+        """The action, and the agent and the game that the values are about."""
+        return f"why {self.label}"
 
 
 def explain_action(provider: HintProvider, action: float | None = None) -> Explanation:

@@ -88,7 +88,7 @@ def _handle_prediction_key(screen: PlayScreen, key: str) -> None:
         screen.prediction_text = screen.prediction_text[:-1]
     elif len(typed_text) == 1 and typed_text.isprintable():
         screen.prediction_text += typed_text
-    screen.message = f"{screen.game.open_question}: {screen.prediction_text}"
+    screen.message = f"prediction: {screen.prediction_text}   ({screen.game.open_question})"
 
 
 def _turn_page(screen: PlayScreen, key: str) -> None:

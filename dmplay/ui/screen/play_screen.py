@@ -12,7 +12,7 @@ from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game import player_records
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_reply import Page, TurnReports
+from dmplay.game.command_reply import DataReply, Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.playback import Playback
@@ -21,6 +21,7 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
+from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
@@ -33,6 +34,7 @@ MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a rep
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
 HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
+WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 
@@ -301,6 +303,8 @@ class PlayScreen:
         board.
         """
         rows = reply.split("\n") if isinstance(reply, Page) else []
+        if isinstance(reply, DataReply) and not self._build_frame(self._viewport).fits_log(reply):
+            rows = [*reply.rows]
         hint = self.game.hint_provider.current_hint
         if rows and not isinstance(reply, TurnReports):
             self.open_page(rows)
@@ -312,6 +316,11 @@ class PlayScreen:
                     "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
                 self.message = f"{hint.summary}{price_text}"
+                if (
+                    WHY_KEY_HELP
+                    not in format_footer(self.game, self._viewport, self.frame_state).plain
+                ):
+                    self.message += f"   {WHY_KEY_HELP}"
         self.log_new_turns(rows)
 
     def may_take_long(self, key: str) -> bool:

@@ -188,7 +188,8 @@ def explain_action(game: Game, argument: str) -> str:
         """Return the explanation as text with its numbers."""
         reasons = explanation.explain_action(provider, action)
         seat = game.problem.agents[game.viewing_seat]
-        return DataReply(str(reasons), "why", {"seat": seat, **reasons.data})
+        data = {"seat": seat, **reasons.data}
+        return DataReply(str(reasons), "why", data, [reasons.heading, *reasons.sentences])
 
     return _ask_hint_provider(game, "why", explain)
 
