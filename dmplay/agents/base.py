@@ -168,6 +168,13 @@ class SeatPolicy(Policy):
         """
         return None
 
+    def current_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs `[B, S]` that its values are about, the first array of its memory.
+
+        None if its memory holds no belief.
+        """
+        return None
+
     def expected_reward(self, memory: Memory, action: int) -> float:
         """Return the expected reward of an action, in the model of `forecast_observations`."""
         raise NotImplementedError

@@ -258,9 +258,9 @@ class Predictor:
         name = "mean Brier score" if self.kind == OUTCOME else "mean squared error"
         text = f"{count}: {name} {mean:.3f}; always saying 0.5 scores {guess:.3f}"
         if self.kind == OUTCOME:
-            said = float(np.mean([item.predicted for item in self.scored]))
+            mean_prediction = float(np.mean([item.predicted for item in self.scored]))
             happened = f"{truths.sum():.0f} of {len(truths)} happened"
-            text += f"; you said {said:.2f} on average, and {happened}"
+            text += f"; you said {mean_prediction:.2f} on average, and {happened}"
         return text
 
     @property

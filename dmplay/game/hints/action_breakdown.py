@@ -9,7 +9,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefPolicy
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.belief import apply_bayes_rule
@@ -266,8 +265,9 @@ def _current_belief(
     session: Session, seat: int, policy: SeatPolicy, memory: Memory
 ) -> Reals | None:
     """Return the belief `[S]` that a policy's values are about; None if it is not known."""
-    if isinstance(policy, BeliefPolicy):
-        return np.asarray(memory[0][0])
+    beliefs = policy.current_belief(memory)
+    if beliefs is not None:
+        return np.asarray(beliefs[0])
     if len(session.problem.agents) == 1 and session.has_visible_beliefs:
         return session.view(seat).belief
     return None

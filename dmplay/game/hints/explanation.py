@@ -383,9 +383,9 @@ class _ValueExplainer:
         if is_same or self._session.problem.state_count != 1:
             return ""
         seat = 1 - self._provider.seat
-        shown = best if self._action == other.action else other
-        assert shown.next_replies is not None
-        name = self._session.format_action(seat, int(shown.next_replies.argmax()))
+        described = best if self._action == other.action else other
+        assert described.next_replies is not None
+        name = self._session.format_action(seat, int(described.next_replies.argmax()))
         return f", as {self._session.problem.agents[seat]} then chooses {name}"
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
@@ -397,11 +397,11 @@ class _ValueExplainer:
         name = self._format_event(state)
         if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
             return ""
-        shown, reference = (best, other) if self._action == other.action else (other, best)
-        assert shown.mean_belief is not None
+        described, reference = (best, other) if self._action == other.action else (other, best)
+        assert described.mean_belief is not None
         assert reference.mean_belief is not None
         return (
-            f", as {name} becomes {shown.mean_belief[state]:.2f}, "
+            f", as {name} becomes {described.mean_belief[state]:.2f}, "
             f"not {reference.mean_belief[state]:.2f}"
         )
 
@@ -415,17 +415,17 @@ class _ValueExplainer:
         """
         sign = -1.0 if self._action == other.action else 1.0
         gap = sign * (self._round(other.value) - self._round(best.value))
-        now = sign * (self._round(other.reward) - self._round(best.reward))
+        reward_change = sign * (self._round(other.reward) - self._round(best.reward))
         if not self._round(other.later_value - best.later_value):
-            now = gap
-        later = self._round(gap - now)
+            reward_change = gap
+        later = self._round(gap - reward_change)
         if best.is_last_turn or not later:
-            return f"{self._describe_difference(now)} now, the same later", 0.0
-        if not self._round(now):
+            return f"{self._describe_difference(reward_change)} now, the same later", 0.0
+        if not self._round(reward_change):
             return f"the same now, {self._describe_difference(later)} later", later
-        conjunction = "but" if now * later < 0 else "and"
+        conjunction = "but" if reward_change * later < 0 else "and"
         return (
-            f"{self._describe_difference(now)} now {conjunction} "
+            f"{self._describe_difference(reward_change)} now {conjunction} "
             f"{self._describe_difference(later)} later"
         ), later
 

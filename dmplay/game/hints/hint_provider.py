@@ -18,17 +18,17 @@ from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
 from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
+from dmplay.game.hints.action_simulation import (
+    ActionSimulation,
+    can_simulate,
+    simulate_returns,
+)
 from dmplay.game.hints.outcome_forecast import (
     AssumedPlayers,
     forecast_outcomes,
     format_forecast,
 )
 from dmplay.game.hints.rules_of_thumb import RuleOfThumb, find_contrasting_rule
-from dmplay.game.hints.simulated_returns import (
-    SimulatedReturns,
-    can_simulate,
-    simulate_returns,
-)
 from dmplay.registry import agents
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 
@@ -334,7 +334,7 @@ class HintProvider:
             lambda seated: find_contrasting_rule(seated, breakdowns, best_action)
         )
 
-    def simulate_action(self, action: float) -> SimulatedReturns | None:
+    def simulate_action(self, action: float) -> ActionSimulation | None:
         """Return simulated returns of an action and the hint agent's choices after it.
 
         None if other agents play or states are hidden.

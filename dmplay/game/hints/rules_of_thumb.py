@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Reals
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown
@@ -74,17 +74,14 @@ def _trust_observation(
     """Yield the best action if the state that explains the last observation best were certain."""
     session, seat, policy = seated_policy.session, seated_policy.seat, seated_policy.policy
     problem, view = session.problem, session.view(seat)
+    assert isinstance(policy, SeatPolicy)
     memory = seated_policy.current_memory()
-    if (
-        not isinstance(policy, BeliefPolicy)
-        or not view.turns_played
-        or memory[0].shape[1] > MAX_BELIEF_STATES
-    ):
+    beliefs = policy.current_belief(memory)
+    if beliefs is None or not view.turns_played or beliefs.shape[1] > MAX_BELIEF_STATES:
         return
-    belief = memory[0][0]
-    likelihoods = _compute_likelihoods(session, seat, len(belief))
+    likelihoods = _compute_likelihoods(session, seat, beliefs.shape[1])
     state = int(likelihoods.argmax())
-    certain_belief = np.eye(len(belief))[[state]]
+    certain_belief = np.eye(len(likelihoods))[[state]]
     q = policy.action_values((certain_belief, *memory[1:]))
     if q is None or np.ptp(likelihoods) <= REGRET_TOLERANCE:
         return

@@ -133,8 +133,8 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
                 break
             assert hint.values is not None
             after = sum(item.probability * item.value_after for item in parts.outcomes)
-            now = sum(item.probability * item.reward for item in parts.outcomes)
-            value = now + game.problem.discount * after
+            reward = sum(item.probability * item.reward for item in parts.outcomes)
+            value = reward + game.problem.discount * after
             assert value == pytest.approx(hint.values[action], abs=1e-6)
             if not provider.scope and action < MAX_REPLAYED_ACTIONS:
                 assert_outcomes_match_the_session(game, parts)
@@ -176,8 +176,8 @@ def assert_printed_numbers_sum(sentences: tuple[str, ...]) -> None:
         rf"worth (?:\w+ )*{number}: reward {number} now and {number} later", sentences[0]
     )
     if match:
-        value, now, later = map(Decimal, match.groups())
-        assert value == now + later, sentences[0]
+        value, reward, later = map(Decimal, match.groups())
+        assert value == reward + later, sentences[0]
     match = re.search(
         rf"{number} (more|less) now (?:but|and) {number} (more|less) later", sentences[-1]
     )

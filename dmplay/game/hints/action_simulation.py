@@ -16,7 +16,7 @@ SIMULATION_SEED = 1  # the same random numbers for every first action
 MAX_TURNS = 200  # maximum turns of a simulated game
 
 
-class SimulatedReturns(NamedTuple):
+class ActionSimulation(NamedTuple):
     """The returns of simulated games that begin with one action."""
 
     first_rewards: Reals  # [N]
@@ -36,7 +36,7 @@ def can_simulate(problem: Problem) -> bool:
 
 def simulate_returns(
     seated_policy: SeatedPolicy, first_action: float, turns_left: int | None
-) -> SimulatedReturns:
+) -> ActionSimulation:
     """Return the returns of games that begin with an action and then follow the policy."""
     session, policy = seated_policy.session, seated_policy.policy
     problem, turns = session.problem, min(turns_left or MAX_TURNS, MAX_TURNS)
@@ -65,7 +65,7 @@ def simulate_returns(
         s = outcome.state
         weights = np.where(problem.terminal(s), 0.0, weights * problem.discount)
         a = _choose_actions(problem, policy, memory, s, turn)
-    return SimulatedReturns(first_rewards, returns, turns)
+    return ActionSimulation(first_rewards, returns, turns)
 
 
 def _choose_actions(
