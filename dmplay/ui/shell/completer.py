@@ -107,7 +107,7 @@ def _complete_play_options(arguments: list[str], last_word: str) -> list[str]:
     """Return the completions of `play`: a problem, an option, or a value of the last option."""
     if not arguments:
         return _list_problem_specs()
-    values = {
+    values: dict[str, Callable[[str], list[str]]] = {
         "--agent": complete_agents,
         "--vs": complete_agents,
         "--ghost": complete_agents,

@@ -103,7 +103,7 @@ def assert_outcomes_match_the_session(game: Game, parts: ActionBreakdown) -> Non
     by_text = {outcome.text: outcome for outcome in parts.outcomes}
     assert sum(outcome.probability for outcome in parts.outcomes) == pytest.approx(1.0)
     for seed in range(SAMPLE_COUNT):
-        policies = [seated and seated.policy for seated in game.session.seated_policies]
+        policies = [seated.policy if seated else None for seated in game.session.seated_policies]
         session = game.session.copy_at_start(policies)
         session.append_turns(game.session.turns)
         generator = np.random.default_rng(seed)
@@ -309,6 +309,15 @@ def test_the_key_row_offers_an_explanation_once_there_is_a_hint() -> None:
     assert "Y why" in after.split("\n")[-1]
 
 
-def test_the_key_y_shows_the_explanation_below_the_board() -> None:
-    frame = " ".join(play_keys(make_game("hexworld"), "tab", "Y").last.split())
-    assert "why se (optimal): The best action se is worth 7.04: reward 0.00 now" in frame
+def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> None:
+    large, small = (
+        play_keys(make_game("hexworld"), "tab", "Y", size=size).last
+        for size in ((200, 60), (80, 24))
+    )
+    assert "why se (optimal): The best action se is worth 7.04:" in large
+    assert "walls: u -1.57" in large
+    assert small.split("\n")[1:3] == [
+        " why se (optimal)",
+        " The best action se is worth 7.04: reward 0.00 now and 7.04 later (0.9 x 7.83).",
+    ]
+    assert "walls: u -1.57" not in small
