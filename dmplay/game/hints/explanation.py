@@ -28,6 +28,7 @@ MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
 UNKNOWN_ACCURACY = (
     "values"  # values whose accuracy is not known are slow to compute, as in a search
 )
+MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the others
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
 RUNNER_UP = RuleOfThumb(-1, "the next best")
@@ -193,6 +194,13 @@ class _ValueExplainer:
         texts = [f"{beginning}{text}" for text in self._iter_outcome_lists(parts) if text]
         return _choose_short([f"{text[:1].upper()}{text[1:]}." for text in texts])
 
+    def _name_others(self) -> str:
+        """Return the names of the other agents."""
+        agents = self._session.problem.agents
+        return " and ".join(
+            agent for seat, agent in enumerate(agents) if seat != self._provider.seat
+        )
+
     def _describe_replies(self, parts: ActionBreakdown) -> str:
         """Return the expected action of the only other agent as a clause; '' if not modelled."""
         if parts.replies is None:
@@ -224,6 +232,8 @@ class _ValueExplainer:
             return
         if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
             verb = "you observe" if is_observed else "next is"
+            if self._session.problem.state_count == 1:
+                verb = f"{self._name_others()} chooses"
             yield f"{verb} {self._list_outcomes(parts, ' with probability', has_belief=True)}"
             yield f"{verb} {self._list_outcomes(parts, ' with probability')}"
             yield f"probabilities: {self._list_outcomes(parts, '')}"
@@ -347,7 +357,10 @@ class _ValueExplainer:
                 f"that of {self._name(best.action)} {self._number(best.information_value)}"
             )
         difference, later = self._compare_now_and_later(best, other)
-        cause = self._describe_changed_reply(best, other) if later else ""
+        cause = ""
+        if later:
+            cause = self._describe_changed_reply(best, other)
+            cause = cause or self._describe_changed_state(best, other)
         yield f"{difference}{cause or self._describe_changed_belief(best, other)}"
         yield difference
 
@@ -387,6 +400,27 @@ class _ValueExplainer:
         assert described.next_replies is not None
         name = self._session.format_action(seat, int(described.next_replies.argmax()))
         return f", as {self._session.problem.agents[seat]} then chooses {name}"
+
+    def _describe_changed_state(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
+        """Return the value after the likeliest next state, if that of the best action is higher."""
+        problem, likeliest = self._session.problem, (best.outcomes[0], other.outcomes[0])
+        is_unnamed = problem.partially_observable or isinstance(
+            problem.state_count, ContinuousStates
+        )
+        if (
+            is_unnamed
+            or problem.state_count == 1
+            or likeliest[0].text == likeliest[1].text
+            or self._round(likeliest[0].value_after) <= self._round(likeliest[1].value_after)
+            or min(outcome.probability for outcome in likeliest) < MIN_LIKELY
+            or not all(_is_short(outcome.text) for outcome in likeliest)
+        ):
+            return ""
+        described, reference = likeliest if self._action == other.action else likeliest[::-1]
+        return (
+            f", as {described.text} is then worth {self._number(described.value_after)}, "
+            f"not {self._number(reference.value_after)}"
+        )
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
         """Return the mean probability of the hidden state in which the two actions differ most."""

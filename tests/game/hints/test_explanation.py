@@ -199,9 +199,10 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
         "The best action nw is worth 3.36: reward 0.00 now and 3.36 later (0.9 x 3.73)."
     )
     assert outcomes.startswith("Next is (1,2) with probability 0.70 (then worth ")
-    assert comparison.startswith(
-        "W, best if its likeliest outcome were certain, is worth 1.87, 1.49 less: "
-    )
+    assert comparison == (
+        "W, best if its likeliest outcome were certain, is worth 1.87, 1.49 less: (2,0) has "
+        "probability 0.15 (then worth -10.00), which costs 1.85."
+    )  # 0.15 x (3.36 + 0.9 x 10)
     assert data["compared_with"]["rule"] == "best if its likeliest outcome were certain"  # type: ignore[index]
 
 
