@@ -67,6 +67,10 @@ class BeliefPolicy(SeatPolicy, ABC):
         beliefs = [belief.initial_seat_belief(self.problem, self.seat, item) for item in distinct]
         return (np.array(beliefs)[inverse],)
 
+    def current_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs."""
+        return np.asarray(memory[0])
+
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the beliefs after a turn, by Bayes' rule."""
         (beliefs,) = memory

@@ -134,6 +134,15 @@ class SeatPolicy(Policy):
         """Return None, as the action values are unknown."""
         return None
 
+    def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
+        """Return the value `[B]` of playing on: that of the best legal action.
+
+        `legal` is `[B, A]`, None if all actions are legal. The policy must have action values.
+        """
+        q = self.action_values(memory)
+        assert q is not None
+        return np.asarray((q if legal is None else np.where(legal, q, -np.inf)).max(axis=1))
+
     def choice_probabilities(self, memory: Memory) -> Reals | None:
         """Return the probability `[B, A]` of each action, if all are legal; None if unknown.
 
@@ -159,6 +168,17 @@ class SeatPolicy(Policy):
         `memory` has one row. None if it has no model of the other players but random play.
         """
         return None
+
+    def current_belief(self, memory: Memory) -> Reals | None:
+        """Return the beliefs `[B, S]` that its values are about, the first array of its memory.
+
+        None if its memory holds no belief.
+        """
+        return None
+
+    def expected_reward(self, memory: Memory, action: int) -> float:
+        """Return the expected reward of an action, in the model of `forecast_observations`."""
+        raise NotImplementedError
 
     def describe_model(self, memory: Memory) -> str:
         """Return its present estimate of how other agents play, '' if it has none."""

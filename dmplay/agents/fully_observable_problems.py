@@ -190,6 +190,15 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
             )
         return q
 
+    def state_values(self, memory: Memory, legal: Bools | None) -> Reals:
+        """Return the value `[B]` of playing on, also where another agent acts next."""
+        values = np.zeros(len(memory[0]))
+        for rows, s, turns_left in self._iter_rows_by_turns_left(memory):
+            state_values = self._solution.get_values(None if turns_left is None else turns_left + 1)
+            states = self._solution.graph.find_state_indices(self.problem, s)
+            values[rows] = state_values[states, self.seat]
+        return values
+
 
 @dataclass(frozen=True)
 class MaximinPolicy(_StateAndTurnPolicy):

@@ -161,6 +161,10 @@ class BestResponse(TurnsLeftPolicy, GreedyPolicy, _PartnerModelPolicy):
         posterior = belief.apply_bayes_rule(by_state)
         return posterior.likelihood, posterior.belief
 
+    def expected_reward(self, memory: Memory, action: int) -> float:
+        """Return the expected reward of an action against that partner."""
+        return float(memory[0][0] @ self.pomdp_tables.rewards[:, action, 0])
+
     @cached_property
     def _alpha_vectors(self) -> AlphaVectorStage:
         """The alpha vectors of the POMDP for an infinite horizon."""

@@ -21,6 +21,7 @@ def play(
     vs: options.OtherAgents = "",
     seat: options.SeatAgents = [],  # noqa: B006
     ghost: options.GhostAgent = "",
+    predict: options.PredictionKind = "",
     turns: options.TurnLimit = None,
     record: options.RecordPath = None,
     keep: options.KeptMegabytes = 200,
@@ -73,6 +74,7 @@ def play(
         other_agent=vs,
         seats=tuple(seat),
         ghost_agent=ghost,
+        prediction=predict,
         turns=turns,
         record_path=record,
         kept_megabytes=keep,

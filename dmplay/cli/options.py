@@ -124,6 +124,15 @@ GhostAgent = Annotated[
     str,
     _agent_option("agent that plays a copy of your game, with the same random numbers", "--ghost"),
 ]
+PredictionKind = Annotated[
+    str,
+    _option(
+        "KIND",
+        "predict before each outcome: belief, outcome or value",
+        name_lists.complete_prediction_kinds,
+        "--predict",
+    ),
+]
 OtherAgents = Annotated[
     str, _agent_option("agent that plays all other seats (default: see 'dmplay agents')", "--vs")
 ]

@@ -12,7 +12,8 @@ from dmplay.core.text import format_json_report
 from dmplay.errors import BadParameter, UnknownName
 
 COMMAND_LINE_ONLY = ("execute", "force", "help", "output", "record", "trust", "update", "write")
-PROBLEM_OPTIONS = ("agent", "ghost", "seat", "set", "variant", "vs")  # they suit some problems only
+# they suit some problems only
+PROBLEM_OPTIONS = ("agent", "ghost", "predict", "seat", "set", "variant", "vs")
 VALUE_TYPES: dict[str, tuple[tuple[type, ...], str]] = {  # by the prefix of click's type name
     "bool": ((bool,), "true or false"),
     "int": ((int,), "a whole number"),

@@ -37,7 +37,7 @@ RESERVED_WORDS = frozenset({
     "policy", "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save",
     "screen", "seat", "seed", "set", "solve", "state", "step", "transcript", "undo", "value",
     "values",
-    "whatif",
+    "whatif", "why",
 })  # fmt: skip
 
 

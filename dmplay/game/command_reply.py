@@ -1,6 +1,7 @@
 """Text results of commands: a message of one row, or a page of several rows."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Self
 
 
 class Page(str):
@@ -13,6 +14,25 @@ class TurnReports(Page):
     """A page that reports played turns, one row per turn."""
 
     __slots__ = ()
+
+
+class DataReply(str):
+    """The result of a command in one row, which is also an event with data in JSON output.
+
+    A screen on which the row is too long shows the `rows` as a page.
+    """
+
+    event: str
+    data: Mapping[str, object]
+    rows: Sequence[str]
+
+    def __new__(
+        cls, text: str, event: str, data: Mapping[str, object], rows: Sequence[str] = ()
+    ) -> Self:
+        """Return the text with the name of the event, its data, and the rows of a page."""
+        reply = super().__new__(cls, text)
+        reply.event, reply.data, reply.rows = event, data, rows or [text]
+        return reply
 
 
 def format_reply(rows: Sequence[str]) -> str:

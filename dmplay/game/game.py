@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from rich.text import Text
 
@@ -41,6 +41,10 @@ from dmplay.transcript.concealment import RESUMABLE_END_REASONS, has_hidden_info
 from dmplay.transcript.recorder import Recorder
 from dmplay.views.protocol import DrawOptions, draw_picture, fit_board, load_view_module
 
+if TYPE_CHECKING:
+    from dmplay.game.predictions import Predictor, ScoredPrediction
+
+PREDICTION_NOTE_PREFIX = "# prediction "
 NO_CHOICES: Mapping[int, float] = {}
 FULL_TRANSCRIPT_REASON = (
     f"the transcript is full, because dmplay reads at most {MAX_FILE_BYTES // 2**20} MB"
@@ -77,6 +81,8 @@ class Game:
         self.end_notes = ""  # appended to the transcript at the end
         self.verdict = Verdict()  # computed after the game
         self.ghost: Ghost | None = None
+        self.predictor: Predictor | None = None  # asks for predictions before each turn
+        self._last_prediction: ScoredPrediction | None = None  # scored and not reported yet
         self.save_removal = SaveRemoval()  # old saves deleted to make room for this game
         self.repeats_uniforms = False  # whether a game with the same uniforms was played before
         self.on_intermediate_turn: Callable[[], object] = lambda: (
@@ -334,6 +340,35 @@ class Game:
         self._pending_choices = choices
         return False
 
+    def ask_for_prediction(self, action: float) -> str:
+        """Return the question about an action of the person; '' to play it at once."""
+        predictor = self.predictor
+        if predictor is None or self.choosing_seat is None:
+            return ""
+        question = run_cancellable(
+            TaskInfo("preparing a question"), lambda: predictor.ask(action, self.hint_provider)
+        )
+        return question.text if question else ""
+
+    @property
+    def open_question(self) -> str:
+        """The question that waits for the person's prediction; '' if there is none."""
+        question = self.predictor.question if self.predictor else None
+        return question.text if question else ""
+
+    def take_scored_prediction(self) -> "ScoredPrediction | None":
+        """Return the prediction that was scored since the last call, if any."""
+        scored, self._last_prediction = self._last_prediction, None
+        return scored
+
+    def _score_prediction(self) -> None:
+        """Score the prediction about the last turn, and record it as a note."""
+        if self.predictor is None:
+            return
+        self._last_prediction = scored = self.predictor.score_turn(self.session.turns[-1])
+        if scored and self.recorder:
+            self.recorder.write_note(f"{PREDICTION_NOTE_PREFIX}turn {scored.turn}: {scored.note}")
+
     def advance(self, choices: Mapping[int, float] = NO_CHOICES) -> bool:
         """Play one turn of people's choices and the agents' actions; return whether it was played.
 
@@ -358,6 +393,7 @@ class Game:
             self.session.advance(actions)
             self._undone_actions.clear()
             self._record_turn()
+            self._score_prediction()
         self._advance_ghost()
         return True
 
@@ -389,6 +425,8 @@ class Game:
     def closing_lines(self) -> list[str]:
         """Return the last lines of a game: hidden facts, the result and the verdict on it."""
         lines = self.narrator.closing_lines()
+        if self.predictor and self.predictor.summary:
+            lines.append(self.predictor.summary)
         return [*lines, *(line for line in self.compute_verdict().lines if line not in lines)]
 
     def recreate_agents(self) -> None:
@@ -423,6 +461,9 @@ class Game:
     def undo(self, turns: int = 1) -> None:
         """Undo turns and record that in the transcript; a pending choice is removed instead."""
         self._check_undo_allowed("undo")
+        if self.predictor and self.predictor.question:  # The action is not played yet.
+            self.predictor.cancel()
+            return
         if self._pending_choices:  # A pending choice is undone before any played turn.
             self._pending_choices.clear()
             return

@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+from dmplay.agents.base import AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.safe_files import check_not_source, is_game_running, write_file
@@ -17,6 +18,7 @@ from dmplay.game import saves
 from dmplay.game.action_input import Keyboard
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX, Game
 from dmplay.game.hints.ghost_agent import Ghost, create_ghost, find_ghost_name
+from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.key_bindings import resolve_key_maps
 from dmplay.game.launch_requests import (
     AnyGameRequest,
@@ -29,6 +31,7 @@ from dmplay.game.launch_requests import (
 )
 from dmplay.game.narration import render_transcript_frame
 from dmplay.game.playback import Playback
+from dmplay.game.predictions import VALUE, Predictor
 from dmplay.game.saves import STDOUT_PATH, load_transcript, resolve_dash
 from dmplay.game.seats import (
     HUMAN,
@@ -107,6 +110,7 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
         problem, uniforms, policies, turn_limit=resolve_turn_limit(problem, seats, request.turns)
     )
     ghost = _make_ghost(session, seats, request.ghost_agent)
+    predictor = _make_predictor(session, seats, request)
     if make_game_key(loaded_problem.name, uniforms) in disclosed_games:
         game_header = mark_header_peeked(make_header(loaded_problem, seats, request, None), problem)
         request = replace(request, peeked=game_header.peeked)
@@ -123,7 +127,29 @@ def start_new_game(request: GameRequest, disclosed_games: Collection[GameKey] = 
     game = Game(loaded_problem.name, session, seats, keyboard, recorder, request)
     game.save_removal = save_removal
     game.set_ghost(ghost)
+    game.predictor = predictor
     return game
+
+
+def _make_predictor(
+    session: Session, player_names: Sequence[str], request: GameRequest
+) -> Predictor | None:
+    """Return the predictor of the person's seat; None if no predictions are requested.
+
+    Raise BadParameter unless one person plays, and the game allows these predictions.
+    """
+    if not request.prediction:
+        return None
+    seats = list_human_seats(player_names)
+    if len(seats) != 1:
+        raise BadParameter(f"--predict: got {len(seats)} human players, expected one")
+    if request.has_rate_option:
+        raise BadParameter("--predict: real time leaves no time to predict; leave out --rate")
+    if request.prediction == VALUE and request.strict == "hints":
+        raise BadParameter("--predict value: this game forbids hints (--strict=hints)")
+    question = AdviceQuestion.about(session, seats[0], player_names)
+    provider = HintProvider(session, question)
+    return Predictor(request.prediction, session, seats[0], provider)
 
 
 def _check_agents_only_options(request: GameRequest) -> None:

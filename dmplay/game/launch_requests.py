@@ -50,6 +50,7 @@ class GameRequest:
     ghost_agent: str = ""  # agent that plays a copy of the game beside the person
     person_label: str = HUMAN_PLAYER  # player of human seats as recorded
     can_ask: bool = True  # whether a person may be asked for actions
+    prediction: str = ""  # what the person predicts each turn: belief[:STATE], outcome or value
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
 
@@ -75,6 +76,7 @@ class GameRequest:
             "--agent": [self.agent] if self.agent != HUMAN_PLAYER else [],
             "--vs": [self.other_agent] if self.other_agent else [],
             "--ghost": [self.ghost_agent] if self.ghost_agent else [],
+            "--predict": [self.prediction] if self.prediction else [],
             "--turns": [] if self.turns is None else [str(self.turns)],
             "--episode": [str(self.episode)] if self.episode else [],
         }

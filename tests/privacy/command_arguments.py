@@ -42,6 +42,7 @@ QUERY_ARGUMENTS: Arguments = {
     "undo": ("0", "99", "x"),
     "values": ("",),
     "whatif": ("", "{action}", "nonsense"),
+    "why": ("", "{action}", "nonsense"),
     "assume": ("", "random", "actual", "nonsense"),
     "watch": ("", "belief-update", "tree-search", "alpha-vectors", "nonsense"),
 }

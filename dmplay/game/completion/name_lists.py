@@ -35,6 +35,13 @@ def list_plots() -> list[str]:
     return [*PLOT_KINDS, *FIGURES]
 
 
+def complete_prediction_kinds(word: str = "") -> list[str]:
+    """Return the kinds of predictions that a game can ask for."""
+    from dmplay.game.predictions import PREDICTION_KINDS
+
+    return [*PREDICTION_KINDS]
+
+
 def list_algorithms() -> list[str]:
     """Return the names of the algorithms that can be watched."""
     from dmplay.algorithms.registry import load_algorithms

@@ -1,7 +1,8 @@
 """Hints: the recommended action of a strong agent for a seat, and that agent's action values."""
 
+import inspect
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from math import ceil, floor, isfinite, isnan, log10
@@ -16,11 +17,18 @@ from dmplay.core.session import SeatedPolicy, Session, Turn
 from dmplay.core.spaces import Interval
 from dmplay.core.work_budget import limit_total_work
 from dmplay.errors import BadParameter, BadPolicy, BudgetExceeded
+from dmplay.game.hints.action_breakdown import ActionBreakdown, break_down_action
+from dmplay.game.hints.action_simulation import (
+    ActionSimulation,
+    can_simulate,
+    simulate_returns,
+)
 from dmplay.game.hints.outcome_forecast import (
     AssumedPlayers,
     forecast_outcomes,
     format_forecast,
 )
+from dmplay.game.hints.rules_of_thumb import RuleOfThumb, find_contrasting_rule
 from dmplay.registry import agents
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 
@@ -171,6 +179,14 @@ class Hint:
         return sorted(legal_pairs, key=lambda pair: (pair[1], pair[0] != self.action))
 
     @cached_property
+    def value_decimals(self) -> int:
+        """The number of decimals of the values on the line of the hint."""
+        listed = [action for action, _ in self._actions_by_value][:MAX_LISTED_VALUES]
+        if self.values is None:
+            return MIN_DECIMALS
+        return count_decimals([float(self.values[action]) for action in listed])
+
+    @cached_property
     def value_rows(self) -> list[tuple[str, str]]:
         """The best actions with their values as text, best first."""
         return self._format_values(ordered=True)
@@ -206,6 +222,9 @@ class HintProvider:
         # with turn count and last turn
         self._cached_hint: tuple[int, Turn | None, Hint] | None = None
         self._cached_forecast: tuple[int, Turn | None, Forecast] | None = None
+        self._cached_breakdowns: (
+            tuple[int, Turn | None, dict[float, ActionBreakdown | None]] | None
+        ) = None
         self._cached_state_values: tuple[int, Reals | None] | None = None  # with turn count
 
     @cached_property
@@ -296,6 +315,62 @@ class HintProvider:
         result = forecast_outcomes(self.session, self.seat, action, model)
         self._cached_forecast = (*self._turn_key, result)
         return format_forecast(self.session, self.seat, result, model)
+
+    def break_down_action(self, action: float) -> ActionBreakdown | None:
+        """Return the parts of an action's value; None if the hint agent cannot list them."""
+        breakdowns = self._if_current(self._cached_breakdowns)
+        if breakdowns is None:
+            breakdowns = {}
+            self._cached_breakdowns = (*self._turn_key, breakdowns)
+        if action not in breakdowns:
+            model = self._opponent_model()
+            breakdowns[action] = self._query_agent(
+                lambda seated: break_down_action(
+                    seated, int(action), model, is_last_turn=self._is_last_planned_turn
+                )
+            )
+        return breakdowns[action]
+
+    def find_contrasting_rule(
+        self, breakdowns: Mapping[int, ActionBreakdown], best_action: int
+    ) -> RuleOfThumb | None:
+        """Return a rule of thumb whose action is worth less than the best; None if all agree."""
+        return self._query_agent(
+            lambda seated: find_contrasting_rule(seated, breakdowns, best_action)
+        )
+
+    def simulate_action(self, action: float) -> ActionSimulation | None:
+        """Return simulated returns of an action and the hint agent's choices after it.
+
+        None if other agents play or states are hidden.
+        """
+        if not can_simulate(self.session.problem):
+            return None
+        limit = self.question.turn_limit
+        turns_left = None if limit is None else limit - len(self.session.turns)
+        return self._query_agent(lambda seated: simulate_returns(seated, action, turns_left))
+
+    @property
+    def agent_description(self) -> str:
+        """The name of the hint agent and the first sentence of its description."""
+        if self._hint_agent is None:
+            return ""
+        doc = inspect.getdoc(type(self._hint_agent.policy)) or ""
+        sentence = " ".join(doc.partition("\n\n")[0].split()).rstrip(".")
+        return f"{self._hint_agent.label} {sentence[:1].lower()}{sentence[1:]}".rstrip()
+
+    @property
+    def _is_last_planned_turn(self) -> bool:
+        """True if the hint agent's values count no turn after this one."""
+        assert self._hint_agent
+        policy, turns_done = self._hint_agent.policy, len(self.session.turns)
+        if policy.plans_one_round:
+            return True
+        plan, turn_limit = policy.planned_turns, self.question.turn_limit
+        if plan:
+            return (turns_done + 1) % plan == 0
+        is_last = turn_limit is not None and turns_done + 1 >= turn_limit
+        return is_last and not policy.describe_scope(turn_limit)
 
     def _opponent_model(self) -> AssumedPlayers | None:
         """Return the hint agent's model of the other players; None if it has none or fails."""

@@ -56,6 +56,8 @@ def format_footer(
     """
     if frame_state.handover_agent:
         return fit_text(Text(" Enter shows the board  q quit"), viewport)
+    if game.open_question:
+        return fit_text(Text(" Enter predicts  Esc skips  Bksp erases, or undoes"), viewport)
     # A replayed transcript never counts as over, because the player can step back in it.
     has_ended = game.request is not None and game.session.over
     uses_game_over_keys, is_choosing = (
@@ -69,6 +71,7 @@ def format_footer(
         skipped_count,
         excluded_command,
         is_game_over=uses_game_over_keys,
+        has_hint=frame_state.hint is not None,
     )
     return (
         _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
@@ -176,15 +179,24 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
 
 
 def _format_command_tails(
-    navigation_keys: Sequence[str], skipped_count: int, excluded_command: str, *, is_game_over: bool
+    navigation_keys: Sequence[str],
+    skipped_count: int,
+    excluded_command: str,
+    *,
+    is_game_over: bool,
+    has_hint: bool,
 ) -> tuple[str, ...]:
     """Return the command keys as texts, from the fullest row to the shortest.
 
     The `navigation_keys` come first, and the last of them are left out first. `excluded_command` is
-    left out, and the first `skipped_count` rows are not used.
+    left out, and the first `skipped_count` rows are not used. With a hint, the key that explains it
+    takes the place of the hint's key.
     """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
-    command_rows = [[name for name in row if name != excluded_command] for row in rows]
+    command_rows = [
+        ["why" if name == "hint" and has_hint else name for name in row if name != excluded_command]
+        for row in rows
+    ]
     tails = []
     for index, command_row in enumerate(command_rows):
         row = "  ".join([*navigation_keys, *map(_format_command_key, command_row)])

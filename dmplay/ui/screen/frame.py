@@ -96,6 +96,12 @@ class Frame:
         """
         return max(self._log_viewport().height - bool(self._state.scroll_offset), 1)
 
+    def fits_log(self, text: str) -> bool:
+        """Return whether the log, or the message row, has space for all of a text."""
+        viewport = self._log_viewport()
+        rows = wrap_lines([escape_unprintable(text)], viewport)
+        return len(rows) <= 1 or len(rows) <= viewport.height
+
     def _log_viewport(self) -> Viewport:
         """Return the viewport of the log."""
         layout = self._compute_layout(self._snapshot)

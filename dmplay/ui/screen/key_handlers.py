@@ -10,6 +10,7 @@ from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
     GAME_OVER_MESSAGE,
+    answer_question,
     change_speed,
     play_action,
     quit_game,
@@ -59,6 +60,9 @@ def handle_key(screen: PlayScreen, key: str) -> None:
 
 def _dispatch_key(screen: PlayScreen, key: str) -> None:
     """Try a key as an action, in the lookahead, in the lookback, then as a command."""
+    if screen.game.open_question:
+        _handle_prediction_key(screen, key)
+        return
     if screen.game.choosing_seat is not None and (
         _handle_number_key(screen, key) or _handle_action_key(screen, key)
     ):
@@ -69,6 +73,25 @@ def _dispatch_key(screen: PlayScreen, key: str) -> None:
         return
     if not _handle_lookback_key(screen, key):
         _handle_command_key(screen, key)
+
+
+def _handle_prediction_key(screen: PlayScreen, key: str) -> None:
+    """Type a prediction: Enter submits it, Esc skips it, Backspace erases or undoes the choice."""
+    typed_text = " " if key == "space" else key
+    if key == "backspace" and not screen.prediction_text:
+        screen.game.undo()
+        screen.message = "your choice is undone."
+        return
+    if key == "escape":
+        screen.prediction_text = ""
+    if key in ("enter", "escape"):
+        answer_question(screen)
+        return
+    if key == "backspace":
+        screen.prediction_text = screen.prediction_text[:-1]
+    elif len(typed_text) == 1 and typed_text.isprintable():
+        screen.prediction_text += typed_text
+    screen.message = f"prediction: {screen.prediction_text}   ({screen.game.open_question})"
 
 
 def _turn_page(screen: PlayScreen, key: str) -> None:

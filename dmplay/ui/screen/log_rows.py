@@ -16,7 +16,9 @@ MIN_LOG_ROWS = 2  # rows
 
 def list_verdict_lines(game: Game) -> list[str]:
     """Return the lines of the verdict card of a finished game: the result, then the verdict."""
+    predictions = game.predictor.summary if game.predictor else ""
     lines = [f"over: {game.narrator.describe_result()}", *game.verdict.lines]
+    lines += [predictions] if predictions else []
     return [*map(escape_unprintable, lines)]
 
 

@@ -33,6 +33,28 @@ def play_action(screen: PlayScreen, action: float, seat: int | None = None) -> N
         screen.clock.repeated_action = action
         start_clock(screen)
         return
+    question = game.ask_for_prediction(action)
+    if question:
+        screen.message = question
+        return
+    _play_turn(screen, action, seat)
+
+
+def answer_question(screen: PlayScreen) -> None:
+    """Take the typed prediction and play the turn that it is about.
+
+    The text stays if it is invalid, so that the player can correct it.
+    """
+    predictor = screen.game.predictor
+    assert predictor is not None
+    action = predictor.answer(screen.prediction_text)
+    screen.prediction_text = ""
+    _play_turn(screen, action)
+
+
+def _play_turn(screen: PlayScreen, action: float, seat: int | None = None) -> None:
+    """Choose an action, and animate the turn if it is played."""
+    game = screen.game
     turn_played = game.choose(action, seat)
     screen.log_new_turns()
     if turn_played:

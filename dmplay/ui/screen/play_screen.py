@@ -13,7 +13,7 @@ from dmplay.core.work_budget import ComputationStopped
 from dmplay.errors import DmplayError
 from dmplay.game import player_records
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_reply import Page, TurnReports
+from dmplay.game.command_reply import DataReply, Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.hint_provider import HINT_OVERLAYS
@@ -23,6 +23,7 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
+from dmplay.ui.screen.footer import format_footer
 from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
 from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
@@ -39,6 +40,7 @@ if TYPE_CHECKING:  # Most games need no algorithms.
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
+WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 
@@ -90,6 +92,7 @@ class PlayScreen:
         self._event_log = EventLog(game)
         self.number_input = NumberInput()  # number that the player is typing
         self.key_prefix = ""  # first arrow of a diagonal
+        self.prediction_text = ""  # prediction that the player is typing
         # turn from which the board no longer shows the keys
         self.last_key_hint_turn = KEY_HINT_TURNS
         self.clock = RealtimeClock(self.realtime_rate)
@@ -331,6 +334,8 @@ class PlayScreen:
         board.
         """
         rows = reply.split("\n") if isinstance(reply, Page) else []
+        if isinstance(reply, DataReply) and not self._build_frame(self._viewport).fits_log(reply):
+            rows = [*reply.rows]
         hint = self.game.hint_provider.current_hint
         if rows and not isinstance(reply, TurnReports):
             self.open_page(rows)
@@ -342,6 +347,11 @@ class PlayScreen:
                     "" if hint.action is None else self.game.describe_expected_reward(hint.action)
                 )
                 self.message = f"{hint.summary}{price_text}"
+                if (
+                    WHY_KEY_HELP
+                    not in format_footer(self.game, self._viewport, self.frame_state).plain
+                ):
+                    self.message += f"   {WHY_KEY_HELP}"
         self.log_new_turns(rows)
 
     def may_take_long(self, key: str) -> bool:
@@ -353,7 +363,7 @@ class PlayScreen:
         is_plain_turn = (
             is_people_only
             and self.modes.display_mode is Mode.BOARD
-            and not self.overlay_index
+            and not (self.overlay_index or game.predictor)
             and game.is_action_key(key)
         )
         return not (is_plain_turn and builtin_stem(game.problem))
@@ -392,6 +402,9 @@ class PlayScreen:
         elif self._event_log.add_new_turns(turn_rows):
             self.scroll_offset = 0
             self.message = "" if self.message == self.log[-1] else self.message
+        scored = self.game.take_scored_prediction()
+        if scored:
+            self._event_log.add_notice(scored.text)
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""

@@ -7,7 +7,7 @@ from difflib import get_close_matches
 from typing import NamedTuple
 
 from dmplay.errors import BadParameter, IllegalAction, UnknownName
-from dmplay.game.command_reply import format_reply
+from dmplay.game.command_reply import DataReply, format_reply
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.key_bindings import KEY_SYMBOLS
@@ -23,6 +23,7 @@ MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
 INVALID_TEXT = re.compile(r"[\x00\ud800-\udfff]")  # NUL and unpaired surrogates
 MIN_LISTED_NUMBERS = 2  # actions; of fewer numbers no step is shown
 SYNONYMS = {"value": "values", "exit": "quit", "resume": "load"}
+COMMANDS_BEFORE_ANSWER = ("undo", "quit", "look", "legal")  # they show nothing of the answer
 SHORT_NAMES = {"q": "quit", "?": "help"}  # single characters that can also be action names
 
 
@@ -105,6 +106,8 @@ def _play_action(controller: GameController, argument: str) -> str:
     action.
     """
     game = controller.game
+    if game.open_question:
+        raise BadParameter(f"got {argument!r}, expected a prediction first: {game.open_question}")
     try:
         action = game.keyboard.parse_action(game.view(), argument)
     except UnknownName:
@@ -117,6 +120,13 @@ def _play_action(controller: GameController, argument: str) -> str:
         similar = get_close_matches(word.lower(), labels, cutoff=0.5)
         names = labels if similar else [*labels, *(command.name for command in COMMANDS)]
         raise UnknownName("action", word, names) from None
+    if game.ask_for_prediction(action):
+        return _format_question(game)
+    return _choose_action(game, action)
+
+
+def _choose_action(game: Game, action: float) -> str:
+    """Choose an action; return the report of the turn, or the next person to choose."""
     if game.choose(action):
         return game.narrator.describe_turn(game.snapshot())
     if game.session.over:
@@ -129,6 +139,12 @@ def _preview_action(controller: GameController, argument: str) -> str:
     """Return the possible outcomes of a typed action; error messages do not reveal it."""
     with conceal_choice_errors(controller):
         return of_game.preview_typed_action(controller.game, argument)
+
+
+def _explain_action(controller: GameController, argument: str) -> str:
+    """Explain the suggested or a typed action; error messages do not reveal it."""
+    with conceal_choice_errors(controller):
+        return of_game.explain_action(controller.game, argument)
 
 
 def _show_keys(controller: GameController, argument: str) -> str:
@@ -265,6 +281,14 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "show the possible outcomes of an action",
             _preview_action,
             key_label="W",
+        ),
+        Command(
+            "why",
+            "[ACTION]",
+            "explain the suggested action in numbers, or compare ACTION with it",
+            _explain_action,
+            "Y",
+            "Y",
         ),
         Command(
             "assume",
@@ -465,10 +489,35 @@ def split_commands(line: str) -> list[str]:
 
 def iter_commands_until_handover(controller: GameController, line: str) -> Iterator[str]:
     """Yield the commands of a typed line until another person must take over the terminal."""
-    for part in split_commands(line):
+    for part in list_commands(controller, line):
         if controller.awaiting_handover:
             return
         yield part
+
+
+def _format_question(game: Game) -> str:
+    """Return the question that waits for a prediction, also as data."""
+    assert game.predictor is not None
+    data = {"kind": game.predictor.kind, "question": game.open_question}
+    return DataReply(game.open_question, "predict", data)
+
+
+def _answer_question(game: Game, text: str) -> str:
+    """Take a prediction and play the turn that it is about; return the report of the turn."""
+    assert game.predictor is not None
+    return _choose_action(game, game.predictor.answer(text))
+
+
+def take_prediction_report(game: Game) -> str:
+    """Return the score of the last prediction, also as data; '' if it was reported before."""
+    scored = game.take_scored_prediction()
+    return DataReply(scored.text, "prediction", scored.data) if scored else ""
+
+
+def list_commands(controller: GameController, line: str) -> list[str]:
+    """Return the commands of a line; an empty line is one too if a question waits for an answer."""
+    is_asked = controller.has_game and bool(controller.game.open_question)
+    return split_commands(line) or [""] * is_asked
 
 
 def run_line(controller: GameController, line: str) -> str:
@@ -479,6 +528,8 @@ def run_line(controller: GameController, line: str) -> str:
     """
     if INVALID_TEXT.search(line):
         raise BadParameter(f"got {line!r}, expected text")
+    if controller.has_game and controller.game.open_question:
+        return _run_line_before_answer(controller, line.strip())
     word, _, arguments = line.strip().partition(" ")
     if word not in controller.aliases or _is_action_name(controller, word):
         return _run_unaliased_line(controller, line)
@@ -487,6 +538,20 @@ def run_line(controller: GameController, line: str) -> str:
         for part in split_commands(f"{controller.aliases[word]} {arguments}")
     ]
     return format_reply([*filter(None, replies)])
+
+
+def _run_line_before_answer(controller: GameController, line: str) -> str:
+    """Run a line while a question waits: a prediction, or one of a few commands.
+
+    The others could show the answer.
+    """
+    if line.lower() in SYNONYMS | SHORT_NAMES:
+        line = (SYNONYMS | SHORT_NAMES)[line.lower()]
+    if line.lower() == "help":
+        return _format_question(controller.game)
+    if line.lower() in COMMANDS_BEFORE_ANSWER:
+        return _run_command(find_command(line), controller, "")
+    return _answer_question(controller.game, line)
 
 
 def _run_unaliased_line(controller: GameController, line: str) -> str:

@@ -18,8 +18,9 @@ from dmplay.ui.shell.commands import COMMANDS, COMMANDS_BY_TOPIC
 
 COMMAND_BREAKS = frozenset(";#")  # `;` begins another command, `#` a comment
 PLAY_OPTIONS = (
-    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost", "--turns",
-    "--record", "--keep", "--frames", "--force", "--reveal", "--strict", "--strict=hints", "--keys",
+    "--variant", "--set", "--seed", "--episode", "--agent", "--vs", "--seat", "--ghost",
+    "--predict", "--turns", "--record", "--keep", "--frames", "--force", "--reveal", "--strict",
+    "--strict=hints", "--keys",
     "--player", "--assignment", "--trust",
 )  # fmt: skip
 EXPORT_OPTIONS = (
@@ -71,6 +72,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
     completers: dict[str, Callable[[], list[str]]] = {
         "act": lambda: list_actions(controller),
         "whatif": lambda: list_actions(controller),
+        "why": lambda: list_actions(controller),
         "agent": lambda: _complete_agent_arguments(controller, arguments),
         "assume": lambda: _complete_agent_arguments(controller, arguments),
         "seat": lambda: (
@@ -108,12 +110,13 @@ def _complete_play_options(arguments: list[str], last_word: str) -> list[str]:
     """Return the completions of `play`: a problem, an option, or a value of the last option."""
     if not arguments:
         return _list_problem_specs()
-    values = {
+    values: dict[str, Callable[[str], list[str]]] = {
         "--agent": complete_agents,
         "--vs": complete_agents,
         "--ghost": complete_agents,
         "--seat": _list_seat_assignments,
         "--set": list_parameters,
+        "--predict": name_lists.complete_prediction_kinds,
     }
     if last_word in values:
         return values[last_word](arguments[0])

@@ -11,7 +11,7 @@ from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
 from dmplay.game.action_input import describe_number_range
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.command_reply import TurnReports, format_reply
+from dmplay.game.command_reply import DataReply, TurnReports, format_reply
 from dmplay.game.game import Game
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.game.seats import make_seat_policy
@@ -188,6 +188,22 @@ def show_best_action(game: Game, argument: str) -> str:
     return _ask_hint_provider(
         game, "policy", lambda provider: f"policy {provider.describe_choice()}"
     )
+
+
+def explain_action(game: Game, argument: str) -> str:
+    """Return the reasons for the recommended or the typed action; this counts as a hint."""
+    from dmplay.game.hints import explanation  # imported only if an explanation is requested
+
+    action = game.keyboard.parse_action(game.view(), argument) if argument else None
+
+    def explain(provider: HintProvider) -> str:
+        """Return the explanation as text with its numbers."""
+        reasons = explanation.explain_action(provider, action)
+        seat = game.problem.agents[game.viewing_seat]
+        data = {"seat": seat, **reasons.data}
+        return DataReply(str(reasons), "why", data, [reasons.heading, *reasons.sentences])
+
+    return _ask_hint_provider(game, "why", explain)
 
 
 def assume_player(game: Game, argument: str) -> str:

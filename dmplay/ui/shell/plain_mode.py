@@ -12,7 +12,7 @@ from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError, clip_message
 from dmplay.external.bots.protocol import describe_choices
 from dmplay.game.background_tasks import TaskCancelled
-from dmplay.game.command_reply import Page
+from dmplay.game.command_reply import DataReply, Page
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.hints.hint_provider import accuracy_data
@@ -22,8 +22,9 @@ from dmplay.ui.shell.commands import (
     MAX_LINE_CHARS,
     PlayerQuit,
     iter_commands_until_handover,
+    list_commands,
     run_line,
-    split_commands,
+    take_prediction_report,
 )
 
 
@@ -119,7 +120,9 @@ class SentenceReporter(Reporter):
             super().report_error(line_number, error)
 
     def start_prompt(self, game: Game) -> str:
-        """Return `action> `, after the agent's name if several people play."""
+        """Return `action> `, after the agent's name if several people play, or `prediction> `."""
+        if game.open_question:
+            return "prediction> "
         agent = f"{game.problem.agents[game.viewing_seat]} " if len(game.human_seats) > 1 else ""
         return f"{agent}action> "
 
@@ -157,13 +160,15 @@ class JsonReporter(Reporter):
         self._print_event("words", {"text": text})
 
     def report_reply(self, game: Game, text: str, before: int) -> None:
-        """Print an undo, a hint, or the text of the reply."""
+        """Print an undo, a hint, its reasons, or the text of the reply."""
         turn_count, hint = len(game.session.turns), game.hint_provider.current_hint
         if turn_count < before:
             self._print_event(
                 "undo",
                 {"turns": before - turn_count} | game.narrator.visible_turn_facts(game.snapshot()),
             )
+        elif isinstance(text, DataReply):
+            self._print_event(text.event, {**text.data, "text": str(text)})
         elif hint and text.startswith("hint"):
             seat = game.problem.agents[game.viewing_seat]
             self._print_event("hint", {"seat": seat} | hint.data)
@@ -183,8 +188,10 @@ class JsonReporter(Reporter):
 
     def start_prompt(self, game: Game) -> str:
         """Print the seat to choose and its legal actions, before each line that is read;
-        return ''.
+        return ''. A question that waits for a prediction is printed already.
         """
+        if game.open_question:
+            return ""
         seat, legal = game.viewing_seat, game.session.legal_actions_mask(game.viewing_seat)
         facts = {
             "turn": len(game.session.turns) + 1,
@@ -199,7 +206,9 @@ class JsonReporter(Reporter):
             self._print_event("paused", {"turns": len(game.session.turns)})
             return
         verdict = game.compute_verdict()
-        facts = {"verdict": verdict.data} if verdict.has_facts else {}
+        facts: dict[str, object] = {"verdict": verdict.data} if verdict.has_facts else {}
+        if game.predictor:
+            facts["predictions"] = game.predictor.data
         self._print_event("end", game.narrator.result_facts({"seed": game.seed}) | facts)
 
     def _print_event(self, event: str, facts: dict[str, object]) -> None:
@@ -245,7 +254,7 @@ def play_by_lines(
                 for part in (
                     iter_commands_until_handover(controller, line)
                     if terminal.is_interactive
-                    else split_commands(line)
+                    else list_commands(controller, line)
                 ):
                     _run_and_report(controller, part, reporter)
             except PlayerQuit:
@@ -302,6 +311,9 @@ def _run_and_report(controller: GameController, line: str, reporter: Reporter) -
         and not isinstance(reply, Page)
     ):
         reporter.report_turn(game)
+        score = take_prediction_report(game)
+        if score:
+            reporter.report_reply(game, score, turn_count)
     elif reply:
         reporter.report_reply(game, reply, turn_count)
     _report_write_notice(reporter, controller)
@@ -358,5 +370,5 @@ def _iter_input_lines(
             sys.stdout.write(escape_unprintable(_clip_line(command_text)) + "\n")
         if not line:
             return
-        if command_text:
+        if command_text or controller.game.open_question:
             yield number, command_text

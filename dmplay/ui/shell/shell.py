@@ -15,8 +15,10 @@ from dmplay.terminal.styles import to_ansi
 from dmplay.ui.shell.commands import (
     PlayerQuit,
     iter_commands_until_handover,
+    list_commands,
     run_line,
     split_commands,
+    take_prediction_report,
 )
 from dmplay.ui.shell.plain_mode import read_choice, wait_for_handover
 from dmplay.views.protocol import DrawOptions
@@ -64,11 +66,13 @@ class Shell:
             for part in (
                 iter_commands_until_handover(self.controller, line)
                 if self.controller.is_interactive
-                else split_commands(line)
+                else list_commands(self.controller, line)
             ):
                 reply = run_line(self.controller, part)
                 if not self.awaiting_handover or self._turn_count() == turn_count:
                     self._print_reply(reply)
+                if self.controller.has_game:
+                    self._print_reply(take_prediction_report(self.controller.game))
         finally:  # The effects before an error are printed as well.
             self._print_reply(self.controller.take_write_notice())
             is_changed = self.game is not game or self._turn_count() != turn_count

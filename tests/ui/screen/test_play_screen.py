@@ -144,7 +144,7 @@ def test_the_first_arrow_of_a_diagonal_is_explained_and_other_keys_do_not_comple
 
 def test_tab_shows_a_hint_without_playing() -> None:
     current_game = make_game("hexworld")
-    assert "hint (optimal): se\n" in play_keys(current_game, "tab").last
+    assert "hint (optimal): se   Y why\n" in play_keys(current_game, "tab").last
     assert current_game.session.turns == []
 
 

@@ -1,0 +1,533 @@
+"""Explanations of hints: two or three sentences made from the parts of an action's value."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, UPPER_BOUNDS
+from dmplay.core.arrays import Reals
+from dmplay.core.problem import ContinuousStates
+from dmplay.core.session import Session
+from dmplay.core.text import count_probability_decimals
+from dmplay.game.hints.action_breakdown import ActionBreakdown, PossibleOutcome
+from dmplay.game.hints.hint_provider import (
+    Hint,
+    HintProvider,
+    accuracy_data,
+    format_fixed,
+)
+from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
+from dmplay.game.hints.rules_of_thumb import RuleOfThumb
+from dmplay.views.protocol import REGRET_TOLERANCE
+
+MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
+MAX_OUTCOME_CHARS, MAX_OUTCOME_WORDS = 32, 4  # longer names of outcomes are left out
+SURE_PROBABILITY = 0.9995  # a probability that is printed as certain
+MAJOR_SHARE = 0.5  # share of a difference that one reason must explain
+UNKNOWN_ACCURACY = (
+    "values"  # values whose accuracy is not known are slow to compute, as in a search
+)
+MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the others
+MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
+MAX_SENTENCE_WORDS = 25
+RUNNER_UP = RuleOfThumb(-1, "the next best")
+VALUE_WORDS = {EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most"}
+
+
+class Explanation(NamedTuple):
+    """The explanation of an action: its label, two or three sentences, and their numbers."""
+
+    label: str
+    sentences: tuple[str, ...]
+    data: dict[str, object]
+
+    def __str__(self) -> str:
+        """Return the explanation as one line."""
+        return f"{self.heading}: {' '.join(self.sentences)}"
+
+    @property
+    def heading(self) -> str:
+        """The action, and the agent and the game that the values are about."""
+        return f"why {self.label}"
+
+
+def explain_action(provider: HintProvider, action: float | None = None) -> Explanation:
+    """Return the explanation of an action, by default of the recommended one.
+
+    Raise IllegalAction for an action that is not legal.
+    """
+    if action is not None:
+        action = provider.session.validate_action(provider.seat, action)
+    provider.create_hint()
+    hint = provider.current_hint
+    assert hint is not None
+    assert hint.action is not None
+    explained = hint.action if action is None else action
+    basis, _, _ = hint.recommendation.rpartition(": ")
+    label = f"{format_real_action(provider, explained)} {basis}"
+    if hint.values is None:
+        data = {
+            "by": hint.data["by"],
+            "action": provider.session.format_action(provider.seat, explained),
+            "best": hint.action_name,
+            "about": hint.game,
+        }
+        sentences, numbers = describe_rule(provider, explained, hint.action)
+        return Explanation(label, sentences, {**data, **numbers})
+    return _ValueExplainer(provider, hint, int(explained)).explain(label)
+
+
+class _ValueExplainer:
+    """The writer of an explanation from the values of actions."""
+
+    def __init__(self, provider: HintProvider, hint: Hint, action: int) -> None:
+        self._provider, self._hint, self._action = provider, hint, action
+        self._session: Session = provider.session
+        assert hint.values is not None
+        assert hint.action is not None
+        self._values = hint.values
+        self._decimals = hint.value_decimals
+        order = np.argsort(-self._values, kind="stable").tolist()
+        ranked = [action for action in order if np.isfinite(self._values[action])]
+        self._legal_actions = ranked
+        self._suggested = self._best = int(hint.action)
+        if self._values[self._best] < self._values[ranked[0]] - REGRET_TOLERANCE:
+            self._best = ranked[
+                0
+            ]  # A search keeps its usual action unless another is clearly better.
+        self._breakdowns = self._break_down_actions()
+
+    def _break_down_actions(self) -> dict[int, ActionBreakdown]:
+        """Return the parts of each legal action's value; of slow values, of few actions."""
+        actions = self._legal_actions
+        if self._provider.values_name == UNKNOWN_ACCURACY:
+            actions = [*dict.fromkeys([self._best, self._action, *actions[:2]])]
+        breakdowns: dict[int, ActionBreakdown] = {}
+        for action in actions:
+            parts = self._provider.break_down_action(action)
+            if parts is None:
+                return {}
+            breakdowns[action] = parts
+        return breakdowns
+
+    def explain(self, label: str) -> Explanation:
+        """Return the explanation."""
+        parts = self._breakdowns.get(self._action)
+        other, comparison = self._compare()
+        sentences = [
+            self._describe_value(parts),
+            self._describe_outcomes(parts) if parts else "",
+            comparison,
+        ]
+        return Explanation(label, tuple(filter(None, sentences)), self._build_data(parts, other))
+
+    # Names and numbers
+
+    def _name(self, action: int) -> str:
+        """Return the name of an action."""
+        return self._session.format_action(self._provider.seat, action)
+
+    def _number(self, value: float) -> str:
+        """Return a value with the decimals of the hint."""
+        return format_fixed(value, self._decimals)
+
+    def _round(self, value: float) -> float:
+        """Return a value as printed, so that printed sums and differences are right."""
+        return float(self._number(value))
+
+    @property
+    def _worth(self) -> str:
+        """The verb phrase of a value, which says how accurate it is."""
+        return VALUE_WORDS.get(self._provider.values_name, "worth about")
+
+    @property
+    def _kind(self) -> str:
+        """The kind of values that do not add up."""
+        is_bound = self._provider.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}
+        return "bounds need not add up" if is_bound else "estimates need not add up"
+
+    def _adds_up(self, parts: ActionBreakdown) -> bool:
+        """Return whether the parts of a value sum to it, to the digits printed."""
+        difference = parts.value - parts.reward - parts.later_value
+        return parts.adds_up or abs(difference) < 0.5 * 10.0**-self._decimals
+
+    # The sentences
+
+    def _describe_value(self, parts: ActionBreakdown | None) -> str:
+        """Return a sentence on the value of the action: the reward now, and later turns."""
+        name, best_value = self._name(self._action), self._values[self._best]
+        best_count = sum(
+            self._values[a] >= best_value - REGRET_TOLERANCE for a in self._legal_actions
+        )
+        subject = f"The {'suggested ' * (self._action == self._suggested)}action {name}"
+        if self._action == self._best:
+            subject = f"The best action {name}"
+            if best_count > 1:
+                subject = f"The suggested action {name}, one of {best_count} best,"
+        value = self._values[self._action]
+        beginning = f"{subject} is {self._worth} {self._number(value)}"
+        if parts is None:
+            return f"{beginning}."
+        reward = self._number(parts.reward)
+        if parts.is_last_turn:
+            return f"{beginning}, the expected reward of this turn; no later turn counts."
+        if not self._adds_up(parts):
+            later = self._number(parts.later_value)
+            return f"{beginning}: reward {reward} now and about {later} later ({self._kind})."
+        later = self._number(self._round(value) - self._round(parts.reward))
+        product = f" ({parts.discount:g} x {self._number(parts.value_after)})"
+        product = product if parts.discount < 1.0 else ""
+        text = f"{beginning}: reward {reward} now and {later} later{product}"
+        information = self._number(parts.information_value)
+        if not parts.adds_up or not self._round(parts.information_value):
+            return f"{text}."
+        thanks = f"of which {information} is due to the next observation"
+        return _choose_short([f"{text}, {thanks}.", f"{text}."])
+
+    def _describe_outcomes(self, parts: ActionBreakdown) -> str:
+        """Return a sentence on the possible outcomes: a list of few, or the range of many."""
+        replies = self._describe_replies(parts)
+        if self._session.problem.state_count == 1 and len(parts.outcomes) == 1:
+            return f"{replies}." if replies else ""
+        beginning = f"{replies}; " if replies and self._session.problem.state_count != 1 else ""
+        texts = [f"{beginning}{text}" for text in self._iter_outcome_lists(parts) if text]
+        return _choose_short([f"{text[:1].upper()}{text[1:]}." for text in texts])
+
+    def _name_others(self) -> str:
+        """Return the names of the other agents."""
+        agents = self._session.problem.agents
+        return " and ".join(
+            agent for seat, agent in enumerate(agents) if seat != self._provider.seat
+        )
+
+    def _describe_replies(self, parts: ActionBreakdown) -> str:
+        """Return the expected action of the only other agent as a clause; '' if not modelled."""
+        if parts.replies is None:
+            return ""
+        agent = self._session.problem.agents[1 - self._provider.seat]
+        clause = f"{agent} is expected to choose {self._format_likeliest(parts.replies)}"
+        if parts.next_replies is not None and self._session.problem.state_count == 1:
+            clause += f" now and {self._format_likeliest(parts.next_replies)} next turn"
+        return f"{clause[:1].upper()}{clause[1:]}"
+
+    def _format_likeliest(self, probabilities: Reals) -> str:
+        """Return the other agent's likeliest action, with its probability if it is not sure."""
+        action = int(probabilities.argmax())
+        name = self._session.format_action(1 - self._provider.seat, action)
+        if probabilities[action] >= SURE_PROBABILITY:
+            return name
+        return f"{name} (probability {probabilities[action]:.2f})"
+
+    def _iter_outcome_lists(self, parts: ActionBreakdown) -> Iterator[str]:
+        """Yield clauses on the outcomes: each one with its value, then without, then the range."""
+        outcomes = parts.outcomes
+        has_short_names = all(_is_short(outcome.text) for outcome in outcomes)
+        is_observed = outcomes[0].belief is not None
+        if outcomes[0].probability >= SURE_PROBABILITY:
+            belief_text = self._describe_belief(parts, outcomes[0])
+            details = f" ({belief_text})" if belief_text else ""
+            noun = "observation" if is_observed else "state"
+            yield f"the next {noun} is surely {outcomes[0].text}{details}" * has_short_names
+            return
+        if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
+            verb = "you observe" if is_observed else "next is"
+            if self._session.problem.state_count == 1:
+                verb = f"{self._name_others()} chooses"
+            yield f"{verb} {self._list_outcomes(parts, ' with probability', has_belief=True)}"
+            yield f"{verb} {self._list_outcomes(parts, ' with probability')}"
+            yield f"probabilities: {self._list_outcomes(parts, '')}"
+        yield from self._iter_summaries(parts)
+
+    def _list_outcomes(self, parts: ActionBreakdown, noun: str, *, has_belief: bool = False) -> str:
+        """Return each outcome with its probability, its value and perhaps the belief after it."""
+        decimals = count_probability_decimals([item.probability for item in parts.outcomes])
+        entries = []
+        for outcome in parts.outcomes:
+            belief_text = self._describe_belief(parts, outcome) if has_belief else ""
+            details = ", ".join(filter(None, (belief_text, self._describe_worth(parts, outcome))))
+            probability = f"{outcome.probability:.{decimals}f}"
+            entries.append(f"{outcome.text}{noun} {probability}{f' ({details})' * bool(details)}")
+        return _join_choices(entries)
+
+    def _describe_belief(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
+        """Return the probability of one hidden state after an observation.
+
+        It is the state about which the observations say most.
+        """
+        if outcome.belief is None:
+            return ""
+        beliefs = np.array([other.belief for other in parts.outcomes])
+        state = int((np.ptp(beliefs, axis=0) if len(beliefs) > 1 else beliefs[0]).argmax())
+        name = self._format_event(state)
+        return f"{name} = {outcome.belief[state]:.2f}" * bool(name)
+
+    def _format_event(self, state: int) -> str:
+        """Return the name of the probability of a hidden state, `P(hungry)`; '' if it is long."""
+        problem = self._session.problem
+        name = problem.format_state(problem.enumerate_states()[state])
+        if not _is_short(name):
+            return ""
+        return f"P({name})" if any(map(str.isalpha, name)) else f"P(state {name})"
+
+    def _describe_worth(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
+        """Return the value after an outcome, and its reward if visible rewards differ."""
+        problem = self._session.problem
+        differ = np.ptp([other.reward for other in parts.outcomes]) > REGRET_TOLERANCE
+        reward = f"reward {outcome.reward:.4g}" if differ and problem.rewards_observable else ""
+        after = f"then worth {self._number(outcome.value_after)}" * (not parts.is_last_turn)
+        return ", ".join(filter(None, (reward, after)))
+
+    def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
+        """Yield clauses on many outcomes: the likeliest one and their range, then the range."""
+        problem = self._session.problem
+        totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
+        likeliest = parts.outcomes[0]
+        has_name = _is_short(likeliest.text) and not isinstance(
+            problem.state_count, ContinuousStates
+        )
+        noun = "replies" if problem.state_count == 1 else "outcomes"
+        yield (
+            f"the likeliest of {len(parts.outcomes)} {noun}{f', {likeliest.text},' * has_name} has "
+            f"probability {likeliest.probability:.2f} and brings {self._number(totals[0])}; "
+            f"all bring {self._number(min(totals))} to {self._number(max(totals))}"
+        )
+        yield (
+            f"{len(parts.outcomes)} {noun} bring {self._number(min(totals))} to "
+            f"{self._number(max(totals))}"
+        )
+
+    def _compare(self) -> tuple[RuleOfThumb | None, str]:
+        """Return the action to compare with, and a sentence on the difference and its reason."""
+        best, value = self._best, self._round(self._values[self._best])
+        if self._action != best:
+            gap = value - self._round(self._values[self._action])
+            if not gap:
+                return RuleOfThumb(best, ""), f"The suggested action {self._name(best)} is as good."
+            subject = f"The best action {self._name(best)}"
+            if self._action == self._suggested:
+                subject = f"By these values, {self._name(best)}"
+            text = f"{subject} is worth {self._number(gap)} more"
+            return RuleOfThumb(best, ""), self._append_reason(text, self._action)
+        rule = self._choose_alternative()
+        if rule is None:
+            is_only_one = len(self._legal_actions) == 1
+            return None, f"{'No other action is legal' if is_only_one else 'All are equally good'}."
+        other_value = self._round(self._values[rule.action])
+        name = self._name(rule.action)
+        text = (
+            f"{name[:1].upper()}{name[1:]}, {rule.text}, is {self._worth} "
+            f"{self._number(other_value)}, {self._number(value - other_value)} less"
+        )
+        return rule, self._append_reason(text, rule.action)
+
+    def _append_reason(self, text: str, action: int) -> str:
+        """Return a sentence with the reason why an action is worth less than the best one.
+
+        If it explains the worse action, the reason says what the best action brings instead.
+        """
+        best, other = self._breakdowns.get(self._best), self._breakdowns.get(action)
+        reasons = [*self._iter_reasons(best, other)] if best and other else []
+        return _choose_short([*(f"{text}: {reason}." for reason in reasons), f"{text}."])
+
+    def _choose_alternative(self) -> RuleOfThumb | None:
+        """Return a rule of thumb that disagrees with the hint, else the best of the worse actions.
+
+        None if no legal action is worse.
+        """
+        best_value = self._values[self._best]
+        worse = [a for a in self._legal_actions if self._values[a] < best_value - REGRET_TOLERANCE]
+        if not worse:
+            return None
+        rule = None
+        if set(self._breakdowns) == set(self._legal_actions):
+            rule = self._provider.find_contrasting_rule(self._breakdowns, self._best)
+        return rule or RUNNER_UP._replace(action=worse[0])
+
+    def _iter_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
+        """Yield reasons why an action is worth less than the best one, the most telling first."""
+        if not (self._adds_up(best) and self._adds_up(other)):
+            return
+        yield from self._iter_chance_reasons(best, other)
+        if best.information_value - other.information_value >= MAJOR_SHARE * (
+            best.value - other.value
+        ):
+            yield (
+                f"its observation adds {self._number(other.information_value)}, "
+                f"that of {self._name(best.action)} {self._number(best.information_value)}"
+            )
+        difference, later = self._compare_now_and_later(best, other)
+        cause = ""
+        if later:
+            cause = self._describe_changed_reply(best, other)
+            cause = cause or self._describe_changed_state(best, other)
+        yield f"{difference}{cause or self._describe_changed_belief(best, other)}"
+        yield difference
+
+    def _iter_chance_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
+        """Yield texts on the one outcome that makes an action worse although it looks good."""
+        if self._session.problem.partially_observable:
+            return  # An observation reports a bad state, but does not cause it.
+        best_losses = {
+            outcome.text: outcome.probability * (best.value - best.outcome_total(outcome))
+            for outcome in best.outcomes
+        }
+        losses = [
+            outcome.probability * (best.value - other.outcome_total(outcome))
+            for outcome in other.outcomes
+        ]
+        worst = int(np.argmax(losses))
+        outcome = other.outcomes[worst]
+        added_loss = losses[worst] - max(best_losses.get(outcome.text, 0.0), 0.0)
+        looks_good = other.outcome_total(other.outcomes[0]) >= best.value
+        if looks_good and added_loss >= best.value - other.value and _is_short(outcome.text):
+            after = f"after {self._name(other.action)}, " * (self._action == other.action)
+            chance = f"{after}{outcome.text} has probability {outcome.probability:.2f}"
+            loss = self._number(losses[worst])
+            yield f"{chance} ({self._describe_worth(other, outcome)}), which costs {loss}"
+            yield f"{chance} and costs {loss}"
+
+    def _describe_changed_reply(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
+        """Return the other agent's next action if it differs from that after the best action."""
+        if best.next_replies is None or other.next_replies is None:
+            return ""
+        reply = int(other.next_replies.argmax())
+        is_same = reply == int(best.next_replies.argmax())
+        if is_same or self._session.problem.state_count != 1:
+            return ""
+        seat = 1 - self._provider.seat
+        described = best if self._action == other.action else other
+        assert described.next_replies is not None
+        name = self._session.format_action(seat, int(described.next_replies.argmax()))
+        return f", as {self._session.problem.agents[seat]} then chooses {name}"
+
+    def _describe_changed_state(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
+        """Return the value after the likeliest next state, if that of the best action is higher."""
+        problem, likeliest = self._session.problem, (best.outcomes[0], other.outcomes[0])
+        is_unnamed = problem.partially_observable or isinstance(
+            problem.state_count, ContinuousStates
+        )
+        if (
+            is_unnamed
+            or problem.state_count == 1
+            or likeliest[0].text == likeliest[1].text
+            or self._round(likeliest[0].value_after) <= self._round(likeliest[1].value_after)
+            or min(outcome.probability for outcome in likeliest) < MIN_LIKELY
+            or not all(_is_short(outcome.text) for outcome in likeliest)
+        ):
+            return ""
+        described, reference = likeliest if self._action == other.action else likeliest[::-1]
+        return (
+            f", as {described.text} is then worth {self._number(described.value_after)}, "
+            f"not {self._number(reference.value_after)}"
+        )
+
+    def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
+        """Return the mean probability of the hidden state in which the two actions differ most."""
+        if best.mean_belief is None or other.mean_belief is None:
+            return ""
+        change = other.mean_belief - best.mean_belief
+        state = int(np.abs(change).argmax())
+        name = self._format_event(state)
+        if abs(change[state]) < MIN_BELIEF_CHANGE or not name:
+            return ""
+        described, reference = (best, other) if self._action == other.action else (other, best)
+        assert described.mean_belief is not None
+        assert reference.mean_belief is not None
+        return (
+            f", as {name} becomes {described.mean_belief[state]:.2f}, "
+            f"not {reference.mean_belief[state]:.2f}"
+        )
+
+    def _compare_now_and_later(
+        self, best: ActionBreakdown, other: ActionBreakdown
+    ) -> tuple[str, float]:
+        """Return the differences of the reward now and of later turns, and that of later turns.
+
+        The printed numbers sum to the printed difference of the values. They are those of the best
+        action if the sentence explains the worse one.
+        """
+        sign = -1.0 if self._action == other.action else 1.0
+        gap = sign * (self._round(other.value) - self._round(best.value))
+        reward_change = sign * (self._round(other.reward) - self._round(best.reward))
+        if not self._round(other.later_value - best.later_value):
+            reward_change = gap
+        later = self._round(gap - reward_change)
+        if best.is_last_turn or not later:
+            return f"{self._describe_difference(reward_change)} now, the same later", 0.0
+        if not self._round(reward_change):
+            return f"the same now, {self._describe_difference(later)} later", later
+        conjunction = "but" if reward_change * later < 0 else "and"
+        return (
+            f"{self._describe_difference(reward_change)} now {conjunction} "
+            f"{self._describe_difference(later)} later"
+        ), later
+
+    def _describe_difference(self, difference: float) -> str:
+        """Return a difference in words, such as `0.30 more`."""
+        return f"{self._number(abs(difference))} {'more' if difference > 0 else 'less'}"
+
+    # The numbers as data
+
+    def _build_data(
+        self, parts: ActionBreakdown | None, other: RuleOfThumb | None
+    ) -> dict[str, object]:
+        """Return the numbers of the explanation."""
+        data: dict[str, object] = {
+            "by": self._hint.data["by"],
+            "action": self._name(self._action),
+            "best": self._name(self._best),
+            "about": self._hint.game,
+            "value": float(self._values[self._action]),
+            **accuracy_data(self._provider.values_name),
+        }
+        if parts:
+            data |= _list_numbers(parts)
+        if other:
+            data["compared_with"] = {
+                "action": self._name(other.action),
+                **({"rule": other.text} if other.text else {}),
+                "value": float(self._values[other.action]),
+                **(
+                    _list_numbers(self._breakdowns[other.action])
+                    if other.action in self._breakdowns
+                    else {}
+                ),
+            }
+        return data
+
+
+def _choose_short(sentences: Sequence[str]) -> str:
+    """Return the first sentence that is not too long, else the last; '' if there is none."""
+    short = (text for text in sentences if len(text.split()) <= MAX_SENTENCE_WORDS)
+    return next(short, sentences[-1] if sentences else "")
+
+
+def _is_short(name: str) -> bool:
+    """Return whether the name of a state or observation fits into a sentence."""
+    return len(name) <= MAX_OUTCOME_CHARS and len(name.split()) <= MAX_OUTCOME_WORDS
+
+
+def _join_choices(entries: Sequence[str]) -> str:
+    """Return entries joined by commas and a final "or"."""
+    return " or ".join(filter(None, (", ".join(entries[:-1]), entries[-1])))
+
+
+def _list_numbers(parts: ActionBreakdown) -> dict[str, object]:
+    """Return the parts of a value as data."""
+    return {
+        "reward": parts.reward,
+        "discount": parts.discount,
+        "value_after": parts.value_after,
+        "adds_up": parts.adds_up,
+        "information_value": parts.information_value,
+        "outcomes": [
+            {
+                "outcome": outcome.text,
+                "probability": outcome.probability,
+                "reward": outcome.reward,
+                "value_after": outcome.value_after,
+            }
+            for outcome in parts.outcomes
+        ],
+    }

@@ -1,0 +1,324 @@
+"""Tests of `why`: sentences on a hint whose numbers sum to the value that the hint shows."""
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from decimal import Decimal
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay import Labels, Tables, Tabular
+from dmplay.agents.base import EXACT_VALUES
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session, Turn
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import BadParameter, IllegalAction
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.game.hints.action_breakdown import ActionBreakdown
+from dmplay.game.hints.explanation import MAX_SENTENCE_WORDS, explain_action
+from dmplay.game.hints.hint_provider import HintProvider
+from dmplay.game.launch_requests import GameRequest
+from dmplay.registry import agents
+from dmplay.ui.shell.commands import run_line
+from tests.support.literature_pomdps import make_four_by_three, make_tiger
+from tests.support.problem_cases import CASE_NAMES, load_small_problem
+from tests.support.programs import run_dmplay
+from tests.support.random_problems import RandomGame, RandomProblem, RandomRivalGame
+from tests.support.screens import make_game, make_session_game, play_keys
+from tests.support.soccer import Soccer
+from tests.support.turn_based_games import Nim
+from tests.support.user_problems import Heap, Key, Vault
+
+TURN_LIMIT = 4
+SAMPLE_COUNT = 5  # uniforms with which each position is played on
+MAX_REPLAYED_ACTIONS = 3  # of each position
+USER_PROBLEMS: dict[str, Callable[[], Problem]] = {
+    "key": Key,
+    "heap": Heap,
+    "vault": Vault,
+    "tiger": make_tiger,
+    "four by three": make_four_by_three,
+    "random problem": RandomProblem,
+    "random problem without end": lambda: RandomProblem(ends=False, seed=1),
+    "random problem of 3 turns": lambda: RandomProblem(turns=3, seed=2),
+    "random game": RandomGame,
+    "random rival game": RandomRivalGame,
+    "soccer": Soccer,
+    "nim": Nim,
+}
+pytestmark = pytest.mark.usefixtures("coarse")
+
+
+def create_game(name: str, problem: Problem, turn_limit: int | None = TURN_LIMIT) -> Game:
+    """Create a game of one person in the first seat against the default partners."""
+    names = ["human"] + [
+        agents.load_roster(problem, seat).default_partner for seat in range(1, len(problem.agents))
+    ]
+    policies = [None] + [
+        dmplay.load_agent(problem, seat, names[seat]) for seat in range(1, len(names))
+    ]
+    session = Session(problem, SeededUniforms(11), policies, turn_limit=turn_limit)
+    return make_session_game(name, session, names)
+
+
+def load_any_problem(name: str) -> Problem:
+    return USER_PROBLEMS[name]() if name in USER_PROBLEMS else load_small_problem(name)
+
+
+def list_legal_actions(session: Session) -> list[int]:
+    legal = session.legal_actions_mask(0)
+    return list(range(len(session.action_labels(0)))) if legal is None else [*np.flatnonzero(legal)]
+
+
+def name_outcome(game: Game, turn: Turn) -> str:
+    """Return the outcome of a turn as `why` names it."""
+    problem = game.problem
+    if problem.partially_observable:
+        return problem.observations[0].format_observation(turn.observations[0])
+    if problem.state_count == 1:
+        return problem.format_action(1, turn.actions[1])
+    text = problem.format_state(turn.state)
+    return f"the end ({text})" if problem.terminal(turn.state[None])[0] else text
+
+
+def compute_value_of_playing_on(game: Game, session: Session) -> float:
+    """Return the best value after a turn, from a hint provider that follows the turns anew."""
+    if session.over:
+        return 0.0
+    provider = HintProvider(session, game.advice_question(0))
+    provider.create_hint()
+    assert provider.current_hint is not None
+    values = provider.current_hint.values
+    assert values is not None
+    return float(np.nanmax(values))
+
+
+def assert_outcomes_match_the_session(game: Game, parts: ActionBreakdown) -> None:
+    """Play the action with many uniforms; each turn must lead to an outcome with its value."""
+    by_text = {outcome.text: outcome for outcome in parts.outcomes}
+    assert sum(outcome.probability for outcome in parts.outcomes) == pytest.approx(1.0)
+    for seed in range(SAMPLE_COUNT):
+        policies = [seated.policy if seated else None for seated in game.session.seated_policies]
+        session = game.session.copy_at_start(policies)
+        session.append_turns(game.session.turns)
+        generator = np.random.default_rng(seed)
+        uniforms = generator.random(game.problem.uniform_counts.step)
+        others = [None] * (len(game.problem.agents) - 1)
+        turn = session.advance([parts.action, *others], uniforms)
+        outcome = by_text[name_outcome(game, turn)]
+        if not session.is_inactive(0):
+            value = compute_value_of_playing_on(game, session)
+            assert outcome.value_after == pytest.approx(value, abs=1e-6)
+        if game.problem.rewards_observable and len(game.problem.agents) == 1:
+            assert outcome.reward == pytest.approx(turn.rewards[0])
+
+
+@pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
+def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(name: str) -> None:
+    game = create_game(name, load_any_problem(name))
+    for _ in range(TURN_LIMIT):
+        provider = game.hint_provider
+        provider.create_hint()
+        hint = provider.current_hint
+        assert hint is not None
+        assert hint.action is not None
+        for action in list_legal_actions(game.session)[:6]:
+            parts = provider.break_down_action(action)
+            if provider.values_name != EXACT_VALUES or parts is None:
+                break
+            assert hint.values is not None
+            after = sum(item.probability * item.value_after for item in parts.outcomes)
+            reward = sum(item.probability * item.reward for item in parts.outcomes)
+            value = reward + game.problem.discount * after
+            assert value == pytest.approx(hint.values[action], abs=1e-6)
+            if not provider.scope and action < MAX_REPLAYED_ACTIONS:
+                assert_outcomes_match_the_session(game, parts)
+        game.choose(hint.action)
+        if game.session.over:
+            break
+
+
+@pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
+def test_an_explanation_has_at_most_three_short_sentences_with_sums_to_the_digits(
+    name: str,
+) -> None:
+    game = create_game(name, load_any_problem(name))
+    while not game.session.over:
+        provider = game.hint_provider
+        if provider.explain_unavailable():
+            assert run_line(GameController(game), "why").startswith("no why: ")
+            return
+        actions: list[float | None] = [None]
+        actions += list_legal_actions(game.session)[:3] or [0.1]
+        for action in actions:
+            explanation = explain_action(provider, action)
+            assert 1 <= len(explanation.sentences) <= 3, explanation
+            for sentence in explanation.sentences:
+                assert len(sentence.split()) <= MAX_SENTENCE_WORDS, sentence
+                assert sentence.endswith(".")
+                assert ".." not in sentence
+            assert_printed_numbers_sum(explanation.sentences)
+            json.dumps(explanation.data)
+        assert provider.current_hint is not None
+        assert provider.current_hint.action is not None
+        game.choose(provider.current_hint.action)
+
+
+def assert_printed_numbers_sum(sentences: tuple[str, ...]) -> None:
+    """Check `worth 7.04: reward 0.00 now and 7.04 later` to the last printed digit."""
+    number = r"(-?\d+\.\d+)"
+    match = re.search(
+        rf"worth (?:\w+ )*{number}: reward {number} now and {number} later", sentences[0]
+    )
+    if match:
+        value, reward, later = map(Decimal, match.groups())
+        assert value == reward + later, sentences[0]
+    match = re.search(
+        rf"{number} (more|less) now (?:but|and) {number} (more|less) later", sentences[-1]
+    )
+    total = re.search(rf"{number} (more|less):", sentences[-1])
+    if match and total:
+        signs = {"more": 1, "less": -1}
+        difference = Decimal(match[1]) * signs[match[2]] + Decimal(match[3]) * signs[match[4]]
+        assert difference == Decimal(total[1]) * signs[total[2]], sentences[-1]
+
+
+def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
+    problem = dmplay.load_problem("hexworld")
+    game = make_game("hexworld")
+    game.session.initial_state = problem.parse_state("(2,1)")
+    label, sentences, data = explain_action(game.hint_provider)
+    assert label == "nw (optimal)"
+    value, outcomes, comparison = sentences
+    assert value == (
+        "The best action nw is worth 3.36: reward 0.00 now and 3.36 later (0.9 x 3.73)."
+    )
+    assert outcomes.startswith("Next is (1,2) with probability 0.70 (then worth ")
+    assert comparison == (
+        "W, best if its likeliest outcome were certain, is worth 1.87, 1.49 less: (2,0) has "
+        "probability 0.15 (then worth -10.00), which costs 1.85."
+    )  # 0.15 x (3.36 + 0.9 x 10)
+    assert data["compared_with"]["rule"] == "best if its likeliest outcome were certain"  # type: ignore[index]
+
+
+def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
+    assert explain_action(game.hint_provider).sentences == (
+        "The best action cooperate is worth -9.00: reward -1.00 now and -8.00 later.",
+        "Agent2 is expected to choose cooperate now and cooperate next turn.",
+        (
+            "Defect, which pays the most now, is worth -11.00, 2.00 less: 1.00 more now but "
+            "3.00 less later, as agent2 then chooses defect."
+        ),
+    )
+
+
+def test_another_action_is_explained_against_the_best_one() -> None:
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
+    assert explain_action(game.hint_provider, 1).sentences[-1] == (
+        "The best action cooperate is worth 2.00 more: 1.00 less now but 3.00 more later, "
+        "as agent2 then chooses cooperate."
+    )
+
+
+def test_in_the_last_turn_no_later_turn_counts() -> None:
+    game = make_game("crying-baby", turns=1)
+    assert explain_action(game.hint_provider).sentences == (
+        "The best action ignore is worth -5.00, the expected reward of this turn; no later turn "
+        "counts.",
+        "You observe quiet with probability 0.52 (P(sated) = 0.79) or crying with probability "
+        "0.48 (P(sated) = 0.09).",
+        "Sing, the next best, is worth -5.50, 0.50 less: 0.50 less now, the same later.",
+    )
+
+
+@dataclass(frozen=True)
+class HiddenCoin(Tabular):
+    """A coin lies hidden: look at it, or call a side and win or lose 1."""
+
+    discount: float = 0.5
+    actions = (Labels(("look", "heads", "tails")),)
+    observations = (Labels(("saw heads", "saw tails")),)
+    state_names, initial_belief = ("heads", "tails"), np.array([0.5, 0.5])
+    tables = Tables(
+        np.repeat(np.eye(2)[:, None], 3, axis=1),
+        np.array([[[0.0], [1.0], [-1.0]], [[0.0], [-1.0], [1.0]]]),
+        np.stack([np.eye(2), *2 * [np.full((2, 2), 0.5)]]),
+    )
+
+
+def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -> None:
+    game = create_game("coin", HiddenCoin(), turn_limit=2)
+    look = game.hint_provider.break_down_action(0)
+    assert look is not None
+    assert look.value == pytest.approx(0.5)  # 0 now, 0.5 x 1 after looking; a blind call: 0
+    assert look.information_value == pytest.approx(0.5)
+    value, outcomes, comparison = explain_action(game.hint_provider).sentences
+    assert value == (
+        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00), "
+        "of which 0.50 is due to the next observation."
+    )
+    assert outcomes == (
+        "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "
+        "tails with probability 0.50 (P(heads) = 0.00, then worth 1.00)."
+    )
+    assert comparison == (
+        "Heads, the next best, is worth 0.00, 0.50 less: its observation adds 0.00, "
+        "that of look 0.50."
+    )
+
+
+def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:
+    game = make_game("hexworld")
+    controller = GameController(game)
+    assert run_line(controller, "why").startswith("why se (optimal): The best action se ")
+    assert run_line(controller, "why w").startswith("why w (optimal): The action w is worth 5.54")
+    assert game.session.hint_counts == {"agent": 2}
+    strict_game = make_session_game(
+        "hexworld", game.session, ["human"], GameRequest("hexworld", strict="hints")
+    )
+    with pytest.raises(BadParameter, match="why: this game forbids hints"):
+        run_line(GameController(strict_game), "why")
+
+
+def test_an_illegal_action_is_not_explained() -> None:
+    game = make_session_game("heap", Session(Heap(), SeededUniforms(1)), ["human"])
+    game.session.initial_state = np.array(1)
+    with pytest.raises(IllegalAction, match="two"):
+        explain_action(game.hint_provider, 1)
+
+
+def test_json_lines_contain_the_numbers_of_the_explanation(tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "hexworld", "--seed", "7", "--json", stdin="why\nquit\n")
+    events = [json.loads(line) for line in result.stdout.splitlines()]
+    (event,) = [event for event in events if event["event"] == "why"]
+    outcomes = event["outcomes"]
+    after = sum(item["probability"] * item["value_after"] for item in outcomes)
+    assert event["value"] == pytest.approx(event["reward"] + event["discount"] * after)
+    assert event["action"] == "se"
+    assert event["text"].startswith("why se (optimal): ")
+
+
+def test_the_key_row_offers_an_explanation_once_there_is_a_hint() -> None:
+    before, after = play_keys(make_game("prisoners-dilemma"), "tab").frames[-2:]
+    assert "Tab hint" in before.split("\n")[-1]
+    assert "Y why" in after.split("\n")[-1]
+
+
+def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> None:
+    large, small = (
+        play_keys(make_game("hexworld"), "tab", "Y", size=size).last
+        for size in ((200, 60), (80, 24))
+    )
+    assert "why se (optimal): The best action se is worth 7.04:" in large
+    assert "walls: u -1.57" in large
+    assert small.split("\n")[1:3] == [
+        " why se (optimal)",
+        " The best action se is worth 7.04: reward 0.00 now and 7.04 later (0.9 x 7.83).",
+    ]
+    assert "walls: u -1.57" not in small
