@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, reports, transcripts
+from dmplay.cli import evaluation, games, grading, learn, reports, transcripts
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -50,6 +50,7 @@ app.command()(reports.convert)
 app.command()(evaluation.run)
 app.command()(evaluation.compare)
 app.command()(evaluation.tournament)
+app.add_typer(learn.learn_app, name="learn")
 app.command()(grading.assign)
 app.command()(grading.grade)
 app.command()(reports.figure)

@@ -14,9 +14,11 @@ from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import (
     BotServerConfig,
     CliResult,
+    LearnCommand,
     McpServerConfig,
     PlayCommand,
     Printout,
+    ShellCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
@@ -39,7 +41,19 @@ def execute_result(result: CliResult) -> int:
             from dmplay.cli.servers import serve_mcp
 
             return serve_mcp(result)
-    from dmplay.ui import game_launcher  # The user interfaces are not imported for a report.
+    return _run_user_interface(result)
+
+
+def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> int:
+    """Play a game or a lesson, or run the shell; return the exit code.
+
+    The user interfaces are imported here, as a report does not need them.
+    """
+    if isinstance(result, LearnCommand):
+        from dmplay.ui.lessons.lesson_player import play_lesson
+
+        return play_lesson(_make_controller(), result)
+    from dmplay.ui import game_launcher
 
     if isinstance(result, PlayCommand):
         return game_launcher.play_game(_make_controller(), result)

@@ -73,6 +73,16 @@ class ShellCommand(NamedTuple):
     )
 
 
+class LearnCommand(NamedTuple):
+    """A request to run a lesson in the terminal."""
+
+    lesson: str  # its number or name
+    terminal_options: TerminalOptions
+    source: str = ""  # the folder of the lesson; '' for the built-in lessons
+    restart: bool = False  # whether to begin with the first step, even if it is finished
+    trusted: bool = False  # whether code that the lesson names may be run
+
+
 class BotServerConfig(NamedTuple):
     """A request to run an agent that plays over a pipe in a game of another program."""
 
@@ -100,7 +110,9 @@ class McpServerConfig(NamedTuple):
         return not self.allow_undo and (self.allow_hints or "hints")
 
 
-CliResult = PlayCommand | ShellCommand | BotServerConfig | McpServerConfig | Printout | str
+CliResult = (
+    PlayCommand | ShellCommand | LearnCommand | BotServerConfig | McpServerConfig | Printout | str
+)
 CliInterpreter = Callable[
     [Sequence[str]], PlayCommand | str
 ]  # parses and runs the words of a command line

@@ -52,6 +52,7 @@ class GameRequest:
     can_ask: bool = True  # whether a person may be asked for actions
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
+    lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
 
     @property
     def problem_name(self) -> str:

@@ -1,0 +1,182 @@
+"""Typed answers: reading them, and checking them against the truth of the problem."""
+
+import inspect
+import math
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from dmplay.core.spaces import normalize_label
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.tutor.lesson import Prediction
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.quantity import compute_truth, find_quantity
+from dmplay.tutor.truth import Truth, format_number
+
+FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
+DEFAULT_TOLERANCE = 1e-9
+PROBABILITY_SUM_TOLERANCE = 0.011  # so that three probabilities of two decimals are accepted
+
+
+class AnswerCheck(NamedTuple):
+    """The result of a check: whether the answer is right, and one sentence on it."""
+
+    is_right: bool
+    reason: str
+
+
+def describe_expected_answer(position: PositionInGame, prediction: Prediction) -> str:
+    """Return what the player types, for example `a number` or `e, ne, nw, w, sw or se`."""
+    if prediction.asks:
+        parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
+        annotation = parameters[prediction.asks].annotation
+        if prediction.asks == "action":
+            return _list_labels(position.problem.actions[position.seat].labels)
+        return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
+    truth = compute_truth(position, prediction.quantity)
+    if isinstance(truth.value, Mapping):
+        example = truth.labels[: min(2, len(truth.labels))]
+        pairs = " ".join(f"{label} 0.5" for label in example)
+        return f"probabilities, for example {pairs}"
+    if isinstance(truth.value, frozenset):
+        return _list_labels(truth.labels)
+    return "a number"
+
+
+def check_answer(position: PositionInGame, prediction: Prediction, text: str) -> AnswerCheck:
+    """Return whether a typed answer is right; raise BadParameter if it cannot be read."""
+    if prediction.asks:
+        return _check_typed_argument(position, prediction, text)
+    truth = compute_truth(position, prediction.quantity)
+    match truth.value:
+        case Mapping():
+            return _check_distribution(truth, prediction, text)
+        case frozenset():
+            label = find_label(text, truth.labels)
+            is_right = label in truth.value
+            return AnswerCheck(is_right, "" if is_right else truth.explain(label))
+    number = parse_number(text)
+    if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
+        return AnswerCheck(
+            True, f"exactly it is {format_number(truth.value)}" * (number != truth.value)
+        )
+    direction = "high" if number > truth.value else "low"
+    explanation = truth.explain(text)
+    return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
+
+
+def describe_truth(position: PositionInGame, prediction: Prediction) -> str:
+    """Return the right answer as text; '' if the player chooses among many."""
+    if prediction.asks:
+        return ""
+    truth = compute_truth(position, prediction.quantity)
+    match truth.value:
+        case Mapping():
+            return ", ".join(f"{label} {format_number(p)}" for label, p in truth.value.items())
+        case frozenset():
+            return " or ".join(sorted(truth.value))
+    return format_number(truth.value)
+
+
+def _check_typed_argument(
+    position: PositionInGame, prediction: Prediction, text: str
+) -> AnswerCheck:
+    """Return whether the quantity of a typed argument is within the bounds."""
+    parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
+    annotation = parameters[prediction.asks].annotation
+    argument: object = text
+    if annotation is float:
+        argument = parse_number(text)
+    elif annotation is int:
+        argument = _parse_whole_number(text)
+    truth = compute_truth(position, prediction.quantity, **{prediction.asks: argument})
+    if not isinstance(truth.value, float | int):
+        raise BadParameter(f"{prediction.quantity.name} is not a number, expected one with asks")
+    low, high = prediction.at_least, prediction.at_most
+    is_right = (low is None or truth.value >= low - DEFAULT_TOLERANCE) and (
+        high is None or truth.value <= high + DEFAULT_TOLERANCE
+    )
+    name = prediction.quantity.name.replace("-", " ")
+    number = f"the {name} is then {format_number(truth.value)}"
+    if is_right:
+        return AnswerCheck(True, number)
+    bound = f"at least {low:g}" if low is not None and truth.value < low else f"at most {high:g}"
+    return AnswerCheck(False, f"{number}, not {bound}{_append(truth.explain(text))}")
+
+
+def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:
+    """Return whether typed probabilities are within the tolerance of the true ones."""
+    assert isinstance(truth.value, Mapping)
+    typed = parse_distribution(text, truth.labels)
+    total = sum(typed.values())
+    if abs(total - 1.0) > PROBABILITY_SUM_TOLERANCE:
+        return AnswerCheck(False, f"your probabilities add up to {format_number(total)}, not to 1")
+    errors = {
+        label: typed.get(label, 0.0) - truth.value.get(label, 0.0)
+        for label in {**truth.value, **typed}
+    }
+    worst = max(errors, key=lambda label: abs(errors[label]))
+    if abs(errors[worst]) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
+        return AnswerCheck(True, "")
+    direction = "high" if errors[worst] > 0 else "low"
+    number = format_number(typed.get(worst, 0.0))
+    return AnswerCheck(
+        False, f"{number} for {worst} is too {direction}" + _append(truth.explain(text))
+    )
+
+
+def parse_number(text: str) -> float:
+    """Return the number of a text such as 0.15, 15% or 3/20; raise BadParameter for others."""
+    fraction = FRACTION_PATTERN.fullmatch(text.strip())
+    try:
+        if fraction:
+            return int(fraction[1]) / int(fraction[2])
+        number = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except (ValueError, ZeroDivisionError):
+        raise BadParameter(f"got {text!r}, expected a number, such as 0.15") from None
+    if not math.isfinite(number):
+        raise BadParameter(f"got {text!r}, expected a finite number")
+    return number
+
+
+def _parse_whole_number(text: str) -> int:
+    """Return the whole number of a text; raise BadParameter for others."""
+    if not text.strip().isdecimal() or len(text) > len(str(2**63)):
+        raise BadParameter(f"got {text!r}, expected a whole number")
+    return int(text)
+
+
+def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
+    """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`."""
+    words = text.replace("=", " ").replace(": ", " ").replace(", ", " ").split()
+    if len(words) % 2 or not words:
+        example = " ".join(f"{label} 0.5" for label in labels[:2])
+        raise BadParameter(f"got {text!r}, expected pairs of a name and a number: {example}")
+    typed: dict[str, float] = {}
+    for name, number in zip(words[::2], words[1::2], strict=True):
+        label = find_label(name, labels)
+        if label in typed:
+            raise BadParameter(f"got {label} twice, expected it once")
+        typed[label] = parse_number(number)
+    return typed
+
+
+def find_label(text: str, labels: tuple[str, ...]) -> str:
+    """Return the label that a text names; raise UnknownName with the nearest names."""
+    by_normal_form = {normalize_label(label): label for label in labels}
+    label = by_normal_form.get(normalize_label(text.strip()))
+    if label is None:
+        raise UnknownName("answer", text.strip(), labels)
+    return label
+
+
+def _list_labels(labels: tuple[str, ...]) -> str:
+    """Return labels as a list with `or`; only the first and the last of many."""
+    if len(labels) > 10:
+        return f"{labels[0]} to {labels[-1]}"
+    return " or ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
+
+
+def _append(explanation: str) -> str:
+    """Return an explanation after a full stop, '' if there is none."""
+    return f". {explanation[:1].upper()}{explanation[1:]}" if explanation else ""

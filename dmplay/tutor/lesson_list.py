@@ -1,0 +1,54 @@
+"""The built-in lessons, and those in a teacher's folder."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from dmplay.errors import BadParameter, UnknownName
+from dmplay.tutor.lesson import TutorLesson
+from dmplay.tutor.lesson_reader import read_lesson
+
+BUILTIN_FOLDER = Path(__file__).parent / "lessons"
+LESSON_SUFFIX = ".toml"
+
+
+def list_builtin_paths() -> list[Path]:
+    """Return the files of the built-in lessons, by number."""
+    return sorted(BUILTIN_FOLDER.glob(f"*{LESSON_SUFFIX}"))
+
+
+def load_builtin_lessons() -> list[TutorLesson]:
+    """Return the built-in lessons, by number."""
+    return [
+        read_lesson(path, _number_of(path, 0), is_builtin=True) for path in list_builtin_paths()
+    ]
+
+
+def load_folder(folder: Path) -> list[TutorLesson]:
+    """Return the lessons in a folder, in the order of their file names.
+
+    A number at the beginning of a file name is the number of the lesson.
+    """
+    paths = sorted(folder.glob(f"*{LESSON_SUFFIX}"))
+    if not paths:
+        raise BadParameter(f"{folder}: expected lessons, files that end with {LESSON_SUFFIX}")
+    return [read_lesson(path, _number_of(path, place)) for place, path in enumerate(paths, 1)]
+
+
+def load_lessons(source: str) -> list[TutorLesson]:
+    """Return the lessons of a source: '' for the built-in ones, else the path of a folder."""
+    return load_folder(Path(source)) if source else load_builtin_lessons()
+
+
+def find_lesson(lessons: Sequence[TutorLesson], word: str) -> TutorLesson:
+    """Return the lesson with this number or name; raise UnknownName if there is none."""
+    for lesson in lessons:
+        if word in {str(lesson.number), lesson.name, lesson.path.stem}:
+            return lesson
+    names = [str(lesson.number) if word.isdecimal() else lesson.name for lesson in lessons]
+    raise UnknownName("lesson", word, names)
+
+
+def _number_of(path: Path, default: int) -> int:
+    """Return the number at the beginning of a file name, or the default if there is none."""
+    digits = path.stem[: len(path.stem) - len(path.stem.lstrip("0123456789"))]
+    return int(digits) if digits else default
