@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dmplay.core.text import align_columns, format_json_report
 from dmplay.tutor.lesson import TutorLesson
 from dmplay.tutor.lesson_list import load_lessons
-from dmplay.tutor.progress import SHOWN, LessonProgress, load_all_progress
+from dmplay.tutor.progress import REVEALED, LessonProgress, load_all_progress
 
 
 def format_lesson_list(source: str, *, as_json: bool) -> str:
@@ -28,7 +28,7 @@ def format_lesson_list(source: str, *, as_json: bool) -> str:
 def describe_progress(
     lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress], source: str = ""
 ) -> str:
-    """Return how many lessons are done, and the command that opens the next one."""
+    """Return the number of lessons that are done, and the command that opens the next one."""
     done = sum(progress[lesson.progress_key].is_finished for lesson in lessons)
     text = f"{done} of {len(lessons)} done"
     next_lesson = find_next_lesson(lessons, progress)
@@ -60,7 +60,7 @@ def _progress_data(
                 "name": lesson.name,
                 "title": lesson.title,
                 "done": results.is_finished,
-                "answers_shown": sum(step.result == SHOWN for step in finished),
+                "answers_shown": sum(step.result == REVEALED for step in finished),
                 "date": results.date,
                 "steps": [step and step._asdict() for step in results.steps],
             }

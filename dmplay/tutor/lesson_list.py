@@ -31,7 +31,7 @@ def load_folder(folder: Path) -> list[TutorLesson]:
     paths = sorted(folder.glob(f"*{LESSON_SUFFIX}"))
     if not paths:
         raise BadParameter(f"{folder}: expected lessons, files that end with {LESSON_SUFFIX}")
-    return [read_lesson(path, _number_of(path, place)) for place, path in enumerate(paths, 1)]
+    return [read_lesson(path, _number_of(path, order)) for order, path in enumerate(paths, 1)]
 
 
 def load_lessons(source: str) -> list[TutorLesson]:

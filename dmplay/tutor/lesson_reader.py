@@ -21,6 +21,7 @@ from dmplay.tutor.quantity import find_quantity
 ERROR_POSITION = re.compile(r" \(at line (\d+), column (\d+)\)")
 MAX_FILE_BYTES = 64 * 2**10
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
+UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
 MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS = 8, 10, 76
 POSITION_KEYS = ("problem", "parameters", "seed", "turns", "seats", "after")
 
@@ -287,8 +288,7 @@ def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
         strict=table.switch("strict"),
     )
     table.finish()
-    if not any(value for name, value in vars(task).items() if name not in {"goal", "margin"}) and (
-        task.hints_at_most is None
-    ):
+    conditions = [value for name, value in vars(task).items() if name not in {"goal", "margin"}]
+    if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):
         raise BadParameter(f"{location}: expected a condition, such as ends = true")
     return task

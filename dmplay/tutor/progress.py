@@ -15,11 +15,11 @@ from dmplay.game.saves import saves_folder
 from dmplay.tutor.lesson import TutorLesson
 
 FORMAT_VERSION = 1
-PASSED, SHOWN = "passed", "shown"  # the results of a finished step
+PASSED, REVEALED = "passed", "revealed"  # the results of a finished step
 
 
 class StepRecord(NamedTuple):
-    """The result of a finished step: passed, or shown to the player after three wrong tries."""
+    """The result of a finished step: passed, or revealed after three wrong tries."""
 
     result: str
     tries: int

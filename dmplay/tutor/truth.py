@@ -11,12 +11,14 @@ def _explain_nothing(_: str) -> str:
 
 @dataclass(frozen=True)
 class Truth:
-    """The value of a quantity at a position: a number, a set of labels, or a distribution.
+    """The value of a quantity at a position.
 
-    `explain` returns the reason for a wrong answer in numbers, which must not contain the value.
+    It is a number, a set of labels that are all right, labels in their right order, or a
+    distribution. `explain` returns the reason for a wrong answer in numbers, without the value; for
+    an order, '' if the answer is right.
     """
 
-    value: float | frozenset[str] | Mapping[str, float]
+    value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
     explain: Callable[[str], str] = _explain_nothing
     labels: tuple[str, ...] = ()  # the labels that an answer may name
 
