@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
@@ -30,21 +31,27 @@ SEARCH_RUNS = 20  # searches with different random numbers whose choices are com
 def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
     """Return the value of a state after this many sweeps of value iteration from V = 0."""
     problem = position.problem
+    if not 1 <= sweep <= MAX_SWEEPS:
+        raise BadParameter(f"sweep: got {sweep}, expected 1 to {MAX_SWEEPS}")
     tables, index = _tabulate(position), _index_of(position, state)
     values = compute_finite_horizon_values(tables, problem.discount, sweep)
-    previous = compute_finite_horizon_values(tables, problem.discount, max(sweep - 1, 0))
+    previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
 
     def explain(_: str) -> str:
-        """Return the values of the sweep before, of this state and of those next to it."""
-        next_indices = np.flatnonzero(tables.transition[index].any(axis=0))
-        names = [problem.format_state(problem.enumerate_states()[i]) for i in next_indices]
-        pairs = zip(names, previous[next_indices], strict=True)
-        listed = ", ".join(f"{name} {format_number(float(value))}" for name, value in pairs)
-        best_reward = format_number(float(tables.rewards[index, :, 0].max()))
-        return (
-            f"the expected reward of one turn is at most {best_reward}; "
-            f"sweep {max(sweep - 1, 0)} has {listed}"
-        )
+        """Return the outcomes of the best action, with their rewards and earlier values."""
+        q = compute_action_values(tables, problem.discount, previous)[index]
+        action = int(np.argmax(q))
+        s = find_state(position, state)[None]
+        _, probabilities, outcome = enumerate_possible_outcomes(problem, s, np.array([[action]]))
+        parts: dict[str, float] = {}
+        rows = zip(probabilities, outcome.state, outcome.rewards, strict=True)
+        for probability, next_state, rewards in rows:
+            value = previous[int(problem.state_indices(next_state[None])[0])]
+            text = f"to {problem.format_state(next_state)} with reward {rewards[0]:g}"
+            text += f" and V {format_number(float(value))} from sweep {sweep - 1}"
+            parts[text] = parts.get(text, 0.0) + float(probability)
+        listed = "; ".join(f"{format_number(p)} {text}" for text, p in parts.items())
+        return f"the best action leads with probability {listed}"
 
     return Truth(float(values[index]), explain)
 
@@ -150,7 +157,7 @@ def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Tru
     def explain(answer: str) -> str:
         """Return the probability and the value of the named state."""
         if answer not in probabilities:
-            return f"{action} leads to {answer} with probability 0"
+            return f"the probability that {action} leads to {answer} is 0"
         probability = format_number(probabilities[answer])
         return (
             f"{answer} has probability {probability} and is worth {format_number(values[answer])}"
@@ -179,7 +186,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
 
     def explain(_: str) -> str:
         """Return how the searches chose."""
-        tally = ", ".join(f"{label} {labels.count(label)} times" for label in dict.fromkeys(labels))
+        tally = ", ".join(f"{labels.count(label)} chose {label}" for label in dict.fromkeys(labels))
         return f"of {SEARCH_RUNS} searches with {simulations} simulations: {tally}"
 
     return Truth(share, explain)
@@ -203,14 +210,8 @@ def furthest_number(position: PositionInGame, action: str, turns: int, component
         if session.over:
             break
         numbers.append(float(session.advance([index]).state[component - 1]))
-    first_highest = int(np.argmax(numbers)) + 1
-
-    def explain(_: str) -> str:
-        """Return when it is highest, and where it ends."""
-        last = format_number(numbers[-1])
-        return f"it is highest after {first_highest} turns, and {last} at the end"
-
-    return Truth(max(numbers), explain)
+    turn = int(np.argmax(numbers)) + 1
+    return Truth(max(numbers), lambda _: f"it is largest after {turn} turns, then it falls")
 
 
 def state_after_undo(position: PositionInGame, action: str) -> Truth:

@@ -61,9 +61,8 @@ def check_answer(position: PositionInGame, prediction: Prediction, text: str) ->
             return _check_order(truth, text)
     number = parse_number(text)
     if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
-        return AnswerCheck(
-            True, f"exactly it is {format_number(truth.value)}" * (number != truth.value)
-        )
+        exact = format_number(truth.value)
+        return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))
     direction = "high" if number > truth.value else "low"
     explanation = truth.explain(text)
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
@@ -102,12 +101,13 @@ def _check_typed_argument(
     is_right = (low is None or truth.value >= low - DEFAULT_TOLERANCE) and (
         high is None or truth.value <= high + DEFAULT_TOLERANCE
     )
-    name = prediction.quantity.name.replace("-", " ")
-    number = f"the {name} is then {format_number(truth.value)}"
+    result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
+    sentence = f"{result} {format_number(truth.value)}"
     if is_right:
-        return AnswerCheck(True, number)
-    bound = f"at least {low:g}" if low is not None and truth.value < low else f"at most {high:g}"
-    return AnswerCheck(False, f"{number}, not {bound}{_append(truth.explain(text))}")
+        return AnswerCheck(True, sentence)
+    is_too_low = low is not None and truth.value < low
+    bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
+    return AnswerCheck(False, f"{sentence}; {bound} is needed{_append(truth.explain(text))}")
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:

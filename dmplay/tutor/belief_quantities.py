@@ -5,7 +5,6 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.core.arrays import Reals
-from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter
@@ -56,7 +55,13 @@ def observation_probability(
     actions[seat], observations[seat] = parse_history(position, [f"{action} {observation}"])[0]
     probabilities = compute_belief(position, history)
     joint = problem.joint_belief_update(probabilities, actions, observations)
-    return Truth(float(joint.sum()), lambda _: describe_belief(position, history))
+
+    def explain(_: str) -> str:
+        """Return the belief, and the likelihood of the observation in each state."""
+        likelihoods = _describe_likelihoods(position, f"{action} {observation}")
+        return f"{describe_belief(position, history)}; {likelihoods}"
+
+    return Truth(float(joint.sum()), explain)
 
 
 def best_action_boundary(
@@ -136,7 +141,7 @@ def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
     plans = sum(len(plans.alpha_vectors) for plans in stage.plans_by_action)
     return Truth(
         float(len(stage.alpha_vectors)),
-        lambda _: f"{plans} plans are best for their first action somewhere",
+        lambda _: f"{plans} plans are compared; a line that is never highest does not count",
     )
 
 
@@ -147,26 +152,23 @@ def describe_bayes_rule(position: PositionInGame, history: Sequence[str]) -> str
     problem = position.problem
     if len(problem.agents) > 1:
         return ""
-    tables = tabulate(problem)
-    action, observation = parse_history(position, history)[-1]
-    prior = compute_belief_at_start(position, history[:-1])
-    predicted = prior @ tables.transition[:, action]
-    likelihoods = tables.observation_model[action, :, observation]
-    names = _state_names(position)
-    word = history[-1].rpartition(" ")[2]
+    action, _ = parse_history(position, history)[-1]
+    prior = compute_belief(position, history[:-1], from_start=True)
+    predicted = prior @ tabulate(problem).transition[:, action]
+    names, word = _state_names(position), history[-1].rpartition(" ")[2]
     before = ", ".join(
         f"{name} {format_number(float(p))}" for name, p in zip(names, predicted, strict=True)
     )
-    given = ", ".join(
-        f"P({word} | {name}) = {format_number(float(p))}"
-        for name, p in zip(names, likelihoods, strict=True)
-    )
-    return f"before {word}: {before}; {given}"
+    return f"before {word}: {before}; {_describe_likelihoods(position, history[-1])}"
 
 
-def compute_belief_at_start(position: PositionInGame, history: Sequence[str]) -> Reals:
-    """Return the belief after a history from the start of the game, even if it is empty."""
-    return compute_belief(position, history) if history else initial_belief(position.problem)
+def _describe_likelihoods(position: PositionInGame, turn: str) -> str:
+    """Return the likelihood of a turn's observation in each next state."""
+    action, observation = parse_history(position, [turn])[0]
+    likelihoods = tabulate(position.problem).observation_model[action, :, observation]
+    pairs = zip(_state_names(position), likelihoods, strict=True)
+    word = turn.rpartition(" ")[2]
+    return ", ".join(f"P({word} | {name}) = {format_number(float(p))}" for name, p in pairs)
 
 
 def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:

@@ -32,10 +32,15 @@ def parse_history(position: PositionInGame, history: Sequence[str]) -> list[tupl
     return pairs
 
 
-def compute_belief(position: PositionInGame, history: Sequence[str]) -> Reals:
-    """Return the belief `[S]` after a history from the start, or at the position if it is empty."""
+def compute_belief(
+    position: PositionInGame, history: Sequence[str], *, from_start: bool = False
+) -> Reals:
+    """Return the belief `[S]` after a history from the start of the game.
+
+    If it is empty, return the belief at the position, or at the start if `from_start` is set.
+    """
     problem, seat = position.problem, position.seat
-    if not history:
+    if not (history or from_start):
         return position.session.view(seat).belief
     belief = initial_belief(problem)
     for action, observation in parse_history(position, history):

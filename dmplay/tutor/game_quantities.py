@@ -1,5 +1,6 @@
 """Quantities of games of several agents: payoffs, best replies, equilibria and rules."""
 
+import inspect
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,7 +18,7 @@ from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action, find_state
 from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.typed_text import parse_distribution
+from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
 MIN_PLAYED_PROBABILITY = 1e-6  # an action with less is never played
@@ -65,30 +66,41 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
-    nash = _nash(position)
-    values = _own_payoffs(position) @ nash[1 - position.seat]
-    labels = _labels(position)
+    nash, payoffs = _nash(position)[position.seat], _opponent_payoffs(position)
+    index = _index(position, action)
 
-    def explain(_: str) -> str:
-        """Return what each action pays against the equilibrium."""
-        listed = ", ".join(
-            f"{label} {format_number(float(value))}"
-            for label, value in zip(labels[:5], values, strict=False)
+    def explain(answer: str) -> str:
+        """Return what the other agent can gain if the player mixes as typed."""
+        typed = min(max(parse_number(answer), 0.0), 1.0)
+        mix = np.full(len(nash), (1.0 - typed) / max(len(nash) - 1, 1))
+        mix[index] = typed
+        values = mix @ payoffs
+        reply = position.problem.actions[1 - position.seat].labels[int(np.argmax(values))]
+        return (
+            f"if you play {action} with {format_number(typed)}, and the others equally often, "
+            f"the reply {reply} earns the other agent {format_number(float(values.max()))}"
         )
-        return f"against the equilibrium your actions pay {listed}"
 
-    return Truth(float(nash[position.seat][_index(position, action)]), explain)
+    return Truth(float(nash[index]), explain)
 
 
 def equilibrium_payoff(position: PositionInGame) -> Truth:
     """Return the player's expected reward of one round in a Nash equilibrium."""
     nash, payoffs = _nash(position), _own_payoffs(position)
-    own, other = nash[position.seat], nash[1 - position.seat]
-    names = _labels(position)
-    likely = names[int(np.argmax(other))]
-    return Truth(
-        float(own @ payoffs @ other), lambda _: f"in it, the other agent mostly plays {likely}"
-    )
+    labels = _labels(position)
+
+    def explain(answer: str) -> str:
+        """Return by how much a change pays if both play the action that was typed."""
+        claim = answer.strip().removesuffix(".0")
+        if claim not in labels:
+            return ""
+        index = labels.index(claim)
+        reply = labels[int(np.argmax(payoffs[:, index]))]
+        value = format_number(float(payoffs[:, index].max()))
+        both = format_number(float(payoffs[index, index]))
+        return f"if both play {claim}, each gets {both}, and a change to {reply} pays {value}"
+
+    return Truth(float(nash[position.seat] @ payoffs @ nash[1 - position.seat]), explain)
 
 
 def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) -> Truth:
@@ -101,7 +113,9 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     policy = agents.load_agent(position.problem, seat, agent)
     choice = SeatedPolicy(session, seat, policy).choose()
     label = position.problem.format_action(seat, choice)
-    return Truth(frozenset([label]), labels=position.problem.actions[seat].labels)
+    rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
+    labels = position.problem.actions[seat].labels
+    return Truth(frozenset([label]), lambda _: f"{agent}: {rule}", labels)
 
 
 def matching_agents(
@@ -191,6 +205,12 @@ def _own_payoffs(position: PositionInGame) -> Reals:
     if len(position.problem.agents) != 2 or position.problem.state_count != 1:
         raise BadParameter(f"{position.problem_name} has no payoff table of two agents")
     payoffs = build_payoffs(position.problem)[:, :, position.seat]
+    return payoffs if position.seat == 0 else payoffs.T
+
+
+def _opponent_payoffs(position: PositionInGame) -> Reals:
+    """Return the other agent's rewards `[own actions, other actions]`."""
+    payoffs = build_payoffs(position.problem)[:, :, 1 - position.seat]
     return payoffs if position.seat == 0 else payoffs.T
 
 

@@ -38,6 +38,7 @@ class Prediction:
     tolerance: float = 0.0
     at_least: float | None = None
     at_most: float | None = None
+    result: str = ""  # the beginning of the sentence with the value, if `asks` is set
     shows_board: bool = True
 
 

@@ -220,7 +220,7 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     name, asks = table.text("quantity"), table.text("asks", "")
     tolerance = table.number("tolerance") or 0.0
     at_least, at_most = table.number("at_least"), table.number("at_most")
-    shows_board = table.switch("board", default=True)
+    result, shows_board = table.text("result", ""), table.switch("board", default=True)
     try:
         function = find_quantity(name)
     except UnknownName as error:
@@ -229,7 +229,7 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
     return Prediction(
-        QuantityCall(name, arguments), asks, tolerance, at_least, at_most, shows_board
+        QuantityCall(name, arguments), asks, tolerance, at_least, at_most, result, shows_board
     )
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
-from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
@@ -25,7 +25,7 @@ def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) 
     turn limit.
     """
     q = compute_q(position, state, (), turns_left)
-    return Truth(max(q.values()), lambda _: _describe_reachable_states(position, state))
+    return Truth(max(q.values()), lambda _: _describe_reachable_states(position, state, turns_left))
 
 
 def action_value(
@@ -41,7 +41,9 @@ def action_value(
     """
     q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
-    return Truth(q[label], lambda _: describe_consequences(position, label, state, history))
+    return Truth(
+        q[label], lambda _: describe_consequences(position, label, state, history, turns_left)
+    )
 
 
 def best_action(
@@ -55,8 +57,8 @@ def best_action(
     def explain(answer: str) -> str:
         """Return what a wrong action loses, and where it leads."""
         loss = format_number(max(q.values()) - q[answer])
-        consequences = describe_consequences(position, answer, state, history)
-        return f"{answer} is worth {loss} less than the best action; {consequences}"
+        consequences = describe_consequences(position, answer, state, history, turns_left)
+        return f"with {answer} you give up {loss} against the best action; {consequences}"
 
     return Truth(best, explain, tuple(names))
 
@@ -72,7 +74,7 @@ def action_loss(
     q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
     loss = max(q.values()) - q[label]
-    return Truth(loss, lambda _: describe_consequences(position, label, state, history))
+    return Truth(loss, lambda _: describe_consequences(position, label, state, history, turns_left))
 
 
 def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
@@ -129,14 +131,26 @@ def outcome_probability(
 
 def find_state(position: PositionInGame, text: str) -> Array:
     """Return the state that a text names, or that of the position if it is empty."""
+    current = position.session.state
     if not text:
-        return position.session.state
+        return current
     problem = position.problem
     try:
-        return problem.parse_state(text)
+        state = problem.parse_state(text)
+        is_valid = state.shape == current.shape
     except (ValueError, LookupError):
+        is_valid = False
+    if not is_valid:
         example = problem.format_state(position.session.initial_state)
-        raise BadParameter(f"got {text!r}, expected a state such as {example}") from None
+        raise BadParameter(f"got {text!r}, expected a state such as {example}")
+    return state
+
+
+def format_briefly(position: PositionInGame, s: Array) -> str:
+    """Return a state as text; real numbers have three significant digits."""
+    if isinstance(position.problem.state_count, ContinuousStates):
+        return " ".join(f"{number + 0.0:.3g}" for number in s)
+    return position.problem.format_state(s)
 
 
 def find_action(position: PositionInGame, text: str) -> str:
@@ -198,29 +212,42 @@ def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, 
 
 
 def describe_consequences(
-    position: PositionInGame, action: str, state: str, history: Sequence[str]
+    position: PositionInGame, action: str, state: str, history: Sequence[str], turns_left: int
 ) -> str:
     """Return a sentence with numbers on where an action leads."""
-    if position.problem.partially_observable:
+    problem = position.problem
+    if problem.partially_observable:
         return describe_belief(position, history)
-    if len(position.problem.agents) > 1:
+    if len(problem.agents) > 1:
         return ""
     probabilities = list_outcomes(position, action, find_state(position, state))
     parts = []
     for name, probability in [*probabilities.items()][:MAX_NAMED_OUTCOMES]:
-        value = format_number(max(compute_q(position, name).values()))
-        parts.append(f"with {format_number(probability)} to {name}, worth {value}")
-    return f"{action} leads {'; '.join(parts)}"
+        value = format_number(value_after_turn(position, name, turns_left))
+        next_state = format_briefly(position, problem.parse_state(name))
+        parts.append(f"with {format_number(probability)} to {next_state}, worth {value}")
+    return f"it leads {'; '.join(parts)}"
 
 
-def _describe_reachable_states(position: PositionInGame, state: str) -> str:
+def value_after_turn(position: PositionInGame, state: str, turns_left: int) -> float:
+    """Return the value of a state after one more turn than the position, or than `turns_left`."""
+    limit = position.session.turn_limit
+    if limit is None:
+        return max(compute_q(position, state).values())
+    next_turns_left = (turns_left or limit - len(position.session.turns)) - 1
+    if next_turns_left == 0:
+        return 0.0
+    return max(compute_q(position, state, (), next_turns_left).values())
+
+
+def _describe_reachable_states(position: PositionInGame, state: str, turns_left: int) -> str:
     """Return the values of the states next to a state, on which its own value depends."""
     s = find_state(position, state)
     values: dict[str, float] = {}
-    for action in compute_q(position, state):
+    for action in compute_q(position, state, (), turns_left):
         name = next(iter(list_outcomes(position, action, s)))
         if name != position.problem.format_state(s):
-            values[name] = max(compute_q(position, name).values())
+            values[name] = value_after_turn(position, name, turns_left)
     listed = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
     discount = format_number(position.problem.discount)
     return f"rewards a turn later count {discount}; its neighbours are worth {listed}"
