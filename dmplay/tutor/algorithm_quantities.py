@@ -41,8 +41,8 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
         """Return the outcomes of the best action, with their rewards and earlier values."""
         q = compute_action_values(tables, problem.discount, previous)[index]
         action = int(np.argmax(q))
-        s = find_state(position, state)[None]
-        _, probabilities, outcome = enumerate_possible_outcomes(problem, s, np.array([[action]]))
+        states, actions = find_state(position, state)[None], np.array([[action]])
+        _rows, probabilities, outcome = enumerate_possible_outcomes(problem, states, actions)
         parts: dict[str, float] = {}
         rows = zip(probabilities, outcome.state, outcome.rewards, strict=True)
         for probability, next_state, rewards in rows:

@@ -17,6 +17,7 @@ from dmplay.tutor.typed_text import (
 )
 
 DEFAULT_TOLERANCE = 1e-9
+MAX_LISTED_LABELS = 10
 PROBABILITY_SUM_TOLERANCE = 0.011  # so that three probabilities of two decimals are accepted
 
 
@@ -141,9 +142,10 @@ def _check_order(truth: Truth, text: str) -> AnswerCheck:
 
 
 def _list_labels(labels: tuple[str, ...]) -> str:
-    """Return labels as a list with `or`; only the first and the last of many."""
-    if len(labels) > 10:
-        return f"{labels[0]} to {labels[-1]}"
+    """Return labels as a list with `or`; only some of many."""
+    if len(labels) > MAX_LISTED_LABELS:
+        are_numbers = labels[0].isdecimal() and labels[-1].isdecimal()
+        return f"{labels[0]} to {labels[-1]}" if are_numbers else f"a name such as {labels[0]}"
     return " or ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 
