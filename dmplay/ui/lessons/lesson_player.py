@@ -15,7 +15,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.terminal.capabilities import Terminal, current_terminal, read_line
+from dmplay.terminal.capabilities import Terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.terminal.styles import to_ansi
 from dmplay.transcript.format import NATURAL_END_REASONS
@@ -39,7 +39,7 @@ ANSWER_HELP = (
 GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
 
 
-def play_lesson(controller: GameController, command: LearnCommand) -> int:
+def play_lesson(controller: GameController, terminal: Terminal, command: LearnCommand) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
     It begins with the first step that is not finished, or with the first one if all are.
@@ -50,7 +50,6 @@ def play_lesson(controller: GameController, command: LearnCommand) -> int:
         results = LessonProgress((None,) * len(lesson.steps))
     finished = [index for index, step in enumerate(results.steps) if step]
     run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
-    terminal = current_terminal(command.terminal_options)
     return LessonPlayer(controller, run, terminal, sys.stdin).play()
 
 
