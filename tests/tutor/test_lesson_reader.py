@@ -97,7 +97,7 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
     [
         ('title = "Cries"', "title = 5", "title: got 5, expected a text"),
         ('title = "Cries"\n', "", "title: missing, expected a text"),
-        ('title = "Cries"', 'titel = "Cries"', "title: missing, expected a text; got the key 'titel'"),
+        ('title = "Cries"', 'titel = "Cries"', "title: missing, expected a text; got the key"),
         ('title =', 'titel = 1\ntitle =', "unknown key 'titel'; did you mean title"),
         ("turns = 10", "turns = 0", "steps[1].position.turns: got 0, expected 1 or more"),
         ("turns = 10", "turns = true", "turns: got True, expected a whole number, 1 or more"),
