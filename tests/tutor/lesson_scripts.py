@@ -12,8 +12,8 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
     "look-ahead": (
         "50",
         "(1,2)",
-        "game: up down down up down left left down left up left right down down right up right up "
-        "left right left up left 4*down left right down up down right down up right down left up "
+        "game: up down up left left down left up left right down down right up right up left "
+        "right left up left 4*down left right down up down right down up right down left up "
         "left down up",
     ),
     "momentum": ("-0.25", "game: 18*right 38*left 60*right", "game: 17*right 37*left 60*right"),
