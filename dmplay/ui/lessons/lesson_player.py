@@ -101,7 +101,8 @@ class LessonPlayer:
     def play(self) -> int:
         """Run the lesson from its current step, and return the exit code."""
         lesson = self._run.lesson
-        self._print(f"lesson {lesson.number}: {lesson.title}. about {lesson.minutes} minutes.")
+        minutes = format_count(lesson.minutes, "minute")
+        self._print_heading(f"lesson {lesson.number}: {lesson.title} (about {minutes})")
         try:
             with exit_on_signals():
                 while not self._run.is_over:
@@ -134,7 +135,8 @@ class LessonPlayer:
         self._print("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board()
-        self._print(f"{number}.", *step.text)
+        self._print_heading(f"{number}.")
+        self._print(*step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
@@ -279,6 +281,11 @@ class LessonPlayer:
         """Print a reply; return whether the step is finished."""
         self._print(*reply.lines)
         return reply.finishes_step
+
+    def _print_heading(self, text: str) -> None:
+        """Print a heading, in bold if the terminal has colours."""
+        line = escape_unprintable(text)
+        print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
 
     def _print(self, *lines: str) -> None:
         """Print lines with unprintable characters escaped, wrapped if a person reads them."""

@@ -127,7 +127,7 @@ def test_a_folder_of_lessons_is_listed_and_opened(tmp_path: Path) -> None:
     listed = run_dmplay(tmp_path, "learn", "./week3/").stdout
     assert listed.endswith("0 of 1 done. next: dmplay learn ./week3/ 7 (Cries)\n")
     assert run_dmplay(tmp_path, "learn", "./week3/", "7", stdin="feed\nfeed\n").returncode == 0
-    assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries.")
+    assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries (")
     assert "1 of 1 done." in run_dmplay(tmp_path, "learn", "./week3").stdout
 
 
