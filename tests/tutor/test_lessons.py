@@ -3,8 +3,11 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from dmplay.core.tabular import tabulate
+from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
 from dmplay.tutor.lesson import GameTask, TutorLesson
 from dmplay.tutor.lesson_list import load_builtin_lessons
@@ -145,3 +148,69 @@ def test_a_game_with_other_draws_or_undone_first_turns_is_not_the_game_of_the_st
     rerolled.append_turns(session.turns)
     rerolled.reroll()
     assert not run.is_game_of_step(rerolled)
+
+
+@pytest.mark.parametrize(
+    ("step", "throw", "fragment"),
+    [
+        (1, "50", "0.12, 0.34, 0.66 and 0.88"),
+        (2, "100", "0.005, 0.018, 0.065 and 0.209"),
+    ],
+)
+def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragment: str) -> None:
+    text = LESSONS["how-good-is-the-catcher"].steps[step - 1].text
+    assert fragment in " ".join(text)
+    problem = load_problem("catch")
+    action = problem.actions[0].parse_action(throw)
+    chances = tabulate(problem).observation_model[int(action), :, 0]
+    written = [float(number) for number in fragment.replace(" and", ",").split(", ")]
+    decimals = len(fragment.split(",", maxsplit=1)[0]) - 2
+    assert np.round(chances, decimals).tolist() == written
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "texts"),
+    [
+        ("hexworld", "discount", {"discount": "discount is 0.9"}),
+        (
+            "hexworld",
+            "watch-v-converge",
+            {"slip": "probability 0.3", "bump_cost": "a bump costs 1"},
+        ),
+        ("hexworld", "first-walk", {"slip": "probability 0.3", "bump_cost": "each bump costs 1"}),
+        (
+            "crying-baby",
+            "bayes-at-the-cradle",
+            {
+                "becomes_hungry": "become hungry with 0.1",
+                "cries_hungry": "cry with 0.8",
+                "cries_sated": "sated with 0.1",
+                "hungry_reward": "hungry turn costs 10",
+                "feed_reward": "feeding costs 5",
+            },
+        ),
+        ("crying-baby", "alpha-vectors", {"sing_reward": "Singing costs 0.5"}),
+        (
+            "simple-regulator",
+            "push-to-zero",
+            {"noise": "deviation is 0.1", "discount": "counts 0.9"},
+        ),
+        (
+            "multicaregiver-crying-baby",
+            "two-at-the-cradle",
+            {
+                "feed_reward1": "you 2.5",
+                "feed_reward2": "partner 5",
+                "hungry_reward": "both of you 10",
+            },
+        ),
+    ],
+)
+def test_the_parameters_in_the_text_are_those_of_the_problem(
+    problem: str, name: str, texts: dict[str, str]
+) -> None:
+    text = " ".join(" ".join([*step.text, step.hint]) for step in LESSONS[name].steps)
+    for parameter, fragment in texts.items():
+        value = getattr(load_problem(problem), parameter)
+        assert fragment in text
+        assert abs(value) == float(fragment.split()[-1]), parameter
