@@ -24,6 +24,7 @@ app = typer.Typer(
   dmplay verify game.dmt                 check every number of the recording
   dmplay crying-baby --agent random      watch an agent play
   dmplay list                            list all problems
+  dmplay learn                           learn by short lessons
   dmplay guide                           list the topics of the guide
   dmplay                                 choose a problem from a list and play
 

@@ -17,7 +17,7 @@ from dmplay.solvers.games.bimatrix_game import build_payoffs
 from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.state_quantities import find_action, find_state
-from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
@@ -48,7 +48,8 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         value = format_number(float(values[index]))
         return f"{answer} pays {value} on average, {loss} less than a best reply"
 
-    return Truth(best, explain, labels)
+    comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
+    return Truth(best, explain, labels, comparison)
 
 
 def level_k_action(position: PositionInGame, level: int) -> Truth:

@@ -267,6 +267,8 @@ class LessonPlayer:
             if not self._terminal.is_interactive:
                 print(escape_unprintable(text))
             if not line:
+                if self._terminal.is_interactive:
+                    print()  # after the prompt
                 raise LessonLeft
             if text or not line.lstrip().startswith("#"):
                 return text
