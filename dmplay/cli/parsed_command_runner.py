@@ -52,8 +52,7 @@ def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> in
     if isinstance(result, LearnCommand):
         from dmplay.ui.lessons.lesson_player import play_lesson
 
-        terminal = current_terminal(result.terminal_options)
-        return play_lesson(_make_controller(), terminal, result)
+        return play_lesson(current_terminal(result.terminal_options), result)
     from dmplay.ui import game_launcher
 
     if isinstance(result, PlayCommand):

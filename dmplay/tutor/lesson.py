@@ -60,6 +60,11 @@ class GameTask:
     choices_at_most: Mapping[str, int] = field(default_factory=dict)  # maximum number of each
     strict: bool = False  # whether undo and new random numbers are forbidden
 
+    @property
+    def strictness(self) -> bool | str:
+        """The strictness of the game: "hints" if no hint is allowed, which forbids undo as well."""
+        return "hints" if self.hints_at_most == 0 else self.strict
+
 
 @dataclass(frozen=True)
 class LessonStep:

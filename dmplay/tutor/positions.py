@@ -89,7 +89,7 @@ def load_players(
 
 
 def make_game_request(
-    position: Position, folder: Path, *, strict: bool = False, trusted: bool = False
+    position: Position, folder: Path, *, strict: bool | str = False, trusted: bool = False
 ) -> GameRequest:
     """Return the request for a game with the problem, players and seed of a position."""
     loaded, players = load_players(position, folder, trusted=trusted)

@@ -132,7 +132,7 @@ def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:
     """Run a lesson and wait for Enter, so that its last lines can be read; return the exit code."""
     from dmplay.ui.lessons.lesson_player import play_lesson
 
-    code = play_lesson(shell.controller, shell.terminal, LearnCommand(number))
+    code = play_lesson(shell.terminal, LearnCommand(number))
     read_line("Enter goes back to the list of problems> ", sys.stdin)
     gallery.return_from_lesson()
     return code

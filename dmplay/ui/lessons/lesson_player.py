@@ -39,7 +39,7 @@ ANSWER_HELP = (
 GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
 
 
-def play_lesson(controller: GameController, terminal: Terminal, command: LearnCommand) -> int:
+def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
     It begins with the first step that is not finished, or with the first one if all are.
@@ -50,7 +50,7 @@ def play_lesson(controller: GameController, terminal: Terminal, command: LearnCo
         results = LessonProgress((None,) * len(lesson.steps))
     finished = [index for index, step in enumerate(results.steps) if step]
     run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
-    return LessonPlayer(controller, run, terminal, sys.stdin).play()
+    return LessonPlayer(run, terminal, sys.stdin).play()
 
 
 class LessonLeft(Exception):
@@ -88,12 +88,13 @@ class LessonReporter(SentenceReporter):
 
 
 class LessonPlayer:
-    """A player of one lesson: it prints the steps, reads answers and runs the games."""
+    """A player of one lesson: it prints the steps, reads answers and runs the games.
 
-    def __init__(
-        self, controller: GameController, run: LessonRun, terminal: Terminal, stdin: TextIO
-    ) -> None:
-        self._controller = controller
+    Its games do not count as records, because their random numbers are always the same.
+    """
+
+    def __init__(self, run: LessonRun, terminal: Terminal, stdin: TextIO) -> None:
+        self._controller = GameController()
         self._run = run
         self._terminal = terminal
         self._stdin = CountedInput(stdin)
@@ -202,7 +203,9 @@ class LessonPlayer:
         """Play one game and print what the lesson says about it; return whether it is passed."""
         run, step = self._run, self._run.step
         folder = run.lesson.path.parent
-        request = make_game_request(step.position, folder, strict=task.strict, trusted=run.trusted)
+        request = make_game_request(
+            step.position, folder, strict=task.strictness, trusted=run.trusted
+        )
         game = start_new_game(replace(request, lesson_goal=f"goal: {task.goal}"))
         for action in step.position.after:
             game.choose(game.problem.parse_action(game.viewing_seat, action))

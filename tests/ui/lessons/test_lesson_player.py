@@ -115,6 +115,12 @@ def test_a_game_that_was_left_is_no_try(tmp_path: Path) -> None:
     assert result.returncode == 0
 
 
+def test_a_game_without_hints_gives_none(tmp_path: Path) -> None:
+    script = "0.907\n0\nfeed\nhint\n"
+    result = run_dmplay(tmp_path, "learn", "bayes-at-the-cradle", stdin=script)
+    assert result.stderr == "error: line 4: hint: this game forbids hints (--strict=hints)\n"
+
+
 def test_another_game_does_not_count(tmp_path: Path) -> None:
     (tmp_path / "cries.toml").write_text(LESSON)
     result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin="new\nfeed\nfeed\n")
