@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, learn, reports, transcripts
+from dmplay.cli import evaluation, games, grading, learn, reports, transcripts, watching
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -47,6 +47,7 @@ app.command()(games.mcp)
 app.command("list")(reports.list_)
 app.command()(reports.records)
 app.command()(reports.solve)
+app.command()(watching.watch)
 app.command()(reports.convert)
 app.command()(evaluation.run)
 app.command()(evaluation.compare)

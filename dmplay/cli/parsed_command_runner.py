@@ -19,6 +19,7 @@ from dmplay.game.command_line_results import (
     PlayCommand,
     Printout,
     ShellCommand,
+    WatchCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
@@ -44,20 +45,24 @@ def execute_result(result: CliResult) -> int:
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> int:
-    """Play a game or a lesson, or run the shell; return the exit code.
+def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand | WatchCommand) -> int:
+    """Play a game or a lesson, run the shell or show an algorithm; return the exit code.
 
     The user interfaces are imported here, as a report does not need them.
     """
-    if isinstance(result, LearnCommand):
-        from dmplay.ui.lessons.lesson_player import play_lesson
-
-        return play_lesson(current_terminal(result.terminal_options), result)
     from dmplay.ui import game_launcher
 
-    if isinstance(result, PlayCommand):
-        return game_launcher.play_game(_make_controller(), result)
-    return game_launcher.run_shell(_make_controller(), result)
+    match result:
+        case PlayCommand():
+            return game_launcher.play_game(_make_controller(), result)
+        case ShellCommand():
+            return game_launcher.run_shell(_make_controller(), result)
+        case LearnCommand():
+            from dmplay.ui.lessons.lesson_player import play_lesson
+
+            return play_lesson(current_terminal(result.terminal_options), result)
+        case WatchCommand():
+            return game_launcher.show_algorithm(result)
 
 
 def _print_report(report: Printout) -> int:

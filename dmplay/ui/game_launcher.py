@@ -9,7 +9,12 @@ from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCommand
+from dmplay.game.command_line_results import (
+    LearnCommand,
+    PlayCommand,
+    ShellCommand,
+    WatchCommand,
+)
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
@@ -87,6 +92,15 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
             has_invalid_line = run_script(shell, sys.stdin)
         table.end_game("interrupted" if code else "quit")
     return code or _report_faults(table, has_invalid_line=has_invalid_line)
+
+
+def show_algorithm(command: WatchCommand) -> int:
+    """Show an algorithm step by step on the full screen, and return the exit code."""
+    from dmplay.ui.watch.step_viewer import StepViewer  # Games need no algorithms.
+
+    terminal = current_terminal(command.terminal_options)
+    viewer = StepViewer(command.watched, terminal, command.speed, command.first_step)
+    return run_full_screen(viewer)
 
 
 def _run_gallery(shell: Shell, message: str) -> int:
