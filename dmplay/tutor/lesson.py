@@ -40,6 +40,7 @@ class Prediction:
     at_most: float | None = None
     result: str = ""  # the beginning of the sentence with the value, if `asks` is set
     shows_board: bool = True
+    watch: str = ""  # an algorithm to watch after the answer
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dmplay.algorithms.registry import find_algorithm
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
@@ -105,6 +106,20 @@ def test_each_sentence_of_a_lesson_is_short(lesson: TutorLesson) -> None:
         text = " ".join([*step.text, step.hint, step.learned])
         sentences = text.replace("?", ".").replace(":", ".").replace(";", ".").split(". ")
         assert max(len(sentence.split()) for sentence in sentences) <= 25
+
+
+def test_the_algorithms_to_watch_fit_their_positions() -> None:
+    watched = {
+        (lesson.number, index)
+        for lesson in LESSONS.values()
+        for index, step in enumerate(lesson.steps)
+        if not isinstance(step.task, GameTask)
+        and step.task.watch
+        and not find_algorithm(step.task.watch).find_obstacle(
+            LessonRun(lesson, index).position.problem
+        )
+    }
+    assert watched == {(3, 1), (3, 3), (5, 0), (11, 1), (14, 3), (16, 2)}
 
 
 @pytest.mark.parametrize("lesson", LESSONS.values(), ids=LESSONS)

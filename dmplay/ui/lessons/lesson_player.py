@@ -7,6 +7,8 @@ from shlex import quote
 from textwrap import wrap
 from typing import TextIO
 
+from dmplay.algorithms.registry import find_algorithm
+from dmplay.algorithms.step import WatchRequest
 from dmplay.core.text import escape_unprintable, format_count
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import Keyboard
@@ -15,6 +17,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
+from dmplay.game.watching import WatchedSteps
 from dmplay.terminal.capabilities import Terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.terminal.styles import to_ansi
@@ -22,11 +25,12 @@ from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.lesson import GameTask, Prediction
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
-from dmplay.tutor.positions import make_game_request
+from dmplay.tutor.positions import PositionInGame, make_game_request
 from dmplay.tutor.progress import LessonProgress, load_progress
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
+from dmplay.ui.watch.step_viewer import StepViewer
 from dmplay.views.protocol import DrawOptions, TooSmallNotice
 
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before the lesson is finished
@@ -141,7 +145,23 @@ class LessonPlayer:
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
+            position, index = run.position, run.index
             self._ask()
+            if step.task.watch and index in run.finished_steps:
+                self._offer_algorithm(step.task.watch, position)
+
+    def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
+        """Let the player watch an algorithm on the position, or print the command for it."""
+        if not self._terminal.full_screen:
+            self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
+            return
+        if self._read(f"w and Enter shows {name} step by step, Enter goes on> ") != "w":
+            return
+        request = WatchRequest(position.problem, position.seat, position.session)
+        watched = WatchedSteps(find_algorithm(name), request, position.problem_name)
+        code = run_full_screen(StepViewer(watched, self._terminal))
+        if code:
+            raise SystemExit(code)
 
     def _ask(self) -> None:
         """Read answers until the step is finished or skipped."""

@@ -175,6 +175,20 @@ def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
+    with Terminal("learn", "watch-v-converge", folder=tmp_path) as terminal:
+        terminal.until("answer>")
+        terminal.press("-0.3\r")
+        terminal.until("step 2 of 4.")
+        terminal.press("5.92\r")
+        terminal.until("w and Enter shows value-iteration step by step")
+        terminal.press("w\r")
+        terminal.until("value-iteration on hexworld:straight-line")
+        terminal.press("q")
+        terminal.until("step 3 of 4.")
+
+
+@pytest.mark.slow
 def test_a_wrong_line_on_a_terminal_is_asked_again(tmp_path: Path) -> None:
     with Terminal("learn", "3", folder=tmp_path) as terminal:
         terminal.until("answer>")
