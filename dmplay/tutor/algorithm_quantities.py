@@ -6,6 +6,7 @@ from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
+from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.game.hints.ghost_agent import create_ghost
@@ -76,8 +77,9 @@ def last_policy_change(position: PositionInGame) -> Truth:
         if not 1 <= typed <= len(wrong_counts):
             return f"the first {len(wrong_counts)} sweeps are enough to see it"
         if typed > last_wrong:
-            return f"after sweep {typed - 1} it is optimal already" * (typed - 1 > last_wrong)
-        return f"after sweep {typed}, {wrong_counts[typed - 1]} states have another greedy action"
+            return "the greedy policy is optimal earlier"
+        states = format_count(wrong_counts[typed - 1], "state")
+        return f"after sweep {typed}, {states} had another greedy action"
 
     return Truth(float(last_wrong + 1), explain)
 

@@ -235,16 +235,8 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     arguments = _read_arguments(table, function, asks)
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
-    return Prediction(
-        QuantityCall(name, arguments),
-        asks,
-        tolerance,
-        at_least,
-        at_most,
-        result,
-        shows_board,
-        watch,
-    )
+    call = QuantityCall(name, arguments)
+    return Prediction(call, asks, tolerance, at_least, at_most, result, shows_board, watch)
 
 
 def _read_arguments(

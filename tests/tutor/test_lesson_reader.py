@@ -104,7 +104,7 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
         ('problem = "crying-baby"\n', "", "steps[1].position.problem: missing"),
         ('hint = "Use Bayes\' rule."\n', "", "steps[1].hint: missing, expected a text"),
         ('text = "The', 'texts = "The', "steps[1].text: missing, expected a text"),
-        ('"belief"', '"belif"', "quantity: unknown quantity 'belif'; did you mean belief"),
+        ('"belief"', '"belif"', "predict: unknown quantity 'belif'; did you mean belief"),
         ('state = "hungry"\n', "", "state: missing, expected an argument of the quantity"),
         ("tolerance = 0.01", 'watch = "sweeps"', "predict: unknown algorithm 'sweeps'"),
         ("tolerance = 0.01", 'tolerance = "x"', "predict.tolerance: got 'x', expected a number"),
