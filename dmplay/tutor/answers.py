@@ -74,7 +74,7 @@ def check_answer(
         exact = format_number(truth.value)
         return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))
     direction = "high" if number > truth.value else "low"
-    explanation = truth.explain(text)
+    explanation = truth.explain(str(number))
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
 
 

@@ -137,7 +137,9 @@ def find_state(position: PositionInGame, text: str) -> Array:
     problem = position.problem
     try:
         state = problem.parse_state(text)
-        is_valid = state.shape == current.shape
+        is_valid = state.shape == current.shape and (
+            state.dtype.kind != "f" or bool(np.isfinite(state).all())
+        )
     except (ValueError, LookupError):
         is_valid = False
     if not is_valid:

@@ -8,6 +8,7 @@ import pytest
 
 from dmplay.algorithms.registry import find_algorithm
 from dmplay.core.tabular import tabulate
+from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
 from dmplay.tutor.lesson import GameTask, TutorLesson
@@ -226,3 +227,28 @@ def test_the_parameters_in_the_text_are_those_of_the_problem(
         value = getattr(load_problem(problem), parameter)
         assert fragment in text
         assert abs(value) == float(fragment.split()[-1]), parameter
+
+
+ODD_LINES = (
+    "nan", "inf", "-1e308", "1e999", "1/0", "1/3", "%", "50%", "0x10", "٣", "é", "\x00", "9" * 5000,
+    "-1", "0", "1", "2.5", "1000000", "a", "(8,2)", "(8,2) nan", "(8,2) 0.5 (8,2) 0.5", "( , )",
+    "(8,2) 2 (7,2) -1", "hungry 1", "hungry -1 sated 2", "hungry 0.5", "0 1 1 0 2 0", "1 2 3 4",
+    "0 0 0 1e9", "nan 0 0 0", "feed feed", "e ne", "=", "a=b", "🂡", "[]", "None", "--help",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("lesson", LESSONS.values(), ids=LESSONS)
+def test_odd_lines_are_answers_or_clear_errors(lesson: TutorLesson) -> None:
+    for index, step in enumerate(lesson.steps):
+        if isinstance(step.task, GameTask):
+            continue
+        run = LessonRun(lesson, index)
+        for line in ODD_LINES:
+            try:
+                reply = run.check_answer(line)
+                lines = reply.lines
+                run = LessonRun(lesson, index) if reply.finishes_step else run
+            except DmplayError as error:
+                lines = (str(error),)
+                assert str(lesson.path) not in lines[0]  # the line is at fault, not the lesson
+            assert all("\n" not in text for text in lines)
