@@ -9,17 +9,15 @@ from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
-from dmplay.game.hints.ghost_agent import create_ghost
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.shared.hexgrid import Hex, hex_distance, hex_neighbours
-from dmplay.registry import agents
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import (
     compute_action_values,
     compute_finite_horizon_values,
     compute_optimal_q,
 )
-from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
 from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
 
@@ -173,7 +171,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
     problem = position.problem
     if not 1 <= simulations <= MAX_SIMULATIONS:
         raise BadParameter(f"got {simulations} simulations, expected 1 to {MAX_SIMULATIONS}")
-    policy = agents.load_agent(problem, position.seat, f"search:simulations={simulations}")
+    policy = load_agent(position, position.seat, f"search:simulations={simulations}")
     s = find_state(position, state)
     memory = policy.initial_memory(np.repeat(s[None], SEARCH_RUNS, axis=0))
     source = SeededUniforms(0)
@@ -196,8 +194,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
 
 def agent_return(position: PositionInGame, agent: str) -> Truth:
     """Return the return of an agent that plays the game from its start, with the same draws."""
-    ghost = create_ghost(position.session, [position.seat], agent)
-    ghost.play_to_end()
+    ghost = play_ghost(position, agent)
     turns = len(ghost.session.turns)
     return Truth(ghost.score, lambda _: f"{agent} plays {turns} turns")
 

@@ -158,6 +158,21 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         load_folder(tmp_path / "empty")
 
 
+@pytest.mark.parametrize("agent", ["./spy.py:Spy", "bot:touch spied"])
+def test_an_agent_outside_dmplay_needs_trust(tmp_path: Path, agent: str) -> None:
+    play_step = PLAY_STEP.replace("regret_at_most = 2", f'beats = "{agent}"')
+    run = LessonRun(read_lesson(write_lesson(tmp_path, LESSON + play_step), 1), 1)
+    session = run.position.session
+    for _ in range(10):
+        session.advance([0])
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        run.check_game(session)
+    seated = LESSON.replace('"crying-baby"', '"multicaregiver-crying-baby"')
+    seated = seated.replace("turns = 10", f'seats = {{ caregiver2 = "{agent}" }}')
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        _ = LessonRun(read_lesson(write_lesson(tmp_path, seated), 1)).position
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
