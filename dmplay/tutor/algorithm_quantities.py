@@ -193,7 +193,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
 
 
 def agent_return(position: PositionInGame, agent: str) -> Truth:
-    """Return the return of an agent that plays the game from its start, with the same draws."""
+    """Return the return of a game that an agent plays on from the position, with its draws."""
     ghost = play_ghost(position, agent)
     turns = len(ghost.session.turns)
     return Truth(ghost.score, lambda _: f"{agent} plays {turns} turns")

@@ -2,6 +2,7 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from itertools import groupby
 
 from dmplay.agents.base import EXACT_VALUES
 from dmplay.core.session import Session
@@ -158,7 +159,10 @@ def describe_model_game(position: PositionInGame) -> str:
     name = provider.name.partition(":")[0]
     ghost = play_ghost(position, provider.name)
     seat = position.seat
-    actions = [
-        position.problem.format_action(seat, turn.actions[seat]) for turn in ghost.session.turns
+    labels = [
+        position.problem.format_action(seat, turn.actions[seat])
+        for turn in ghost.session.turns[position.first_turn :]
     ]
-    return f"with the same draws, {name} plays {' '.join(actions)}: {format_number(ghost.score)}"
+    runs = [(label, len([*group])) for label, group in groupby(labels)]
+    actions = ", ".join(f"{count} x {label}" if count > 1 else label for label, count in runs)
+    return f"with the same draws, {name} plays {actions}, and scores {format_number(ghost.score)}"

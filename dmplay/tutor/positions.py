@@ -77,12 +77,13 @@ def load_agent(position: PositionInGame, seat: int, name: str) -> Policy:
 
 
 def play_ghost(position: PositionInGame, name: str) -> Ghost:
-    """Return the finished game of an agent in the player's seat, with the same draws.
+    """Return the finished game of an agent that plays on from the position, with the same draws.
 
     Raise BadParameter if the agent is not trusted.
     """
     check_agent_trusted(position.problem, position.seat, name, trusted=position.is_trusted)
     ghost = create_ghost(position.session, [position.seat], name)
+    ghost.session.append_turns(position.session.turns[: position.first_turn])
     ghost.play_to_end()
     return ghost
 

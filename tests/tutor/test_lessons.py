@@ -141,6 +141,18 @@ def test_the_answer_is_shown_only_after_the_hint_and_three_wrong_tries() -> None
     assert step == ("revealed", 3, 1)
 
 
+def test_the_answer_of_a_game_is_how_the_best_agent_plays() -> None:
+    run = LessonRun(LESSONS["rounds-matter"], 2)
+    for _ in range(3):
+        game = LessonRun(run.lesson, 2).position.session
+        for _ in range(10):
+            game.advance([0, None])
+        run.check_game(game)
+    assert run.show_answer().lines[0] == (
+        "answer: with the same draws, plan-rounds plays 9 x cooperate, defect, and scores -9."
+    )
+
+
 def test_the_second_wrong_try_gives_the_hint() -> None:
     run = LessonRun(LESSONS["discount"])
     run.check_answer("(4,0) (5,0) (2,0) (0,0)")

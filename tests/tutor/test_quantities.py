@@ -147,6 +147,15 @@ def test_an_agents_return_is_that_of_its_game_with_the_same_draws() -> None:
     assert number(HEXWORLD, "agent-return", agent="optimal") == session.seat_return(0)
 
 
+def test_an_agent_plays_on_from_the_position() -> None:
+    position = open_problem("hexworld", seed=7, after=("e", "e"))  # a bump costs 0.9
+    session = position.session.copy_at_start()
+    for action in ("e", "e", "sw", "se", "se", "se"):
+        session.advance([position.problem.parse_action(0, action)])
+    assert session.over
+    assert number(position, "agent-return", agent="optimal") == session.seat_return(0)
+
+
 def test_a_car_that_only_pushes_right_swings_back() -> None:
     facts = {"start_low": -0.52, "start_high": -0.52, "start_speed": 0.0}
     position = open_problem("mountain-car", parameters=facts)
