@@ -11,10 +11,12 @@ from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
-from dmplay.tutor.lesson import GameTask, TutorLesson
+from dmplay.tutor.lesson import GameTask, Position, QuantityCall, TutorLesson
 from dmplay.tutor.lesson_list import load_builtin_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
+from dmplay.tutor.positions import open_position
 from dmplay.tutor.progress import PASSED, load_progress
+from dmplay.tutor.quantity import compute_truth
 from tests.tutor.lesson_scripts import RIGHT_ANSWERS, WRONG_ANSWERS, WrongAnswer, list_lines
 
 LESSONS = {lesson.name: lesson for lesson in load_builtin_lessons()}
@@ -264,3 +266,30 @@ def test_odd_lines_are_answers_or_clear_errors(lesson: TutorLesson) -> None:
                 lines = (str(error),)
                 assert str(lesson.path) not in lines[0]  # the line is at fault, not the lesson
             assert all("\n" not in text for text in lines)
+
+
+@pytest.mark.parametrize("turns", [12, 20])
+def test_the_best_play_from_a_new_machine_never_examines(turns: int) -> None:
+    text = LESSONS["when-to-look"].steps[1].text
+    assert text[0].startswith("From a new machine, the best play never examines.")
+    position = open_position(Position("machine-replacement", turns=turns), Path())
+    history: list[str] = []
+    while len(history) < turns:
+        best = compute_truth(
+            position, QuantityCall("best-action", {"history": history} if history else {})
+        ).value
+        assert isinstance(best, frozenset)
+        assert "examine" not in best
+        history.append(f"{min(best)} nondefective")  # without an examination, nothing is seen
+
+
+def test_singing_never_pays_with_the_usual_costs() -> None:
+    assert "Here it never pays." in " ".join(LESSONS["alpha-vectors"].steps[3].text)
+    position = open_position(Position("crying-baby", turns=10), Path())
+    for turns in range(1, 11):
+        for percent in range(0, 101, 4):
+            belief = f"hungry {percent / 100} sated {1 - percent / 100}"
+            arguments = {"action": "sing", "belief": belief, "turns_left": turns}
+            loss = compute_truth(position, QuantityCall("belief-loss", arguments)).value
+            assert isinstance(loss, float)
+            assert loss > 0.03
