@@ -40,7 +40,7 @@ class FiniteMdp(NamedTuple):
     note: str = ""  # how a state of real numbers became a grid
 
     def compute_action_values(self, values: Reals) -> Reals:
-        """Return Q `[S, A]` of one step of lookahead (algorithm 7.2) from U `[S]`."""
+        """Return Q `[S, A]` of one step of lookahead from U `[S]`."""
         expected = (self.probabilities * values[self.next_states]).sum(axis=2)
         return np.asarray(self.rewards + self.discount * expected)
 
@@ -83,7 +83,7 @@ class Grid(NamedTuple):
     def find_corners(self, s: Reals) -> tuple[Ints, Reals]:
         """Return the grid points `[B, C]` around each state `[B, d]`, and their weights.
 
-        The weights are those of multilinear interpolation (section 8.4). States beyond the grid
+        The weights are those of multilinear interpolation (chapter 8). States beyond the grid
         are moved to its edge.
         """
         lower, fractions = [], []

@@ -18,6 +18,7 @@ from dmplay.core.best_actions import compute_tolerance, select_greedy_actions
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count, format_score
 
+LIMIT_NOTE = "Your game has a turn limit; the values here are for a game without one."
 MAX_STATES = 2000  # states of the linear equations that evaluate a policy
 
 
@@ -43,6 +44,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         (
             "A policy says which action to take in each state.",
             "This one takes the first legal action everywhere.",
+            *([LIMIT_NOTE] if request.session and request.session.turn_limit is not None else []),
         ),
         pictures=(StateValues(mdp.states, values, policy),),
     )
@@ -74,7 +76,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
 
 
 def evaluate_policy(mdp: FiniteMdp, policy: Ints) -> Reals:
-    """Return U `[S]` of a policy `[S]`, the solution of linear equations (algorithm 7.4)."""
+    """Return U `[S]` of a policy `[S]`, the solution of linear equations (section 7.2)."""
     rows = np.arange(len(policy))
     p, next_states = mdp.probabilities[rows, policy], mdp.next_states[rows, policy]
     transition = np.zeros((len(policy), len(policy)))
@@ -119,7 +121,7 @@ def _describe_improvement(  # noqa: PLR0913, PLR0917 - the numbers of one step
 ALGORITHM = Algorithm(
     "policy-iteration",
     "compute the value of a policy, then improve the policy",
-    "section 7.4, algorithms 7.4 and 7.6",
+    "section 7.4, Policy Iteration",
     find_obstacle,
     iterate_steps,
 )

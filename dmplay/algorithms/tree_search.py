@@ -222,10 +222,10 @@ def _describe_selection(
             f"The constant c = {format_score(search.exploration)} is {meaning}.",
         ]
     if last.action not in last.node.actions:
-        place = "In the root"
+        node_text = "In the root"
         if len(decisions) > 1:
-            place = f"After {_format_outcome(search.problem, decisions[-2].outcome_label)}"
-        sentences.append(f"{place}, {last.action_label} comes first, because it is untried.")
+            node_text = f"After {_format_outcome(search.problem, decisions[-2].outcome_label)}"
+        sentences.append(f"{node_text}, {last.action_label} comes first, because it is untried.")
     elif _is_new(last):
         sentences.append("The last outcome is new.")
     else:

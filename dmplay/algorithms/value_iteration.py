@@ -28,16 +28,17 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     residuals: list[float] = []
     start = "V(s) is the value of state s: the best expected return from there."
     no_turns = "At first V is 0 everywhere, the value of a game with no turn left."
-    yield Step("start", (start, no_turns, *filter(None, [mdp.note])), "", (_picture(mdp, values),))
-    for sweep in range(1, (request.iterations or MAX_SWEEPS) + 1):
-        q = mdp.compute_action_values(values)  # lookahead, algorithm 7.2
+    notes = filter(None, [mdp.note, _describe_turns_left(request)])
+    yield Step("start", (start, no_turns, *notes), "", (_picture(mdp, values),))
+    last_sweep = request.iterations or MAX_SWEEPS
+    for sweep in range(1, last_sweep + 1):
+        q = mdp.compute_action_values(values)  # one step of lookahead
         greedy = np.where(mdp.terminal, -1, select_greedy_actions(q))
-        previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # algorithm 7.7
+        previous, values = values, np.where(mdp.terminal, 0.0, q.max(axis=1))  # Bellman backup
         change = np.abs(values - previous)
         residuals.append(float(change.max()))
-        is_last = sweep == (request.iterations or MAX_SWEEPS) or (
-            request.iterations is None and is_converged(mdp.discount, residuals[-1])
-        )
+        has_converged = not request.iterations and is_converged(mdp.discount, residuals[-1])
+        is_last = sweep == last_sweep or has_converged
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         sentences = (
@@ -46,7 +47,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             *([_describe_end(mdp.discount, residuals[-1])] if is_last else []),
             f"{np.count_nonzero(change)} of {len(values)} values changed; the largest change, the "
             f"residual, is {format_score(residuals[-1])}.",
-            *_describe_focus(request, state, action, q[focus]),
+            *_describe_focus(request, mdp, state, action, q[focus]),
         )
         formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
         pictures = (
@@ -88,13 +89,28 @@ def _picture(
     )
 
 
-def _describe_focus(request: WatchRequest, state: str, action: int, q: Reals) -> tuple[str, ...]:
+def _describe_turns_left(request: WatchRequest) -> str:
+    """Return which sweep is about the game with its turn limit; '' if it has none."""
+    session = request.session
+    if session is None or session.over or session.turn_limit is None:
+        return ""
+    turns_left = session.turn_limit - len(session.turns)
+    return (
+        f"Your game has {format_count(turns_left, 'turn')} left: its values are those of "
+        f"sweep {turns_left}, or of the last sweep if that comes first."
+    )
+
+
+def _describe_focus(
+    request: WatchRequest, mdp: FiniteMdp, state: str, action: int, q: Reals
+) -> tuple[str, ...]:
     """Return a sentence about the action of the formula and the next best one."""
     if action < 0:
         return ()
-    is_yours = request.session is not None and not request.session.over
-    name = request.problem.format_action(0, action)
-    position = f"in {state}, {'the state of the game' if is_yours else 'where V changed most'}"
+    reason = "where V changed most"
+    if request.session is not None and not request.session.over:
+        reason = f"the {'grid point nearest to the ' * bool(mdp.note)}state of the game"
+    name, position = request.problem.format_action(0, action), f"in {state}, {reason}"
     others = np.delete(q, action)
     if not np.isfinite(others).any():
         return (f"The formula is for {name} {position}.",)
@@ -117,7 +133,7 @@ def _describe_end(discount: float, residual: float) -> str:
 ALGORITHM = Algorithm(
     "value-iteration",
     "compute the value of each state, one turn more at each step",
-    "section 7.5, algorithms 7.7 and 7.8, equation 7.16",
+    "section 7.5, Value Iteration",
     find_mdp_obstacle,
     iterate_steps,
 )

@@ -82,8 +82,9 @@ def watch(
     from dmplay.game.command_line_results import Printout, WatchCommand
 
     chosen = [name for name, is_set in zip(EXPORTS, (svg, film, html), strict=True) if is_set]
-    if len(chosen) > 1:
-        raise BadParameter(f"watch: choose one of {', '.join(f'--{name}' for name in chosen)}")
+    formats = [*chosen, *(["json"] if terminal_options.json else [])]
+    if len(formats) > 1:
+        raise BadParameter(f"watch: choose one of {', '.join(f'--{name}' for name in formats)}")
     if output and not chosen:
         raise BadParameter("-o: choose a format, --svg, --film or --html")
     if not algorithm:

@@ -7,7 +7,9 @@ import pytest
 
 from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import StateValues, Step, WatchRequest
+from dmplay.core.session import Session
 from dmplay.core.tabular import tabulate
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.registry.problems import load_problem
 from dmplay.solvers.mdp import mdp_values
 from tests.support.formulas import assert_formula_adds_up
@@ -64,6 +66,15 @@ def test_every_formula_adds_up() -> None:
     assert len(steps) == 10
     for step in steps:
         assert_formula_adds_up(step.formula)
+
+
+def test_a_game_with_a_turn_limit_is_told_that_these_values_have_none() -> None:
+    problem = load_problem("hexworld")
+    session = Session(problem, SeededUniforms(7), turn_limit=5)
+    start, *_ = ALGORITHM.iterate_steps(WatchRequest(problem, session=session))
+    assert start.sentences[-1] == (
+        "Your game has a turn limit; the values here are for a game without one."
+    )
 
 
 def test_it_needs_a_discount_below_1_and_a_list_of_states() -> None:

@@ -98,6 +98,28 @@ def test_the_formula_is_about_the_state_of_the_game() -> None:
     assert "the state of the game" in last.sentences[-1]
 
 
+def test_the_formula_of_a_car_in_a_game_is_about_the_nearest_grid_point() -> None:
+    problem = load_problem("mountain-car")
+    session = Session(problem, SeededUniforms(7))
+    *_, last = ITERATE(WatchRequest(problem, session=session, iterations=2))
+    picture = picture_of(last)
+    assert picture.focus is not None
+    distance = np.abs(picture.states[picture.focus] - session.state)
+    assert (distance <= [0.0151, 0.00126]).all()
+    assert "the grid point nearest to the state of the game" in last.sentences[-1]
+
+
+def test_a_game_with_a_turn_limit_names_the_sweep_that_is_about_it() -> None:
+    problem = load_problem("hexworld")
+    session = Session(problem, SeededUniforms(7), turn_limit=5)
+    session.advance([0])
+    start, *_ = ITERATE(WatchRequest(problem, session=session))
+    assert start.sentences[-1] == (
+        "Your game has 4 turns left: its values are those of sweep 4, or of the last sweep if that "
+        "comes first."
+    )
+
+
 def test_the_car_has_the_values_of_the_fast_solver_on_the_same_grid() -> None:
     problem = load_problem("mountain-car")
     grid = grid_value_iteration.RectangularGrid((-1.2, -0.07), (0.6, 0.07), (61, 57))

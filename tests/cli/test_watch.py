@@ -87,6 +87,10 @@ def test_a_problem_of_a_user_is_watched_like_a_built_in_one(tmp_path: Path) -> N
         (("value-iteration", "crying-baby"), "value-iteration does not fit crying-baby: its state"),
         (("value-iteration", "hexworld", "--step", "99"), "got step 99, expected 1 to 22"),
         (("value-iteration", "hexworld", "--svg", "--film"), "watch: choose one of --svg, --film"),
+        (
+            ("value-iteration", "hexworld", "--json", "--html"),
+            "watch: choose one of --html, --json",
+        ),
         (("value-iteration", "hexworld", "-o", "a.svg"), "-o: choose a format"),
         (("value-iteration", "hexworld", "--iterations", "0"), "invalid value for '--iterations'"),
         (("value-iteration", "hexworld", "--seat", "pilot"), "unknown seat 'pilot'"),

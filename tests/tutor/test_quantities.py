@@ -120,7 +120,7 @@ def test_the_exit_that_the_best_play_takes_depends_on_the_discount(
     discount: float, probability: float
 ) -> None:
     position = open_problem("hexworld", seed=19)  # at (3,2)
-    found = number(position, "exit-probability", exit_state="(0,1)", discount=discount)
+    computed = number(position, "exit-probability", exit_state="(0,1)", discount=discount)
     names, _, q = iterate_values(discount)
     reached = np.zeros(len(names))
     reached[names.index("(3,2)")] = 1.0
@@ -130,8 +130,8 @@ def test_the_exit_that_the_best_play_takes_depends_on_the_discount(
         exit_index = names.index("(0,1)")
         left_by += reached[exit_index]
         reached = sum(reached[s] * transition[s, q[s].argmax()] for s in range(len(names)))
-    assert found == pytest.approx(left_by, abs=1e-6)
-    assert found == pytest.approx(probability, abs=1e-6)
+    assert computed == pytest.approx(left_by, abs=1e-6)
+    assert computed == pytest.approx(probability, abs=1e-6)
 
 
 def test_an_undone_turn_meets_the_same_draw() -> None:
@@ -164,15 +164,15 @@ def test_a_car_that_only_pushes_right_swings_back() -> None:
         v += 0.001 - 0.0025 * math.cos(3 * x)
         x += v
         highest = max(highest, x)
-    found = number(position, "furthest-number", action="right", turns=200)
-    assert found == pytest.approx(highest, abs=1e-6)
+    computed = number(position, "furthest-number", action="right", turns=200)
+    assert computed == pytest.approx(highest, abs=1e-6)
 
 
 def test_beliefs_by_hand() -> None:
     hungry = 0.5 + 0.5 * 0.1
     cry = hungry * 0.8 + (1 - hungry) * 0.1
-    found = number(BABY, "belief", state="hungry", history=["ignore crying"])
-    assert found == pytest.approx(hungry * 0.8 / cry)
+    computed = number(BABY, "belief", state="hungry", history=["ignore crying"])
+    assert computed == pytest.approx(hungry * 0.8 / cry)
     assert number(BABY, "belief", state="hungry", history=["feed crying"]) == 0
     heard = number(BABY, "observation-probability", action="ignore", observation="crying")
     assert heard == pytest.approx(cry)
@@ -184,10 +184,10 @@ def test_beliefs_by_hand() -> None:
 def test_the_boundary_with_two_turns_left_by_hand() -> None:
     # Feeding costs 5 now and saves 0.9 x 10 x (p + 0.1 (1 - p)).
     boundary = (5 / 9 - 0.1) / 0.9
-    found = number(
+    computed = number(
         BABY, "best-action-boundary", below="ignore", above="feed", state="hungry", turns_left=2
     )
-    assert found == pytest.approx(boundary)
+    assert computed == pytest.approx(boundary)
     assert number(BABY, "alpha-vector-count", turns_left=1) == 1
 
 
@@ -202,8 +202,8 @@ def recursive_value(belief: np.ndarray, turns: int) -> dict[str, float]:
         for o in range(2) if turns > 1 else ():
             joint = predicted * tables.observation_model[a, :, o]
             if joint.sum() > 0:
-                rest = recursive_value(joint / joint.sum(), turns - 1)
-                value += joint.sum() * max(rest.values())
+                later_values = recursive_value(joint / joint.sum(), turns - 1)
+                value += joint.sum() * max(later_values.values())
         values[label] = value
     return values
 
@@ -228,8 +228,8 @@ def test_the_cost_of_noise_is_a_geometric_sum() -> None:
     for turn in range(1, 10):
         mean, variance = mean / 2, variance / 4 + 0.01
         loss += 0.9**turn * (mean**2 + variance - 0.01)
-    found = number(regulator, "linear-policy-loss", theta1=-0.5, state=1.0, turns_left=10)
-    assert found == pytest.approx(loss)
+    computed = number(regulator, "linear-policy-loss", theta1=-0.5, state=1.0, turns_left=10)
+    assert computed == pytest.approx(loss)
 
 
 def test_best_replies_and_levels_by_hand() -> None:

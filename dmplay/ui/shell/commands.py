@@ -274,8 +274,8 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         ),
         Command(
             "watch",
-            "[ALGORITHM]",
-            "watch an algorithm work, one step at a key",
+            "[NAME]",
+            "watch an algorithm work, one step at a key; NAME selects it",
             of_table.watch_algorithm,
             "G",
             "G",

@@ -183,6 +183,9 @@ class StepViewer:
 
     def toggle_play(self) -> None:
         """Start or stop playing; at the last step, start again at the first one."""
+        if not self.terminal.motion:
+            self.message = "motion is off (--no-motion); Space shows the next step"
+            return
         self.is_playing = not self.is_playing
         if (
             self.is_playing

@@ -34,7 +34,7 @@ def watch(algorithm: str, problem: str, iterations: int | None = None) -> Watche
 def test_a_run_on_the_straight_line_in_lines() -> None:
     assert "".join(iter_lines(watch("value-iteration", "hexworld:straight-line", 2))) == (
         "value-iteration on hexworld:straight-line: compute the value of each state, one turn more "
-        "at each step (section 7.5, algorithms 7.7 and 7.8, equation 7.16).\n"
+        "at each step (section 7.5, Value Iteration).\n"
         "step 1. start.\n"
         "V(s) is the value of state s: the best expected return from there.\n"
         "At first V is 0 everywhere, the value of a game with no turn left.\n"

@@ -67,7 +67,7 @@ def test_every_viewport_is_filled_and_does_not_overflow(
 def test_the_first_frame_shows_the_start_and_the_keys() -> None:
     rows = rows_of(open_viewer())
     assert title_of(open_viewer()) == "value-iteration on hexworld start step 1"
-    assert rows[-2] == " book: section 7.5, algorithms 7.7 and 7.8, equation 7.16"
+    assert rows[-2] == " book: section 7.5, Value Iteration"
     assert rows[-1] == (
         " Space next  Bksp back  P play  + faster  - slower  End last  ? help  q quit"
     )
@@ -112,6 +112,14 @@ def test_the_clock_shows_a_step_at_each_beat_while_playing_and_stops_at_the_end(
     assert title_of(viewer).endswith("start step 1 of 22"), "it begins again"
     viewer.handle_key("P")
     assert not viewer.is_playing
+
+
+def test_without_motion_nothing_plays_by_itself() -> None:
+    viewer = StepViewer(watch(), TERMINAL._replace(motion=False))
+    for key in ("", "P", ""):
+        viewer.handle_key(key)
+    assert not viewer.is_playing
+    assert rows_of(viewer)[-2] == " motion is off (--no-motion); Space shows the next step"
 
 
 def test_plus_and_minus_change_the_speed_within_limits() -> None:
