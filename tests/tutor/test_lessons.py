@@ -155,6 +155,16 @@ def test_the_answer_of_a_game_is_how_the_best_agent_plays() -> None:
     )
 
 
+def test_steps_that_are_finished_are_not_repeated() -> None:
+    run = LessonRun(LESSONS["watch-v-converge"], 0, {1})
+    run.check_answer("-0.3")
+    assert run.index == 2
+    run.skip()
+    run.check_answer("9")
+    assert run.is_over
+    assert not run.is_passed
+
+
 def test_the_second_wrong_try_gives_the_hint() -> None:
     run = LessonRun(LESSONS["discount"])
     run.check_answer("(4,0) (5,0) (2,0) (0,0)")
