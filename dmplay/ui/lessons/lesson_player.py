@@ -7,8 +7,6 @@ from shlex import quote
 from textwrap import wrap
 from typing import TextIO
 
-from dmplay.algorithms.registry import find_algorithm
-from dmplay.algorithms.step import WatchRequest
 from dmplay.core.text import escape_unprintable, format_count
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game.action_input import Keyboard
@@ -17,7 +15,6 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.game.watching import WatchedSteps
 from dmplay.terminal.capabilities import Terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.terminal.styles import to_ansi
@@ -30,7 +27,6 @@ from dmplay.tutor.progress import LessonProgress, load_progress
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
-from dmplay.ui.watch.step_viewer import StepViewer
 from dmplay.views.protocol import DrawOptions, TooSmallNotice
 
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before the lesson is finished
@@ -157,6 +153,11 @@ class LessonPlayer:
             return
         if self._read(f"w and Enter shows {name} step by step, Enter goes on> ") != "w":
             return
+        from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
+        from dmplay.algorithms.step import WatchRequest
+        from dmplay.game.watching import WatchedSteps
+        from dmplay.ui.watch.step_viewer import StepViewer
+
         request = WatchRequest(position.problem, position.seat, position.session)
         watched = WatchedSteps(find_algorithm(name), request, position.problem_name)
         code = run_full_screen(StepViewer(watched, self._terminal))
