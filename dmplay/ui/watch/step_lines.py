@@ -199,7 +199,7 @@ def _node_facts(node: TreeNode) -> dict[str, object]:
 def _to_list(value: object) -> object:
     """Return an array or a NumPy number as lists and numbers of Python; None if not finite."""
     assert isinstance(value, np.ndarray | np.generic)
-    array = np.asarray(value)
-    if array.dtype.kind != "f":
-        return array.tolist()
-    return np.where(np.isfinite(array), array, None).tolist()
+    numbers = np.asarray(value, object)
+    if np.asarray(value).dtype.kind == "f":
+        numbers[~np.isfinite(value)] = None
+    return numbers.tolist()

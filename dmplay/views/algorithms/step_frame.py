@@ -15,7 +15,7 @@ from dmplay.algorithms.step import (
     TreeNode,
 )
 from dmplay.core.problem import Problem
-from dmplay.core.text import escape_unprintable
+from dmplay.core.text import escape_unprintable, format_count
 from dmplay.views.algorithms.beliefs import draw_alpha_vectors, draw_belief_table
 from dmplay.views.algorithms.mixes_and_curves import draw_curve, draw_strategy_mixes
 from dmplay.views.algorithms.search_tree import draw_search_tree
@@ -71,6 +71,7 @@ def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> lis
 def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
     """Return the rows of the first picture, and the others beside or below it while they fit."""
     rows: list[Text] = []
+    omitted = 0
     for picture in step.pictures:
         columns = measure_text(Text("\n").join(rows))[0] + 3 if rows else 0
         free_columns, free_rows = options.width - columns, options.height - len(rows) - 1
@@ -88,6 +89,11 @@ def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list
         elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
             size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
             rows += [Text(""), *split_rows(draw_algorithm_picture(picture, problem, size))]
+        else:
+            omitted += 1
+    if omitted and len(rows) < options.height:
+        note = f"{format_count(omitted, 'more picture')} in a larger window"
+        rows.append(Text(note[: options.width], "dim"))
     return rows[: max(options.height, 0)]
 
 
