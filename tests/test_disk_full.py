@@ -76,8 +76,9 @@ def test_a_full_disk_is_reported_once_and_the_game_can_be_resumed(
 @pytest.mark.parametrize(
     ("line", "code"),
     [
-        ("export g.dmt --cast -o new", 1), ("figure F.2 -o new", 1), ("verify g.dmt --update", 3),
-        ("branch g.dmt --at 9 -q -o new", 1), ("resume g.dmt", 2),
+        ("export g.dmt --cast -o new", 1), ("convert hexworld -o new.mdp", 1),
+        ("verify g.dmt --update", 3), ("branch g.dmt --at 9 -q -o new", 1),
+        ("resume g.dmt", 2),
     ],
 )  # fmt: skip
 def test_a_full_disk_prints_one_error_line_and_leaves_existing_files(
@@ -90,7 +91,7 @@ def test_a_full_disk_prints_one_error_line_and_leaves_existing_files(
     assert re.fullmatch(r"(error|not rewritten): [^\n]+\n", result.stderr)
     assert (folder / "g.dmt").read_bytes() == before
     assert not [*folder.rglob("*.tmp")]
-    assert {path.name for path in folder.iterdir()} <= {"g.dmt", "new", ".cache"}
+    assert {path.name for path in folder.iterdir()} <= {"g.dmt", "new", "new.mdp", ".cache"}
     if words[0] == "branch":
         assert verify(folder / "new").is_unfinished
     else:

@@ -19,8 +19,8 @@ PACKAGE_FOLDER = TESTS_FOLDER.parent / "dmplay"
 LAYERS = (
     "errors", "guide", "core", "terminal", "problems", "formats", "simulation", "algorithms",
     "solvers", "agents", "transcript", "external", "registry", "views", "gym", "zoo", "game",
-    "validation", "evaluation", "tutor", "ui", "output", "servers", "cli", "pytest_plugin",
-    "__main__",
+    "validation", "evaluation", "tutor", "ui", "output", "plots", "servers", "cli",
+    "pytest_plugin", "__main__",
 )  # fmt: skip
 UI_LIBRARIES = {"rich", "typer", "prompt_toolkit"}
 ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
@@ -30,6 +30,7 @@ ALLOWED_LIBRARIES = {  # beyond the standard library and NumPy
     "validation": {"rich"},
     "ui": {"rich", "prompt_toolkit"},
     "output": {"rich"},
+    "plots": {"rich"},
     "cli": {"typer"},
     "pytest_plugin": {"pytest"},
 }

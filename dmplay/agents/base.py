@@ -45,6 +45,7 @@ class AdviceQuestion:
     turn_limit: int | None = None  # None for a game without a turn limit
     players: tuple[str, ...] = ()  # the name of each seat's player; () if unknown
     assumes_players: bool = False  # whether a person chose the other players as an assumption
+    earlier_turns: int = 0  # first turns, in which other players had some of the seats
 
     @classmethod
     def about(cls, session: Session, seat: int, players: Sequence[str] = ()) -> Self:

@@ -1,23 +1,25 @@
 """Policies for cart-pole; 0 pushes left, 1 right."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Self
 
 import numpy as np
 
 from dmplay.agents.available_agents import Roster
-from dmplay.agents.base import ESTIMATED_VALUES, ConstantPolicy, ReactivePolicy
+from dmplay.agents.base import ESTIMATED_VALUES, AdviceQuestion, ConstantPolicy, ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.memoization import memoize
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory, Percept
 from dmplay.core.problem import Problem
+from dmplay.core.text import format_count
 from dmplay.problems.cart_pole import CartPole
 from dmplay.solvers.mdp import riccati
 
 LEFT, RIGHT = 0, 1
 MIN_LIMIT = 1e-3  # Smaller limits count as this one.
-LOOKAHEAD_TURNS = 50  # A pole that stands for so long counts as stable.
+LOOKAHEAD_TURNS = 50  # A pole that stands for this number of turns counts as stable.
 
 
 @dataclass(frozen=True)
@@ -52,6 +54,7 @@ class LinearQuadraticPolicy(ReactivePolicy):
     push: float = parameter(
         1.0, "cost of a push; a state at its limit costs 1", 0.0, exclusive_low=True
     )
+    horizon: int = parameter(LOOKAHEAD_TURNS, "turns simulated for the values", 1, LOOKAHEAD_TURNS)
 
     @cached_property
     def regulator(self) -> riccati.LinearQuadraticRegulator:
@@ -63,19 +66,24 @@ class LinearQuadraticPolicy(ReactivePolicy):
         (x, v, theta, omega), k = memory[0].T, self.regulator.gain
         return np.where(k[0] * x + k[1] * v + k[2] * theta + k[3] * omega < 0, RIGHT, LEFT)
 
+    def adapt_to_game(self, question: AdviceQuestion) -> Self:
+        """Return a policy that does not look beyond the last turn of a short game."""
+        return replace(self, horizon=min(question.turn_limit or LOOKAHEAD_TURNS, self.horizon))
+
     def describe_scope(self, turns: int | None) -> str:
         """Return the number of turns it looks ahead, of which fewer may be left."""
         note = "" if self.problem.discount == 1.0 else ", no discount"
-        return f"{LOOKAHEAD_TURNS} turns ahead{note}"
+        is_last_turn = turns == self.horizon == 1
+        return "" if is_last_turn else f"{format_count(self.horizon, 'turn')} ahead{note}"
 
     def action_values(self, memory: Memory) -> Reals:
         """Return the number of turns that the pole stands after each push, then regulated.
 
-        At most LOOKAHEAD_TURNS turns are simulated.
+        At most `horizon` turns are simulated.
         """
         s, row_count = memory[0].repeat(2, axis=0), len(memory[0])
         a, turns_standing = np.tile([LEFT, RIGHT], row_count), np.zeros(2 * row_count)
-        for _ in range(LOOKAHEAD_TURNS):
+        for _ in range(self.horizon):
             outcome = self.problem.resolve_events(s, a[:, None], ())
             turns_standing += outcome.rewards[:, 0]
             s = outcome.state

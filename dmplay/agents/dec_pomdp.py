@@ -30,7 +30,8 @@ VALUES_WORK_LIMIT = 1e10  # maximum work for the action values of a plan
 class JointPlan(SeatPolicy):
     """Follows the best joint plan found, assuming that the whole team follows it.
 
-    A plan covers a number of turns; after these it begins again.
+    A plan covers a number of turns; after these it begins again. Values are known only until then
+    and while the seat follows it, as they are computed for the beliefs of these nodes.
     """
 
     values_name = EXACT_VALUES
@@ -43,7 +44,11 @@ class JointPlan(SeatPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        return "" if {*opponents} == {"joint-plan"} else "if the whole team follows the plan"
+        names = {f"joint-plan:horizon={self.planned_turns}"}
+        if self.planned_turns == replace(self, horizon=0).planned_turns:
+            names.add("joint-plan")
+        follows_plan = bool(opponents) and {*opponents} <= names
+        return "" if follows_plan else "if the whole team follows the plan"
 
     @property
     def planned_turns(self) -> int:
@@ -76,27 +81,34 @@ class JointPlan(SeatPolicy):
         )
 
     def initial_memory(self, observation: Array) -> Memory:
-        """Return the first node of the plan, and zero turns done."""
+        """Return the first node of the plan, zero turns done, and True while values are known."""
         rows = len(observation)
-        return (np.zeros(rows, np.int64), np.zeros(rows, np.int64))
+        return (np.zeros(rows, np.int64), np.zeros(rows, np.int64), np.ones(rows, bool))
 
     def update_memory(self, memory: Memory, percept: Percept) -> Memory:
         """Return the node to which the observation leads, whatever action was taken."""
-        node, turns_done = memory
+        node, turns_done, has_values = memory
+        follows_plan = percept.action == self._own_plan.actions[turns_done, node]
         next_node = self._own_plan.next_nodes[turns_done, node, percept.observation]
-        return (next_node, (turns_done + 1) % self.planned_turns)
+        next_turn = (turns_done + 1) % self.planned_turns
+        return (next_node, next_turn, has_values & follows_plan & (next_turn > 0))
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the plan's action at the current node."""
-        node, turns_done = memory
+        node, turns_done, _ = memory
         return self._own_plan.actions[turns_done, node]
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the value of each action and the best later ones, if the others follow the
-        plan.
+        """Return the value of each action before the plan's later ones, if the others follow it.
+
+        It is nan after the seat left the plan, or after the plan began again.
         """
-        node, turns_done = memory
-        return self._node_values[turns_done, node]
+        node, turns_done, has_values = memory
+        return np.where(has_values[:, None], self._node_values[turns_done, node], np.nan)
+
+    def describe_model(self, memory: Memory) -> str:
+        """Return the reason why there are no values, '' if there are some."""
+        return "" if memory[2][0] else "no values since the plan was left or began again"
 
     def adapt_to_game(self, question: AdviceQuestion) -> Self:
         """Return a policy that plans the whole game, if it is not too long."""

@@ -73,6 +73,13 @@ class _StateAndTurnPolicy(SeatPolicy):
         """Return "infinite horizon" if a game of `turns` turns is not planned to its end."""
         return "" if turns in {None, self._game_turns} else WITHOUT_END
 
+    def _are_optimal(self, opponents: Sequence[str]) -> bool:
+        """Return whether these are agents `optimal` that plan the same number of turns."""
+        names = {f"optimal:horizon={self._game_turns}"}
+        if self._game_turns == self.problem.horizon:
+            names.add("optimal")
+        return bool(opponents) and {*opponents} <= names
+
     def _iter_rows_by_turns_left(self, memory: Memory) -> Iterator[tuple[Ints, Array, int | None]]:
         """Yield rows with equally many turns after this one, their states, and that number.
 
@@ -103,7 +110,7 @@ class BackwardInductionPolicy(_StateAndTurnPolicy):
 
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
-        is_assumption = len(self.problem.agents) > 1 and {*opponents} != {"optimal"}
+        is_assumption = len(self.problem.agents) > 1 and not self._are_optimal(opponents)
         return "if the other agents take their best actions" if is_assumption else ""
 
     @cached_property
@@ -199,8 +206,8 @@ class MaximinPolicy(_StateAndTurnPolicy):
     def describe_assumed_players(self, opponents: Sequence[str]) -> str:
         """Return the assumed play of the other agents, '' if they play so."""
         opponent = self.problem.agents[1 - self.seat]
-        is_assumption = tuple(opponents) != ("optimal",)
-        return f"if {opponent} plays its maximin strategy" if is_assumption else ""
+        assumption = f"if {opponent} plays its maximin strategy"
+        return "" if self._are_optimal(opponents) else assumption
 
     def predict_actions(self, memory: Memory, seat: int) -> Reals:
         """Return the probability `[B, A]` of each action in the opponent's maximin strategy."""

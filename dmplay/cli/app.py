@@ -8,7 +8,16 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, learn, reports, transcripts, watching
+from dmplay.cli import (
+    evaluation,
+    games,
+    grading,
+    learn,
+    plots,
+    reports,
+    transcripts,
+    watching,
+)
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -55,7 +64,7 @@ app.command()(evaluation.tournament)
 app.add_typer(learn.learn_app, name="learn")
 app.command()(grading.assign)
 app.command()(grading.grade)
-app.command()(reports.figure)
+app.command()(plots.plot)
 app.command()(reports.agents)
 app.command()(reports.info)
 app.command()(reports.check)

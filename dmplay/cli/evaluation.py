@@ -19,7 +19,8 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="where the games run: dask, dask:tcp://HOST:PORT, MODULE:FUNCTION or FILE.py:FUNCTION",
+        help="run the games on a cluster: dask, dask:tcp://HOST:PORT, or a function that returns "
+        "an executor, as MODULE:FUNCTION or FILE.py:FUNCTION",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -90,7 +91,7 @@ def run(
         typer.Option("--record", metavar="DIR", help="folder for transcripts of selected games"),
     ] = None,
     every: Annotated[
-        int, typer.Option("--every", metavar="N", min=0, help="record every Nth game")
+        int, typer.Option("--every", metavar="N", min=0, help="record every Nth game; 0: none")
     ] = 0,
     worst: Annotated[
         int, typer.Option("--worst", metavar="N", min=0, help="record the N worst games")
@@ -161,14 +162,14 @@ def compare(
         bool,
         typer.Option(
             "--asymptotic",
-            help="use --decide without --bounds; P then holds only if many games are played",
+            help="use --decide without --bounds; with few games, errors are likelier than P",
         ),
     ] = False,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Compare agents as the first player, on the same random numbers.
+    """Compare agents on the same random numbers.
 
     The report shows the mean return of each agent, and the difference between two
     agents with its standard error and confidence interval.
@@ -218,10 +219,10 @@ def tournament(
     Every agent plays every agent, also itself, in every order of the seats. The
     report shows the mean returns and the best reply to each agent. It also shows an
     equilibrium of the game in which each player chooses an agent. In an equilibrium,
-    no player gains by changing its own choice alone. The regret of an agent is how
-    much less it earns against that equilibrium than the best agent does.
+    no player gains by changing its own choice alone. The regret of an agent is the
+    best return against that equilibrium minus the return of this agent.
 
-    The option value `--seats given` plays each combination in one order only. The report then
+    With --seats given, each combination is played in one order only, and the report
     shows only the mean returns.
 
     \b

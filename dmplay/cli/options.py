@@ -162,12 +162,6 @@ TranscriptPaths = Annotated[
     list[Path],
     _argument("PATH...", "transcript files, or folders of them", name_lists.complete_transcripts),
 ]
-FigureName = Annotated[
-    str,
-    _argument(
-        "FIGURE", "F.2, F.9 ... F.16, T.1 or T.2 (default: list them)", name_lists.list_figures
-    ),
-]
 TopicName = Annotated[
     str,
     _argument(

@@ -69,7 +69,12 @@ def solve(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     episodes: Annotated[
         int | None,
-        typer.Option("--episodes", metavar="N", min=2, help="number of games, if simulated"),
+        typer.Option(
+            "--episodes",
+            metavar="N",
+            min=2,
+            help="number of games, for a problem that is simulated, such as 2048",
+        ),
     ] = None,
     turns: Annotated[
         int | None,
@@ -83,13 +88,15 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="planning effort, if dmplay finds only bounds on the values; 2: twice the default",
+            help="time for planning, if no exact value is found; 2: twice the default",
         ),
     ] = None,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
     """Compute the best actions of a problem and their values.
+
+    A problem that is too large is simulated instead, and the report says so.
 
     The report also names the method. A value is an expected return: the sum of the
     discounted rewards. In an equilibrium, no player gains by changing its own strategy
@@ -142,37 +149,6 @@ def convert(
     return convert_problem(
         game_request.problem_name, game_request.changed_parameters(), output, force=force
     )
-
-
-@options.with_terminal_options("color", "ascii", "theme")
-def figure(
-    name: options.FigureName = "",
-    svg: Annotated[bool, typer.Option("--svg", help="draw an SVG picture")] = False,
-    output: options.OutputPath = None,
-    force: options.Force = False,
-    *,
-    terminal_options: TerminalOptions,
-) -> object:
-    """Draw a figure or table of the book's appendix F.
-
-    dmplay computes it from its problem definitions.
-
-    \b
-      dmplay figure                 list the figures
-      dmplay figure F.2
-      dmplay figure F.11 --svg -o regions.svg
-    """
-    from dmplay.output import svg_export
-
-    if name:
-        return svg_export.draw_figure(name, output, svg=svg, force=force)._replace(
-            terminal_options=terminal_options
-        )
-    if svg or output:
-        raise BadParameter(
-            "figure: --svg and -o need a figure, such as F.2; dmplay figure lists them"
-        )
-    return svg_export.format_figure_list()
 
 
 def agents(problem: options.ProblemName, json: options.JsonFlag = False) -> object:

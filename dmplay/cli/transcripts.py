@@ -26,11 +26,11 @@ def verify(
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
 ) -> object:
-    """Check that recorded games follow the rules, by computing them again.
+    """Check recorded games by computing them again.
 
     dmplay computes every result again from the recorded actions and random numbers.
-    It also generates the random numbers again from the seed, and asks the built-in agents
-    for their actions again. If a transcript differs, the exit code is 3.
+    It also generates the random numbers again from the seed, and asks the built-in
+    agents again, except those with a time limit. If a transcript differs, the exit code is 3.
 
     A transcript may hold a drawing of each turn. Another version of dmplay may
     draw turns differently; --no-frames does not compare the drawings.
@@ -80,7 +80,7 @@ def export(
     terminal_options: TerminalOptions,
     ctx: typer.Context,
 ) -> object:
-    """Export a recorded game as a picture, recording, text or data.
+    """Export a recorded game as a picture, film, text or data.
 
     Choose exactly one format.
 
@@ -116,7 +116,7 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show the best action and the regret of each choice.
+    """Show the best action and the regret of each choice of a person.
 
     Regret = expected return of the best action - expected return of the chosen action.
 

@@ -32,8 +32,8 @@ MAX_COUNT = 2**63 - 1  # maximum number of states, and of turns
 FORBIDDEN_LABEL_CHARACTERS = ",;#"  # characters that a typed action cannot contain
 # commands of a game, which a typed word means unless an action has its name
 RESERVED_WORDS = frozenset({
-    "act", "agent", "agents", "assume", "auto", "belief", "branch", "exit", "export", "figure",
-    "guide", "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play",
+    "act", "agent", "agents", "assume", "auto", "belief", "branch", "exit", "export", "guide",
+    "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play", "plot",
     "policy", "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save",
     "screen", "seat", "seed", "set", "solve", "state", "step", "transcript", "undo", "value",
     "values",

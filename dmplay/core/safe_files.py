@@ -129,6 +129,13 @@ def check_not_source(path: Path, source: str | Path) -> None:
 def write_file(
     path: Path, text: Iterable[str], *, force: bool = False, private: bool = False
 ) -> None:
+    """Write a text file in UTF-8, as `write_bytes` does."""
+    write_bytes(path, (part.encode() for part in text), force=force, private=private)
+
+
+def write_bytes(
+    path: Path, data: Iterable[bytes], *, force: bool = False, private: bool = False
+) -> None:
     """Write a file in one step: a reader finds no file, the old one or the complete new one.
 
     Only the owner may read a new file that is `private`. Raise BadParameter if the file exists and
@@ -136,11 +143,11 @@ def write_file(
     """
     try:
         if is_output_device(path):
-            with path.open("w", encoding="utf-8", newline="\n") as file:
-                file.writelines(text)
+            with path.open("wb") as file:
+                file.writelines(data)
         else:
             check_writable(path, force=force)
-            _write_atomically(path, text, PRIVATE_FILE_MODE if private else SHARED_FILE_MODE)
+            _write_atomically(path, data, PRIVATE_FILE_MODE if private else SHARED_FILE_MODE)
     except FileExistsError:
         raise BadParameter(f"{path} exists; give another name or use --force") from None
     except OSError as error:
@@ -178,17 +185,17 @@ def _write_error(path: Path, error: OSError) -> DmplayError:
     return error_type(f"cannot write {path}: {error.strerror}")
 
 
-def _write_atomically(path: Path, text: Iterable[str], mode: int) -> None:
+def _write_atomically(path: Path, data: Iterable[bytes], mode: int) -> None:
     """Write a draft next to the file and then move it to its place."""
     _remove_stale_drafts(path.parent)
     draft_path = path.with_name(f"{DRAFT_PREFIX}{os.urandom(8).hex()}.tmp")
     handle, open_name = _open_draft(draft_path, mode)
     has_name = open_name == str(draft_path)
     try:
-        with open(handle, "w", WRITE_BUFFER_BYTES, encoding="utf-8", newline="\n") as file:
+        with open(handle, "wb", WRITE_BUFFER_BYTES) as file:
             # The lock keeps other writes from removing this draft as a leftover.
             is_locked_elsewhere(handle)
-            file.writelines(text)
+            file.writelines(data)
             file.flush()
             exists = path.exists()
             if exists:

@@ -579,14 +579,22 @@ class SeatedPolicy:
         check_policy(policy, seat)
         self.session, self.seat, self.policy = session, seat, policy
         self._memories: list[Memory] = []
+        self._followed_turns: list[Turn | None] = []  # None for turns that were not yet played
 
     def __str__(self) -> str:
         """Return the turn and the agent for which the policy chooses next, as text."""
         return f"turn {len(self.session.turns) + 1}, {self.session.problem.agents[self.seat]}"
 
     def forget_undone_turns(self) -> None:
-        """Delete the memories of turns that were undone."""
-        del self._memories[len(self.session.turns) + 1 :]
+        """Delete the memories of turns that were undone, even if others were played since."""
+        turns, followed = self.session.turns, self._followed_turns
+        del followed[len(turns) :]
+        while followed:
+            last = followed[-1]
+            if last is None or last is turns[len(followed) - 1]:
+                break
+            followed.pop()
+        del self._memories[len(followed) + 1 :]
 
     def current_memory(self) -> Memory:
         """Return the policy's current memory, after every turn played."""
@@ -604,6 +612,7 @@ class SeatedPolicy:
             self._memories.append(
                 call_memory_method(self, self.policy.update_memory, 1, latest, percept)
             )
+            self._followed_turns.append(self.session.turns[turn - 1])
         return self._memories[-1]
 
     def choose(self) -> float:
@@ -652,6 +661,7 @@ class SeatedPolicy:
         choices = self.policy.choose(memories_before, legal_mask, np.concatenate(uniforms))
         rows = zip(*(array[:, None] for array in memories_after), strict=True)
         self._memories += rows if memories_after else [()] * turn_count
+        self._followed_turns += [None] * turn_count
         return np.array_equal(choices, turns.actions[:, seat])
 
     def _memories_in_sequence(self, percept: Percept, count: int) -> tuple[Memory, Memory]:
@@ -664,9 +674,9 @@ class SeatedPolicy:
         return tuple(array[:-1] for array in stacked), tuple(array[1:] for array in stacked)
 
     def action_values(self) -> Reals | None:
-        """Return the current value of each action `[A]`, or None if the policy has no values."""
+        """Return the current value of each action `[A]`, or None if the policy has none now."""
         values = call_policy(self, self.policy.action_values, self.current_memory())
-        return None if values is None else values[0]
+        return None if values is None or np.isnan(values[0]).all() else values[0]
 
 
 def validate_policy_actions(

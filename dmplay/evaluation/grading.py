@@ -17,7 +17,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.evaluation.assignment import Assignment
 from dmplay.game.game import REPEATED_UNIFORMS_PREFIX
 from dmplay.game.hints.ghost_agent import GHOST_NOTE_PREFIX
-from dmplay.game.hints.review import ReviewedAction, review_actions
+from dmplay.game.hints.review import ReviewedAction, review_actions, total_regret
 from dmplay.game.seats import HUMAN, list_human_seats
 from dmplay.game.transcript_files import load_transcript_problem, verify
 from dmplay.registry import agents
@@ -28,6 +28,7 @@ from dmplay.transcript.replay import replay
 from dmplay.transcript.verification_report import CHANGED_LINE_ENDS_REMARK, VerificationReport
 
 # Values of one round of a repeated game ignore how the opponent reacts later.
+ESTIMATED_REMARK = "estimated regret"
 NO_REGRET_REMARK = "no regret, because the values are not exactly about this game"
 REVIEW_WORK_LIMIT = 1e9  # to compute the regret of a game
 AGENT_MATCH_WORK_LIMIT = 5e7  # to test whether one agent would have chosen the same actions
@@ -197,11 +198,16 @@ def _grade_file(
             assignment_differences=differences,
         )
         if is_valid:
+            question = AdviceQuestion(
+                seat,
+                session.turn_limit,
+                tuple(names),
+                earlier_turns=header.turns_before_these_players,
+            )
             grade = _add_regret(
                 grade,
                 session,
-                seat,
-                names,
+                question,
                 can_review=uniforms_key[:2] not in unreviewable_problems,
             )
             is_unreviewable = grade.regret is None and NO_REGRET_REMARK not in grade.remarks
@@ -249,26 +255,26 @@ def _iter_remarks(transcript: Transcript, report: VerificationReport) -> Iterato
 
 
 def _add_regret(
-    grade: Grade, session: Session, seat: int, names: Sequence[str], *, can_review: bool
+    grade: Grade, session: Session, question: AdviceQuestion, *, can_review: bool
 ) -> Grade:
     """Return a grade with the return of its actions and, if known, their regret.
 
     An unfinished game has neither: if rewards are costs, the shortest game would be the best.
     """
+    seat = question.seat
     if grade.is_finished:
         grade = grade._replace(discounted_return=float(session.returns()[seat]))
-    if names[seat] != HUMAN:
+    if question.players[seat] != HUMAN:
         return grade
     reviewed: list[ReviewedAction] = []
     with suppress(DmplayError), limit_total_work(REVIEW_WORK_LIMIT):
         if can_review and grade.is_finished:
-            question = AdviceQuestion(seat, session.turn_limit, tuple(names))
             reviewed = [*review_actions(session, [question])]
     regrets = [move.regret for move in reviewed if move.regret is not None]
     has_regrets = bool(reviewed) and len(regrets) == len(reviewed)
     matching_agents = [*_iter_matching_agents(session, seat)]
     return grade._replace(
-        regret=sum(regrets) if has_regrets else None,
+        regret=total_regret(reviewed) if has_regrets else None,
         best_count=sum(move.chosen in move.best for move in reviewed) if has_regrets else 0,
         valued_count=len(reviewed) if has_regrets else 0,
         remarks=(
@@ -276,6 +282,7 @@ def _add_regret(
             *dict.fromkeys(
                 f"regret ({move.scope})" for move in reviewed if move.scope and has_regrets
             ),
+            *([ESTIMATED_REMARK] if any(m.is_estimated for m in reviewed) and has_regrets else []),
             *([NO_REGRET_REMARK] if reviewed and not has_regrets else []),
             *(f"same actions as {name}" for name in matching_agents),
         ),

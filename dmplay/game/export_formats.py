@@ -18,7 +18,7 @@ class ExportFormat(NamedTuple):
 
 EXPORT_FORMATS = {
     "svg": ExportFormat("picture of one turn (SVG)", "svg", shows_one_turn=True),
-    "film": ExportFormat("animated picture of the game (SVG)", "svg"),
+    "film": ExportFormat("animated picture of the game (SVG), 1 to 3 kB per turn", "svg"),
     "html": ExportFormat(
         "page for stepping through the turns", "html", shows_one_turn=True, screen_rows=24
     ),

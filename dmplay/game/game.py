@@ -66,6 +66,7 @@ class Game:
         self.problem_name = problem_name
         self.player_names = tuple(player_names)
         self.assumed_players: dict[int, str] = {}  # other players that advice assumes
+        self.earlier_turns = 0  # first turns of a branch, in which other players had some seats
         self.human_seats = keyboard.human_seats
         self.keyboard = keyboard
         self.recorder = recorder
@@ -228,7 +229,8 @@ class Game:
             self.assumed_players.get(other, name) for other, name in enumerate(self.player_names)
         )
         is_assumption = any(other != seat for other in self.assumed_players)
-        return AdviceQuestion(seat, self.session.turn_limit, players, is_assumption)
+        turn_limit, earlier_turns = self.session.turn_limit, self.earlier_turns
+        return AdviceQuestion(seat, turn_limit, players, is_assumption, earlier_turns)
 
     @property
     def advice_questions(self) -> list[AdviceQuestion]:

@@ -409,9 +409,11 @@ def _make_continued_game(
     keyboard = Keyboard(
         loaded_problem.problem, list_human_seats(player_names), request.key_preferences
     )
-    return Game(
+    game = Game(
         loaded_problem.name, recorder.session, player_names, keyboard, recorder, new_request
     )
+    game.earlier_turns = header.turns_before_these_players
+    return game
 
 
 def _copy_turns(

@@ -40,6 +40,7 @@ class Playback(NotebookDisplay, Game):
         super().__init__(
             loaded_problem.name, self._session_before(self._first_index), seats, keyboard
         )
+        self.earlier_turns = self.transcript.header.turns_before_these_players
         earlier = self.transcript.header.describe_earlier_players()
         notes = [describe_problem_change(transcript, loaded_problem), earlier]
         self.warning = "; ".join(filter(None, notes))

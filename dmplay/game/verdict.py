@@ -4,14 +4,14 @@ Every number is about the game that was played: its players, its turn limit and 
 each seat.
 """
 
-import math
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import cast
 
+import numpy as np
+
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
-from dmplay.core.arrays import Reals
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -26,7 +26,7 @@ from dmplay.game.hints.hint_provider import (
     count_decimals,
     format_fixed,
 )
-from dmplay.game.hints.review import ReviewedAction, append_scope, run_review
+from dmplay.game.hints.review import ReviewedAction, append_scope, run_review, total_regret
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 
@@ -76,7 +76,7 @@ class SeatChoices:
             )
             sign = "-" if self.luck < 0 else "+"
             rows.append(
-                f"{prefix}luck: {sign}{luck}. score {score} = {start} expected at best "
+                f"{prefix}luck: score {score} = {start} expected at best "
                 f"- {loss} regret {sign} {luck} luck"
             )
         if self.worst:
@@ -107,20 +107,20 @@ class SeatChoices:
 
 @dataclass(frozen=True)
 class ScoreComparison:
-    """The share of an agent's games, on other random numbers, that scored less than this game."""
+    """The shares of an agent's games, on other seeds, that scored less than this game or equal."""
 
     agent: str
     game_count: int
     lower_count: int
+    equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the comparison as the end of a sentence."""
-        games = (
-            "random games"
-            if self.agent == RANDOM_AGENT
-            else f"games of {self.agent.partition(':')[0]}"
-        )
-        return f"{self.lower_count} of {self.game_count} {games}"
+        """Return the comparison as a phrase that the word "games" completes.
+
+        It has the number of equal games if these are more than the lower ones.
+        """
+        ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
+        return f"{self.lower_count} of {self.game_count} {self.agent.partition(':')[0]}{ties}"
 
 
 @dataclass(frozen=True)
@@ -142,8 +142,8 @@ class Verdict:
             for choices in self.choices
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        better = ", ".join(map(str, self.comparisons))
-        rows += [f"other seeds: better than {better}"] if better else []
+        better = " and ".join(map(str, self.comparisons))
+        rows += [f"other seeds: better than {better} games"] if better else []
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -162,6 +162,7 @@ class Verdict:
                     "agent": comparison.agent,
                     "games": comparison.game_count,
                     "lower": comparison.lower_count,
+                    "equal": comparison.equal_count,
                 }
                 for comparison in self.comparisons
             ],
@@ -261,11 +262,7 @@ def _assess_seat(
     )
     if not (is_exact and _are_about_game(session, question, moves[0].scope)):
         return choices
-    discount = session.problem.discount
-    regret = sum(
-        discount ** (move.turn - 1) * move_regret
-        for move, move_regret in zip(moves, regrets, strict=True)
-    )
+    regret = total_regret(moves)
     worst = max(moves, key=lambda move: move.regret or 0.0)
     choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
     if not _is_luck_known(session, moves):
@@ -310,13 +307,15 @@ def _describe_worst(move: ReviewedAction) -> str:
 def compare_score(
     session: Session, questions: Sequence[AdviceQuestion]
 ) -> tuple[ScoreComparison, ...]:
-    """Return the counts of games of random play and of a strong agent that scored less.
+    """Return the counts of games of random play and of a strong agent that scored less or equal.
 
     They are games of the same problem, turn limit and other players, with other random numbers.
-    Empty unless the game ended by its rules, and all people have the same reward. A comparison that
-    takes too long is left out.
+    Empty unless the game ended by its rules, the same players played all turns, and all people have
+    the same reward. A comparison that takes too long is left out.
     """
     problem, human_seats = session.problem, [question.seat for question in questions]
+    if any(question.earlier_turns for question in questions):
+        return ()
     has_common_reward = len(human_seats) == 1 or problem.shared_reward
     others = [seated.policy for seated in session.seated_policies if seated]
     is_repeatable = not any(
@@ -328,11 +327,9 @@ def compare_score(
     comparisons = []
     for name, policies in _iter_compared_players(session, questions):
         with suppress(DmplayError, ComputationStopped), stop_after(MAX_SECONDS):
-            returns = _simulate_returns(session, policies, human_seats[0])
-            if returns is not None:
-                score = session.seat_return(human_seats[0])
-                lower = returns < score - RETURN_TOLERANCE * max(abs(score), 1.0)
-                comparisons.append(ScoreComparison(name, COMPARED_GAMES, int(lower.sum())))
+            counts = _count_games(session, policies, human_seats[0])
+            if counts is not None:
+                comparisons.append(ScoreComparison(name, COMPARED_GAMES, *counts))
     return tuple(comparisons)
 
 
@@ -376,18 +373,30 @@ def _iter_compared_players(
         yield label, fill_seats(strong)
 
 
-def _simulate_returns(session: Session, policies: Sequence[Policy], seat: int) -> Reals | None:
-    """Return the returns of a seat in COMPARED_GAMES games; None if a game is not over in time."""
+def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tuple[int, int] | None:
+    """Count the games of these policies that score less than this game, and those that score equal.
+
+    None if a game goes on after MAX_COMPARED_TURNS and might still score more.
+    """
     from dmplay.simulation.rollouts import rollout  # imported only if a person finished a game
 
-    turn_limit = session.turn_limit
-    games = rollout(
-        session.problem,
-        policies,
-        episodes=COMPARED_GAMES,
-        turn_limit=min(turn_limit or MAX_COMPARED_TURNS, MAX_COMPARED_TURNS),
-        seed=COMPARISON_SEED,
-        keep=("returns", "terminated"),
-    )
-    has_ended = games.terminated.all() or (turn_limit or math.inf) <= MAX_COMPARED_TURNS
-    return games.returns[:, seat] if has_ended else None
+    problem, score = session.problem, session.seat_return(seat)
+    # Without positive rewards, the return of a game that goes on can only fall.
+    can_only_fall = problem.reward_bounds is not None and problem.reward_bounds[1] <= 0.0
+    for turn_count in [*[len(session.turns) + 1] * can_only_fall, MAX_COMPARED_TURNS]:
+        games = rollout(
+            problem,
+            policies,
+            episodes=COMPARED_GAMES,
+            turn_limit=min(session.turn_limit or turn_count, turn_count),
+            seed=COMPARISON_SEED,
+            keep=("returns", "terminated"),
+        )
+        difference = games.returns[:, seat] - score
+        tolerance = RETURN_TOLERANCE * max(abs(score), 1.0)
+        is_lower = difference < -tolerance
+        is_decided = games.terminated | (is_lower & can_only_fall)
+        has_same_limit = session.turn_limit is not None and session.turn_limit <= turn_count
+        if has_same_limit or is_decided.all():
+            return int(is_lower.sum()), int((np.abs(difference) <= tolerance).sum())
+    return None

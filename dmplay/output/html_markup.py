@@ -9,11 +9,11 @@ from dmplay.core.text import escape_unprintable
 from dmplay.terminal.styles import PALETTE_HEX, SGR_CODES, split_style_runs
 
 LIGHT_THEME_CSS = """--ink: #1c1c1c; --paper: #ffffff; --faint: #595959; --line: #bfbfbf;
-  --mark: #0b57a4;
+  --mark: #0b57a4; --current: #e2ebf4;
   --red: #b00000; --green: #0a6b0a; --yellow: #7a5200; --blue: #0b57a4; --magenta: #8a008a;
   --cyan: #006a70;"""
 DARK_THEME_CSS = """--ink: #e6e6e6; --paper: #16181c; --faint: #a3a3a3; --line: #4a4d52;
-  --mark: #7db8ff;
+  --mark: #7db8ff; --current: #222b37;
   --red: #ff8080; --green: #7ddc7d; --yellow: #ffd24d; --blue: #7db8ff; --magenta: #ff8cff;
   --cyan: #5fe0e6;"""
 STYLE_CLASS_CSS = """\

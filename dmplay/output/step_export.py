@@ -12,14 +12,10 @@ from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import Printout
 from dmplay.game.export_formats import check_extension_fits_format
 from dmplay.game.watching import WatchedSteps
+from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.html_export import BoardAndPanel, PageSteps, fill_page, open_spooled_file
 from dmplay.output.html_markup import render_html_rows
-from dmplay.output.svg_export import (
-    choose_picture_path,
-    text_to_svg,
-    texts_to_animated_svg,
-    write_or_print,
-)
+from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
 from dmplay.views.algorithms.step_frame import compose_pictures, compose_step_rows
 from dmplay.views.protocol import DrawOptions
 

@@ -20,9 +20,9 @@ from dmplay.game.launch_requests import GameRequest, ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
+from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.html_export import render_page
 from dmplay.output.svg_export import choose_picture_path, text_to_svg, write_or_print
-from dmplay.output.svg_export import texts_to_animated_svg as pictures
 from dmplay.output.tables import format_csv_row
 from dmplay.terminal.styles import ScreenLine, to_ansi, to_plain_text
 from dmplay.transcript.format import collect_end_facts
@@ -124,7 +124,7 @@ def render_svg(game: Playback, options: ExportOptions) -> Iterator[str]:
 def render_film(game: Playback, options: ExportOptions) -> Iterator[str]:
     """Yield the screen turn by turn as an animated SVG."""
     texts, title = iter_screens(game, options.viewport), f"dmplay {game.problem_name}"
-    yield from pictures(texts, 1 + game.step_count, title, options.viewport.width)
+    yield from texts_to_animated_svg(texts, 1 + game.step_count, title, options.viewport.width)
 
 
 def render_html(game: Playback, options: ExportOptions) -> Iterator[str]:

@@ -112,6 +112,11 @@ class Header:
             for seat, player in self.seats.items()
         ]
 
+    @property
+    def turns_before_these_players(self) -> int:
+        """The number of first turns in which the players were not yet those of the seats."""
+        return max(self.count_turns_of_earlier_players())
+
     def describe_earlier_players(self) -> str:
         """Return the earlier player of each seat that changed, or "" if none did."""
         return "; ".join(

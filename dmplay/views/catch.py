@@ -30,12 +30,10 @@ PLOT_LABEL_COLUMNS, PLOT_DISTANCE_COLUMNS, PLOT_ROWS = (
     4,
     6,
 )  # columns before the plot, columns of a distance, rows from 1.0 to 0.0
-HEAT_LABEL_COLUMNS, HEAT_CELL_COLUMNS = (
-    20,
-    4,
-)  # columns before the heat map, columns of a distance
+HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
-PAYOFF_CHART_HEIGHTS = (6, 4, 2, 0)  # rows of the expected-reward chart, tried in this order
+# columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
+LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
 HEAT_LEGEND = "skill 40 m: half of 40 m throws are caught; table: % caught"
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
@@ -54,8 +52,8 @@ def _compute_expected_rewards(view: View[Catch]) -> Reals:
 
 def iter_boards(view: View[Catch], options: DrawOptions) -> Iterator[Text]:
     """Yield the boards, largest first: heat maps with a reward chart, then plots, then tables."""
-    for chart_rows in PAYOFF_CHART_HEIGHTS if options.allow_large else ():
-        yield _draw_large_board(view, options, chart_rows)
+    for cell_columns, chart_rows in LARGE_LAYOUTS if options.allow_large else ():
+        yield _draw_large_board(view, options, cell_columns, chart_rows)
     distance_names = [f"{distance:.0f} m" for distance in DISTANCES]
     forecast_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
     yield from iter_with_and_without_rows(
@@ -65,16 +63,19 @@ def iter_boards(view: View[Catch], options: DrawOptions) -> Iterator[Text]:
     )
 
 
-def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) -> Text:
+def _draw_large_board(
+    view: View[Catch], options: DrawOptions, cell_columns: int, chart_rows: int
+) -> Text:
     """Draw each proficiency's belief and curve, the reward chart and the last throws.
 
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
     canvas.write_text(0, 0, "skill belief   throw", "dim")
-    _draw_distance_cells(canvas, 0, [f"{distance:.0f}" for distance in DISTANCES], "dim")
+    distance_names = [f"{distance:.0f}" for distance in DISTANCES]
+    _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
     if options.suggested_action is not None:
-        _draw_throw_marker(canvas, 0, int(options.suggested_action))
+        _draw_throw_marker(canvas, 0, int(options.suggested_action), cell_columns)
     rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.catch_probabilities, strict=True)
     for y, (name, probability, catch_probabilities) in enumerate(rows, 1):
         canvas.write_text(0, y, name)
@@ -90,7 +91,7 @@ def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) 
                 min(int(catch_probability * len(HEAT_STYLES)), len(HEAT_STYLES) - 1)
             ]
             canvas.write_text(
-                HEAT_LABEL_COLUMNS + HEAT_CELL_COLUMNS * column + 1,
+                HEAT_LABEL_COLUMNS + cell_columns * (column + 1) - 3,
                 y,
                 f"{glyph}{100 * catch_probability:2.0f}",
                 style,
@@ -101,23 +102,28 @@ def _draw_large_board(view: View[Catch], options: DrawOptions, chart_rows: int) 
         canvas,
         y,
         expected_rewards / expected_rewards.max(),
+        cell_columns=cell_columns,
         chart_rows=chart_rows,
         style="green",
         options=options,
     )
     canvas.write_text(0, y, "expected reward")
-    _draw_distance_cells(
-        canvas, y, [f"{expected_reward:.0f}" for expected_reward in expected_rewards], "bold"
-    )
+    reward_texts = [f"{expected_reward:.0f}" for expected_reward in expected_rewards]
+    _draw_distance_cells(canvas, y, reward_texts, "bold", cell_columns)
     if options.regret is not None:
         regret_fractions = options.regret / (options.regret.max() or 1.0)
         y = _draw_column_chart(
-            canvas, y + 1, regret_fractions, chart_rows=1, style="yellow", options=options
+            canvas,
+            y + 1,
+            regret_fractions,
+            cell_columns=cell_columns,
+            chart_rows=max(chart_rows // 6, 1),
+            style="yellow",
+            options=options,
         )
         canvas.write_text(0, y, "regret (● best)")
-        _draw_distance_cells(
-            canvas, y, [_format_regret_cell(regret) for regret in options.regret], "yellow"
-        )
+        regret_texts = [_format_regret_cell(regret) for regret in options.regret]
+        _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE) or [
         HEAT_LEGEND
     ]
@@ -132,19 +138,21 @@ def _format_regret_cell(regret: float) -> str:
     return "●" if regret < REGRET_TOLERANCE else format_significant(regret, 3)
 
 
-def _draw_distance_cells(canvas: Canvas, y: int, cells: Sequence[str], style: str) -> None:
+def _draw_distance_cells(
+    canvas: Canvas, y: int, cells: Sequence[str], style: str, cell_columns: int
+) -> None:
     """Draw one text for each distance, aligned right in its columns."""
     for column, cell in enumerate(cells):
         canvas.write_text(
-            HEAT_LABEL_COLUMNS + HEAT_CELL_COLUMNS * column, y, cell.rjust(HEAT_CELL_COLUMNS), style
+            HEAT_LABEL_COLUMNS + cell_columns * column, y, cell.rjust(cell_columns), style
         )
 
 
-def _draw_throw_marker(canvas: Canvas, y: int, throw: int) -> None:
+def _draw_throw_marker(canvas: Canvas, y: int, throw: int, cell_columns: int) -> None:
     """Draw the distance of a hint, or the one typed so far, between arrows."""
     marker = f"→{DISTANCES[throw]:.0f}←"
     canvas.write_text(
-        HEAT_LABEL_COLUMNS + HEAT_CELL_COLUMNS * (throw + 1) + 1 - len(marker),
+        HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker),
         y,
         marker,
         "bold green",
@@ -162,7 +170,14 @@ def describe_expected_reward(view: View[Catch], throw: float) -> str:
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
-    canvas: Canvas, y: int, fractions: Reals, *, chart_rows: int, style: str, options: DrawOptions
+    canvas: Canvas,
+    y: int,
+    fractions: Reals,
+    *,
+    cell_columns: int,
+    chart_rows: int,
+    style: str,
+    options: DrawOptions,
 ) -> int:
     """Draw a column for each distance, a fraction of `chart_rows` high; return the next row."""
     for row in range(chart_rows):
@@ -171,9 +186,8 @@ def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content
             for fraction in fractions
         ]
         glyph_fills = zip(format_sparkline(fills, options.ascii), fills, strict=True)
-        _draw_distance_cells(
-            canvas, y + row, [2 * glyph if fill > 0.0 else "" for glyph, fill in glyph_fills], style
-        )
+        bars = [(cell_columns - 2) * glyph if fill > 0.0 else "" for glyph, fill in glyph_fills]
+        _draw_distance_cells(canvas, y + row, bars, style, cell_columns)
     return y + chart_rows
 
 

@@ -289,7 +289,7 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
         for label, pays in zip(labels, view.problem.tables.rewards[:, :, 0].T, strict=True)
     ]
     return [
-        f"{labels[0]} pays {intact_rewards[0]:.3g}",
+        f"keep earning: {labels[0]} pays {intact_rewards[0]:.3g}",
         f"{one_failed} with 1 failed part, {two_failed} with 2",
         "failures are hidden",
         *other_clauses[:0:-1],

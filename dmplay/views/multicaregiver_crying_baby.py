@@ -19,11 +19,19 @@ def get_partner_name(view: View[MulticaregiverCryingBaby]) -> str:
 def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> Iterator[Text]:
     """Yield each board for one caregiver with a note about the other caregiver, then without it.
 
-    The note says that the belief assumes a random policy of the other caregiver.
+    The note says that the belief assumes a random policy of the other caregiver, and names the
+    policy that a forecast assumes if that is another one.
     """
-    note = f"the belief assumes that {get_partner_name(view)} acts at random"
+    name = get_partner_name(view)
+    assumption = options.forecast.other_players if options.forecast else ""
+    note = f"the belief assumes that {name} acts at random"
+    short_note = f"belief assumes a random {name}"
+    if assumption.startswith("if "):
+        policy = assumption.removeprefix("if ")
+        note = f"bars: {name} acts at random; forecast: {policy}"
+        short_note = f"bars assume a random {name}"
     if len(note) > options.width:
-        note = f"belief assumes a random {get_partner_name(view)}"
+        note = short_note
     for board in crying_baby.iter_boards(view, options):
         yield board.copy().append(f"\n{note}", "dim")
         yield board

@@ -241,8 +241,9 @@ def goal_lines(view: View[PredatorPrey]) -> list[str]:
         unit = "" if problem.prey == 1 else " per prey"
         sharing_clause = ", shared by the predators there" if problem.predators > 1 else ""
         return [
-            f"a turn that begins on the prey's hex pays 1{unit}{sharing_clause}",
-            "any other turn costs 1",
+            "catch the prey",
+            f"a turn that begins on its hex pays 1{unit}{sharing_clause}",
+            "other turns cost 1",
             *slips,
             f"a caught prey loses {-DEVOURED_REWARD:g} and reappears at random",
         ]

@@ -14,10 +14,11 @@ KEYS = {"c": "cooperate", "d": "defect"}
 
 
 def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
-    """Return the reward of each action against each action of the other agent, as clauses."""
+    """Return the goal, and the reward of each pair of actions, as clauses."""
     other = view.problem.agents[1 - view.seat]
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
+        "spend few years in prison",
         f"if {other} cooperates: cooperate {cc:g}, defect {dc:g}",
         f"if {other} defects: cooperate {cd:g}, defect {dd:g}",
         "both choose at the same time",

@@ -38,13 +38,15 @@ ROW_LABEL_COLUMNS, CELL_COLUMNS, ELLIPSIS_COLUMNS = (
 )  # columns of a row's label, of a cell, and of an ellipsis
 CLAIM_COLUMNS = 4  # columns of a claim in the list of rounds
 LARGE_LAYOUTS = (
+    (15, True),
+    (11, True),
     (6, True),
     (5, True),
     (4, True),
     (6, False),
     (4, False),
 )  # number of claims; whether with the rounds
-CLAIM_LINE = NumberLine(MIN_CLAIM, MAX_CLAIM, 2, 55)  # number line of all claims
+MIN_LINE_CLAIM_COUNT = 6  # number of claims in the table below which the line stays as long
 
 
 def goal_lines(view: View[TravelersDilemma]) -> list[str]:
@@ -122,8 +124,10 @@ def _draw_large_board(
     """Return the large board: the table, both claims on a line, the regrets and the rounds."""
     canvas, y = _draw_claim_window(view, options, claim_count)
     canvas.write_text(0, 0, f"{_format_axis_labels(view)}   cells: pay to agent1, agent2", "dim")
-    y = _draw_claim_line(view, canvas, y + 1)
-    y = _draw_claim_regrets(canvas, y, options)
+    line_columns = (CELL_COLUMNS + 1) * max(claim_count, MIN_LINE_CLAIM_COUNT)
+    line = NumberLine(MIN_CLAIM, MAX_CLAIM, 2, 1 + line_columns)
+    y = _draw_claim_line(view, canvas, y + 1, line)
+    y = _draw_claim_regrets(canvas, y, options, line)
     if with_rounds:
         y = draw_paid_rounds(view, canvas, y + 1, options.width)
     for row, reply_text in enumerate(_format_reply_payoffs(view, options), y):
@@ -163,17 +167,17 @@ def _format_last_payment(view: View[TravelersDilemma]) -> str:
     return "; ".join(f"{name} {MIN_CLAIM + claim}, paid {pay:g}" for name, claim, pay in payments)
 
 
-def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int) -> int:
+def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int, line: NumberLine) -> int:
     """Draw both last claims and their payments on a line of claims; return the next free row."""
     canvas.write_text(
         0,
         y + 1,
-        f"{MIN_CLAIM} ├{'─' * (CLAIM_LINE.right - CLAIM_LINE.left - 1)}┤ {MAX_CLAIM}",
+        f"{MIN_CLAIM} ├{'─' * (line.right - line.left - 1)}┤ {MAX_CLAIM}",
         "dim",
     )
     joint_action = get_last_joint_action(view)
     if joint_action is None:
-        canvas.write_text(CLAIM_LINE.left, y, "no claims yet", "dim")
+        canvas.write_text(line.left, y, "no claims yet", "dim")
         return y + 3
     glyphs = {view.seat: ("●", "bold cyan", y), 1 - view.seat: ("○", "bold magenta", y + 2)}
     for seat in (1 - view.seat, view.seat):
@@ -184,24 +188,24 @@ def _draw_claim_line(view: View[TravelersDilemma], canvas: Canvas, y: int) -> in
             f"{claim}, paid "
             f"{view.problem.payoffs[joint_action][seat]:g}"
         )
-        column = CLAIM_LINE.column_of(claim)
+        column = line.column_of(claim)
         canvas.write_text(column, y + 1, glyph, style)
-        canvas.write_text(min(column, CLAIM_LINE.right + 5 - len(label)), row, label, style)
+        canvas.write_text(min(column, line.right + 5 - len(label)), row, label, style)
     return y + 3
 
 
-def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions) -> int:
+def _draw_claim_regrets(canvas: Canvas, y: int, options: DrawOptions, line: NumberLine) -> int:
     """Draw the regret of each claim under the line of claims; return the next free row."""
     if options.regret is None:
         return y
     best, largest = int(np.argmin(options.regret)), float(options.regret.max())
-    columns = range(CLAIM_LINE.left, CLAIM_LINE.right + 1)
+    columns = range(line.left, line.right + 1)
     fractions = [
-        options.regret[round(CLAIM_LINE.value_at(column)) - MIN_CLAIM] / (largest or 1.0)
+        options.regret[round(line.value_at(column)) - MIN_CLAIM] / (largest or 1.0)
         for column in columns
     ]
-    canvas.write_text(CLAIM_LINE.left, y, format_sparkline(fractions, options.ascii), "yellow")
-    canvas.write_text(CLAIM_LINE.column_of(MIN_CLAIM + best), y, "●", "bold")
+    canvas.write_text(line.left, y, format_sparkline(fractions, options.ascii), "yellow")
+    canvas.write_text(line.column_of(MIN_CLAIM + best), y, "●", "bold")
     canvas.write_text(
         0,
         y + 1,

@@ -55,6 +55,12 @@ def test_every_command_has_an_example(name: str) -> None:
     assert any(last in line for line in find_examples(COMMANDS[name]))
 
 
+def list_needed_extras(line: str) -> list[str]:
+    """Return the extras that an example needs."""
+    needs = {"mcp": "dmplay mcp" in line, "plot": "dmplay plot" in line and " -o " in line}
+    return [name for name, is_needed in needs.items() if is_needed]
+
+
 EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_examples(c))
 
 
@@ -62,7 +68,7 @@ EXAMPLES = dict.fromkeys(line for c in COMMANDS.values() for line in find_exampl
 @pytest.mark.parametrize(
     "line",
     [
-        pytest.param(line, marks=pytest.mark.extra("mcp") if "dmplay mcp" in line else ())
+        pytest.param(line, marks=[pytest.mark.extra(name) for name in list_needed_extras(line)])
         for line in EXAMPLES
     ],
 )

@@ -22,7 +22,7 @@ from tests.support.games import record_game
 from tests.support.programs import UNNAMED_USER_ID, run_dmplay, run_shell_line
 
 DRAFT_NAME = ".dmplay-0123456789abcdef.tmp"  # a name of an unfinished file
-OUTPUT_COMMANDS = (("export", "g.dmt", "--csv", "-o"), ("figure", "F.2", "-o"))
+OUTPUT_COMMANDS = (("export", "g.dmt", "--csv", "-o"), ("export", "g.dmt", "--svg", "-o"))
 
 
 @pytest.fixture
@@ -122,7 +122,7 @@ def test_rewriting_a_linked_file_preserves_the_link(words: tuple[str, ...], fold
         ("verify", "pipe"), ("replay", "pipe"), ("resume", "pipe"), ("review", "pipe"),
         ("export", "pipe", "--csv"), ("export", "g.dmt", "--csv", "--force", "-o", "pipe"),
         ("hexworld", "--agent", "random", "--force", "-o", "pipe"), ("verify", "/dev/zero"),
-        ("figure", "F.2", "--force", "-o", "/dev/tty"), ("hexworld", "-o", "/dev/full"),
+        ("export", "g.dmt", "--svg", "--force", "-o", "/dev/tty"), ("hexworld", "-o", "/dev/full"),
     ],
     ids=" ".join,
 )  # fmt: skip

@@ -29,6 +29,7 @@ from tests.support.user_problems import Key
 
 E, NE, NW, W, SW, SE = range(6)
 COOPERATE, DEFECT = 0, 1
+FEED, IGNORE = 0, 2
 
 
 def format_current_state(game: dmplay.Session) -> str:
@@ -199,6 +200,28 @@ def test_a_policy_seated_late_has_the_whole_history() -> None:
     game.undo()
     assert seated_policy.choose() == COOPERATE
     assert seated_policy.action_values() is None
+
+
+@pytest.mark.parametrize("rerolls", [False, True])
+def test_a_policy_seated_late_follows_turns_that_were_played_again(*, rerolls: bool) -> None:
+    problem = dmplay.load_problem("crying-baby")
+    game = dmplay.Session(problem, SeededUniforms(3))
+    agent = dmplay.load_agent(problem, 0, "optimal")
+    follower = SeatedPolicy(game, 0, agent)
+    game.advance([FEED])
+    game.advance([IGNORE])
+    _ = follower.action_values()
+    if rerolls:
+        game.reroll(np.zeros_like(game.turns[-1].uniforms))  # now the baby cries
+    else:
+        game.undo(2)
+        game.advance([IGNORE])
+        game.advance([IGNORE])
+    expected = SeatedPolicy(game, 0, agent).action_values()
+    values = follower.action_values()
+    assert values is not None
+    assert expected is not None
+    assert np.array_equal(values, expected)
 
 
 def test_a_policy_that_does_not_return_one_action_is_named() -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+import dmplay
 from dmplay.cli.parsed_command_runner import interpret_command
 from dmplay.evaluation.assignment import read_assignment
 from dmplay.evaluation.grading import GRADING_LIMITS, Grade, GradingReport, grade_files
@@ -104,8 +105,10 @@ def test_a_game_is_graded_by_return_and_regret(grades: dict[str, Grade]) -> None
     assert (grade.verified, grade.player, grade.turns) == (True, "Ada", 3)
     assert grade.end_reason == "turn limit"
     assert grade.discounted_return == -0.9
+    regrets = [move.regret or 0.0 for move in dmplay.review(grade.path)]
     assert grade.regret is not None
-    assert grade.regret > 0
+    assert grade.regret == pytest.approx(regrets[0] + 0.9 * regrets[1] + 0.81 * regrets[2])
+    assert sum(regrets) > grade.regret > 0
     assert (grade.valued_count, grade.undone_turn_count, grade.reroll_count, grade.hint_count) == (
         3,
         0,
@@ -123,6 +126,16 @@ def test_undos_rerolls_and_hints_are_counted(grades: dict[str, Grade]) -> None:
         False,
     )
     assert grades["strict"].strict == "hints"
+
+
+def test_a_regret_of_estimated_values_is_marked(tmp_path: Path) -> None:
+    path = tmp_path / "car.dmt"
+    rocks = [*["left"] * 23, *["right"] * 57]
+    record_game(path, rocks, problem="mountain-car", turns=None)
+    (grade,) = grade_files([path]).grades
+    assert grade.end_reason == "terminal"
+    assert grade.regret is not None
+    assert grade.remarks[0] == "estimated regret"
 
 
 def test_an_unverified_game_has_neither_return_nor_regret(grades: dict[str, Grade]) -> None:

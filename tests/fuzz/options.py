@@ -19,7 +19,7 @@ OPTION_NAMES = (
 )  # fmt: skip
 COMMAND_NAMES = (
     "play", "list", "info", "agents", "guide", "config", "shell", "verify", "export", "review",
-    "replay", "resume", "branch", "figure",
+    "replay", "resume", "branch", "plot",
 )  # fmt: skip
 SETTING_KEYS = (
     "color", "theme", "ascii", "width", "speed", "plain", "motion", "input", "keys", "aliases",

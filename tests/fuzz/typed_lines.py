@@ -23,7 +23,7 @@ SCREEN_KEYS = (
     "right", "home", "end", "pageup", "pagedown", "enter", "space", "backspace", "escape", "tab",
     "delete", "c-r", "c-a", "f3", "é", "\x00", "日", "<any>",
 )  # fmt: skip
-SLOW_COMMANDS = ("solve", "figure")  # commands that may rightly take longer than a case
+SLOW_COMMANDS = ("solve", "plot")  # commands that may rightly take longer than a case
 
 
 def draw_line(random: Random, name: str) -> str:

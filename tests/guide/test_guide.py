@@ -32,6 +32,7 @@ SLOW_TOPICS = ("bots", "mcp", "goldens")  # topics whose examples start processe
 EXTRAS_OF_TOPICS = {
     "libraries": ("gymnasium", "openspiel", "pettingzoo"),
     "mcp": ("mcp",),
+    "plotting": ("plot",),
     "python": ("gymnasium", "openspiel", "pettingzoo"),
 }
 TOPIC_PARAMETERS = [

@@ -1,10 +1,7 @@
 """Tests of the HTML page of a transcript: a single file with every turn and keyboard controls."""
 
 import re
-import shutil
-import subprocess
 from pathlib import Path
-from typing import NamedTuple
 
 import pytest
 
@@ -14,43 +11,11 @@ from dmplay.output.html_export import render_page
 from dmplay.views.protocol import DrawOptions
 from tests.support.document_examples import PROJECT_ROOT, TIGER_SOURCE
 from tests.support.games import record_game
+from tests.support.user_problems import STYLED_SOURCE
 
 CRYING_BABY_PATH = PROJECT_ROOT / "transcripts/crying_baby/starve_then_feed.dmt"
 LARGE_OPTIONS = DrawOptions(80, 24, allow_large=True)
-BROWSER_PATH = next(filter(None, map(shutil.which, ("chromium", "chromium-browser"))), None)
 MAX_PAGE_BYTES = 300_000  # for a page of 100 turns
-
-
-def read_page_in_browser(file: Path, *keys: str, folder: Path) -> str:
-    """Return the document of a page in a browser after these keys."""
-    assert BROWSER_PATH
-    script = "".join(
-        f"document.dispatchEvent(new KeyboardEvent('keydown', {{key: '{key}'}}));" for key in keys
-    )
-    html = "".join(render_page(Playback(file), None, LARGE_OPTIONS))
-    (folder / "page.html").write_text(
-        html.replace("</body>", f"<script>{script}</script></body>"), encoding="utf-8"
-    )
-    completed = subprocess.run(
-        [BROWSER_PATH, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
-         f"--user-data-dir={folder / 'profile'}", (folder / "page.html").as_uri()],
-        capture_output=True, text=True, timeout=60, check=True,
-    )  # fmt: skip
-    return completed.stdout
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not BROWSER_PATH, reason="no browser here: apt-get install chromium")
-def test_keys_step_through_the_game_in_a_browser(tmp_path: Path) -> None:
-    last = read_page_in_browser(CRYING_BABY_PATH, folder=tmp_path)
-    first = read_page_in_browser(CRYING_BABY_PATH, "Home", "ArrowRight", folder=tmp_path)
-    assert re.search(r'<p id="said"[^>]*><strong>turn 1\. ', first)
-    assert 'data-step="1"' in first
-    assert 'data-step="1"' not in last
-    board = re.search(r'<pre id="board"[^>]*>(.*?)</pre>', first, re.DOTALL)
-    assert board
-    assert board[1] not in last
-    assert len(re.findall(r'<li aria-current="step">', first)) == 1
 
 
 def test_a_page_loads_no_external_files_and_describes_every_turn() -> None:
@@ -85,24 +50,6 @@ def test_user_defined_names_are_escaped_in_a_page(tmp_path: Path) -> None:
     assert "&lt;b&gt;&#36;title" in html
     assert "<b>" not in html
     assert html.count("</script>") == 2
-
-
-STYLED_SOURCE = """
-from dataclasses import dataclass
-import numpy as np
-from dmplay import Labels, Tables, Tabular
-from rich.style import Style
-from rich.text import Text
-
-@dataclass(frozen=True)
-class Styled(Tabular):
-    actions = (Labels(("go", "stay")),)
-    state_names, initial_belief = ("here",), np.array([1.0])
-    tables = Tables(np.ones((1, 2, 1)), np.ones((1, 2, 1)))
-
-    def draw_state(self, s):
-        return PICTURE
-"""
 
 
 @pytest.mark.parametrize(
@@ -156,84 +103,6 @@ def test_everything_in_a_page_is_in_a_landmark_and_what_scrolls_can_be_focused()
         (tag,) = re.findall(f"{part}[^>]*>", html)
         assert 'tabindex="0"' in tag
         assert "aria-label=" in tag
-
-
-PAGE_CHECK = """
-function rgb(text) { return text.match(/[0-9.]+/g).map(Number); }
-function luminance(color) {
-  const [r, g, b] = rgb(color).slice(0, 3).map((x) => x / 255)
-    .map((x) => x <= 0.04045 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4);
-  return 0.2126 * r + 0.7152 * g + 0.0722 * b;
-}
-function paper(part) {
-  const color = getComputedStyle(part).backgroundColor;
-  return rgb(color)[3] === 0 ? paper(part.parentElement) : color;
-}
-let least = 21;
-for (const part of document.querySelectorAll("#board span, h1, p, dt, dd, figcaption span")) {
-  const levels = [luminance(getComputedStyle(part).color), luminance(paper(part))].sort();
-  const [low, high] = levels[0] < levels[1] ? levels : levels.reverse();
-  least = Math.min(least, (high + 0.05) / (low + 0.05));
-}
-document.body.dataset.contrast = least.toFixed(2);
-const labels = [...document.querySelectorAll(".label")].map((label) => label.clientHeight);
-document.body.dataset.labels = Math.max(...labels);
-document.body.dataset.overflow = document.documentElement.scrollWidth - window.innerWidth;
-"""
-
-
-class PageMeasures(NamedTuple):
-    """Measures of a page in a browser, in pixels but for the contrast."""
-
-    contrast: float  # the least of all texts
-    label_height: int  # of the highest label of a plot
-    overflow: int  # by which the page is wider than the window
-
-
-def measure_in_browser(html: str, folder: Path) -> PageMeasures:
-    """Return the measures of a page in a browser."""
-    assert BROWSER_PATH
-    (folder / "page.html").write_text(
-        html.replace("</body>", f"<script>{PAGE_CHECK}</script></body>"), encoding="utf-8"
-    )
-    completed = subprocess.run(
-        [BROWSER_PATH, "--headless", "--no-sandbox", "--disable-gpu", "--dump-dom",
-         f"--user-data-dir={folder / 'profile'}", (folder / "page.html").as_uri()],
-        capture_output=True, text=True, timeout=60, check=True,
-    )  # fmt: skip
-    pattern = r'data-contrast="(.*?)" data-labels="(.*?)" data-overflow="(.*?)"'
-    measured = re.search(pattern, completed.stdout)
-    assert measured
-    return PageMeasures(float(measured[1]), int(measured[2]), int(measured[3]))
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not BROWSER_PATH, reason="no browser here: apt-get install chromium")
-@pytest.mark.parametrize("is_dark", [False, True])
-def test_every_text_of_a_page_can_be_read_in_a_browser(tmp_path: Path, *, is_dark: bool) -> None:
-    path = PROJECT_ROOT / "transcripts/predator_prey/chased_and_devoured.dmt"
-    html = "".join(render_page(Playback(path), 2, LARGE_OPTIONS))
-    assert "bold reverse yellow" in html
-    if is_dark:
-        html = html.replace("(prefers-color-scheme: dark)", "all")
-    measures = measure_in_browser(html, tmp_path)
-    assert measures.contrast >= 4.5  # WCAG 2.2, 1.4.3
-    assert measures.label_height <= 20  # one line
-    assert measures.overflow <= 0
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not BROWSER_PATH, reason="no browser here: apt-get install chromium")
-def test_a_long_word_does_not_widen_a_page_in_a_browser(tmp_path: Path) -> None:
-    word = "w" * 150  # 1,800 pixels; the window has 800
-    source = STYLED_SOURCE.replace("PICTURE", "'x'").replace('"go"', f'"{word}"')
-    source = source.replace("(Tabular):", f'(Tabular):\n    """{word}."""')
-    (tmp_path / "styled.py").write_text(source)
-    file = tmp_path / "g.dmt"
-    record_game(file, f"{tmp_path}/styled.py", "random", turns=9)
-    html = "".join(render_page(Playback(file, trusted=True), None, LARGE_OPTIONS))
-    assert html.count(word) > 1
-    assert measure_in_browser(html, tmp_path).overflow <= 0
 
 
 def test_a_long_page_is_written_in_short_parts(tmp_path: Path) -> None:

@@ -14,7 +14,7 @@ from dmplay.cli.parsed_command_runner import execute_result
 from dmplay.game.command_line_results import Printout
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.transcript_files import verify
-from dmplay.output.svg_export import texts_to_animated_svg
+from dmplay.output.film import texts_to_animated_svg
 from dmplay.output.transcript_export import ExportOptions, export_transcript
 from tests.support.games import read_transcript, record_game
 from tests.support.programs import run_dmplay
@@ -50,6 +50,7 @@ def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path)
     )
     assert "hint&#160;(optimal)" not in without_hint
     assert "@&#160;agent,&#160;" in without_hint
+    assert "@&#160;agent,&#160;" not in with_hint
     assert "hint&#160;(optimal):&#160;sw" in with_hint
     assert "b&#160;sw&#160;best" in with_hint  # the row of keys
     assert with_hint.count("<clipPath") == 30
@@ -190,7 +191,8 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
         "turn  chosen  best  regret",
         "1     e       se    0.78 ####################",
         "2     w       sw    0.58 ###############",
-        "review: best action 0 of 2 times, total expected regret (value lost) 1.36, most in turn 1",
+        "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.30, "
+        "largest in turn 1",
         "regret = value of the best action minus value of yours",
     ]
     assert verify(transcript_path).is_ok

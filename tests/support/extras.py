@@ -9,6 +9,7 @@ MODULES_OF_EXTRAS = {
     "mcp": ["mcp"],
     "openspiel": ["pyspiel"],
     "pettingzoo": ["pettingzoo", "pygame"],
+    "plot": ["matplotlib"],
 }
 
 

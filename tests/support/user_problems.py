@@ -209,6 +209,25 @@ KEYS = {"l": "right"}
 '''
 
 
+# a problem that draws itself; PICTURE is replaced by the drawing
+STYLED_SOURCE = """
+from dataclasses import dataclass
+import numpy as np
+from dmplay import Labels, Tables, Tabular
+from rich.style import Style
+from rich.text import Text
+
+@dataclass(frozen=True)
+class Styled(Tabular):
+    actions = (Labels(("go", "stay")),)
+    state_names, initial_belief = ("here",), np.array([1.0])
+    tables = Tables(np.ones((1, 2, 1)), np.ones((1, 2, 1)))
+
+    def draw_state(self, s):
+        return PICTURE
+"""
+
+
 def write_package_metadata(folder: Path, name: str, entry_points: str) -> None:
     """Write the metadata of an installed package that offers these problems into a folder."""
     metadata_folder = folder / f"{name}-1.dist-info"

@@ -1,7 +1,9 @@
 from functools import partial
 
+import numpy as np
+
 import dmplay
-from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
+from dmplay.views.protocol import DrawOptions, Forecast, fit_board, load_view_module
 from tests.support import games
 
 multicaregiver_crying_baby = load_view_module(dmplay.load_problem("multicaregiver-crying-baby"))
@@ -48,3 +50,19 @@ def test_the_description_states_the_assumed_policy_of_the_other_caregiver() -> N
         "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is hidden; the belief "
         "assumes uniformly random actions."
     )
+
+
+def test_a_forecast_with_another_partner_than_the_belief_names_both() -> None:
+    quiet = np.array([[1.0, 0.0]])
+    forecast = Forecast(2, np.array([1.0]), np.array([1]), quiet)
+    view = make_view_after("feed ignore")
+    for other_players, note in [
+        ("with a random partner", "the belief assumes that caregiver2 acts at random"),
+        (
+            "if the partner plays feed-when-crying",
+            "bars: caregiver2 acts at random; forecast: the partner plays feed-when-crying",
+        ),
+    ]:
+        options = DrawOptions(80, 24, forecast=forecast._replace(other_players=other_players))
+        board = fit_board(multicaregiver_crying_baby, view, options).plain
+        assert board.endswith(f"\n{note}")

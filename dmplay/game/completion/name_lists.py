@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from dmplay.game.plot_kinds import FIGURES, PLOT_KINDS
 from dmplay.registry.builtin_names import problem_names
 
 LIST_FILTERS = ("MDP", "POMDP", "simple", "Markov", "POMG", "Dec-POMDP", "games")
@@ -29,11 +30,9 @@ def complete_problems(word: str = "") -> list[str]:
     return [*problem_names(), *sorted(entry_point_targets())]
 
 
-def list_figures() -> list[str]:
-    """Return the names of the book's figures and tables."""
-    from dmplay.views.figures import registry
-
-    return [*registry.load_figures()]
+def list_plots() -> list[str]:
+    """Return the kinds of plots and the figures of the book."""
+    return [*PLOT_KINDS, *FIGURES]
 
 
 def list_algorithms() -> list[str]:

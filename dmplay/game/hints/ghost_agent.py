@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from dmplay.agents.base import WITHOUT_END, AdviceQuestion
+from dmplay.agents.base import WITHOUT_END, AdviceQuestion, SeatPolicy
 from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem
 from dmplay.core.session import DEFAULT_TURN_LIMIT, Session
@@ -22,8 +22,11 @@ GHOST_NOTE_PREFIX = "# ghost: "  # beginning of the transcript note
 class Ghost:
     """An agent in the people's seats of a copied game, with the same uniforms and other agents."""
 
-    def __init__(self, name: str, player_session: Session, policies: Mapping[int, Policy]) -> None:
+    def __init__(
+        self, name: str, player_session: Session, policies: Mapping[int, Policy], scope: str = ""
+    ) -> None:
         self.name = name
+        self.label = f"{name} ({scope})" if scope else name  # with the game that it plans for
         self.seat = min(policies)
         self.player_session = player_session
         others = {
@@ -95,13 +98,13 @@ class Ghost:
         ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
         player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
         return (
-            f"same draws: {self.name} scored {self.score:.6g}{ghost_note}, "
+            f"same draws: {self.label} scored {self.score:.6g}{ghost_note}, "
             f"you {player_return:.6g}{player_note}"
         )
 
 
 def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Ghost:
-    """Return the named agent as ghost of these seats.
+    """Return the named agent as ghost of these seats; it plans for the turns of the game if it can.
 
     Raise BadParameter if no person plays, several people have different rewards, or the name is
     unknown.
@@ -117,11 +120,20 @@ def create_ghost(session: Session, human_seats: Sequence[int], name: str) -> Gho
         session.problem, 0, name
     ):
         raise BadParameter(f"--ghost: got {name!r}, expected one of {', '.join(agent_names)}")
-    return Ghost(
-        name,
-        session,
-        {seat: agents.load_agent(session.problem, seat, name) for seat in human_seats},
+    policies = {seat: _load_for_game(session, seat, name) for seat in human_seats}
+    ignores_end = any(
+        isinstance(policy, SeatPolicy) and WITHOUT_END in policy.describe_scope(session.turn_limit)
+        for policy in policies.values()
     )
+    return Ghost(name, session, policies, WITHOUT_END * ignores_end)
+
+
+def _load_for_game(session: Session, seat: int, name: str) -> Policy:
+    """Return the named agent for a seat; one that plans whole games plans for the turn limit."""
+    problem, turns = session.problem, session.turn_limit
+    if turns is not None and not agents.names_user_code(problem, seat, name):
+        name = agents.plan_for_turn_limit(problem, seat, name, turns)
+    return agents.load_agent(problem, seat, name)
 
 
 def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
@@ -141,10 +153,12 @@ def find_ghost_name(notes: Sequence[str], problem: Problem) -> str:
 def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> Ghost | None:
     """Return the agent that gives the hints as ghost of these seats of a finished game.
 
-    None if there is no such agent, if people have different rewards, or if the uniforms are not
-    those of the seed.
+    None if there is no such agent, if people have different rewards, if other players played the
+    first turns, or if the uniforms are not those of the seed.
     """
     seats = [question.seat for question in questions]
+    if any(question.earlier_turns for question in questions):
+        return None
     if not (_have_common_reward(session.problem, seats) and _uses_seed_uniforms(session)):
         return None
     candidates = [agents.find_hint_provider(session.problem, question) for question in questions]
@@ -155,7 +169,7 @@ def create_best_ghost(session: Session, questions: Sequence[AdviceQuestion]) -> 
     first = hint_agents[0]
     plan = WITHOUT_END if WITHOUT_END in first.scope else ""
     scope = ", ".join(filter(None, (plan, first.assumed_players)))
-    return Ghost(first.label + f" ({scope})" * bool(scope), session, policies)
+    return Ghost(first.label, session, policies, scope)
 
 
 def _have_common_reward(problem: Problem, human_seats: Sequence[int]) -> bool:
@@ -190,7 +204,7 @@ def describe_ghost_result(
         if opponent is None:
             return ""
         task_info = TaskInfo(
-            f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True
+            f"{opponent.label} is playing the same game", is_after_game=True, can_be_skipped=True
         )
         run_cancellable(task_info, opponent.play_to_end)
     except DmplayError:

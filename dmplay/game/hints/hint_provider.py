@@ -27,6 +27,7 @@ from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 T = TypeVar("T")
 MAX_LISTED_VALUES = 10  # maximum number of listed action values
 HINT_WORK_LIMIT = 1.5e9  # operations per hint, about one second
+HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 SEARCH_AGENT = "search"  # this agent limits its own work
 MIN_DECIMALS, MAX_DECIMALS = 2, 6  # decimals of printed values
 WHOLE_NUMBER_SPREAD = 100.0  # values that differ by this or more are printed without decimals
@@ -60,10 +61,14 @@ def count_hint_decimals(values: Sequence[float]) -> int:
 
 
 def _value_spread(values: Sequence[float]) -> float:
-    """Return the range of the finite values, or the absolute value if they are all equal."""
+    """Return the range of the finite values, or the absolute value if they are all equal.
+
+    A number that is only a rounding error counts as 0.
+    """
     finite = [value for value in values if isfinite(value)] or [0.0]
     spread = max(finite) - min(finite)
-    return spread if spread > REGRET_TOLERANCE else abs(finite[0])
+    size = spread if spread > REGRET_TOLERANCE else abs(finite[0])
+    return size if size > REGRET_TOLERANCE else 0.0
 
 
 def format_fixed(value: float, decimals: int) -> str:
@@ -356,7 +361,7 @@ class HintProvider:
         parts = [
             policy.hint_basis or self._hint_agent.label,
             self.describe_game(),
-            self._query_agent(lambda seated: policy.describe_model(seated.current_memory())),
+            self.describe_model(),
             policy.tie_rule if is_tie else "",
         ]
         return ", ".join(filter(None, parts))
@@ -391,9 +396,15 @@ class HintProvider:
     def build_overlay(self, kind: str, turns_done: int | None = None) -> Overlay | None:
         """Return an overlay of this kind with the values of all states; None if there are none.
 
-        They are the values after `turns_done` turns, by default those of the session.
+        They are the values after `turns_done` turns, by default those of the session. After the
+        last turn there are neither values nor a policy.
         """
-        values = self._compute_all_state_values(turns_done) if kind else None
+        turn_count = len(self.session.turns) if turns_done is None else turns_done
+        limit = self.question.turn_limit
+        has_ended = limit is not None and turn_count >= limit
+        if not kind or (has_ended and kind in HINT_OVERLAYS):
+            return None
+        values = self._compute_all_state_values(turn_count)
         return None if values is None else Overlay(kind, values)
 
     @property
@@ -403,7 +414,7 @@ class HintProvider:
 
     def prepare_overlay(self) -> None:
         """Compute the values of all states, for overlays."""
-        self._compute_all_state_values(None)
+        self._compute_all_state_values(len(self.session.turns))
 
     @property
     def scope(self) -> str:
@@ -421,16 +432,26 @@ class HintProvider:
         """Return the other players that the values are about, '' if it has no model of them."""
         return self._hint_agent.players if self._hint_agent else ""
 
-    def describe_game(self) -> str:
-        """Return the turns left and the other players that the values are about, as text."""
-        return self._hint_agent.describe_game(len(self.session.turns)) if self._hint_agent else ""
+    def describe_model(self) -> str:
+        """Return the hint agent's present estimate of the other players, '' if it has none."""
+        if self._hint_agent is None:
+            return ""
+        policy = self._hint_agent.policy
+        return self._query_agent(lambda seated: policy.describe_model(seated.current_memory()))
 
-    def _compute_all_state_values(self, turns_done: int | None) -> Reals | None:
-        """Return the value of every action in every state `[S, A]` after `turns_done` turns.
+    def describe_game(self, turns_done: int | None = None) -> str:
+        """Return the turns left and the other players that the values are about, as text.
+
+        They are the turns left after `turns_done` turns, by default those of the session.
+        """
+        turn_count = len(self.session.turns) if turns_done is None else turns_done
+        return self._hint_agent.describe_game(turn_count) if self._hint_agent else ""
+
+    def _compute_all_state_values(self, turn_count: int) -> Reals | None:
+        """Return the value of every action in every state `[S, A]` after `turn_count` turns.
 
         None if states are hidden or not enumerable, or if there is no hint agent.
         """
-        turn_count = len(self.session.turns) if turns_done is None else turns_done
         if self._cached_state_values is None or self._cached_state_values[0] != turn_count:
             self._cached_state_values = turn_count, self._query_all_state_values(turn_count)
         return self._cached_state_values[1]

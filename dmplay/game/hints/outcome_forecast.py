@@ -283,8 +283,9 @@ def _format_payoffs(
         return f"reward {payoffs.min():g} to {payoffs.max():g}, {mean}"
     decimals = count_probability_decimals(joint.probabilities.tolist())
     if reply_count == 1:
-        names = " and ".join(_other_action_names(problem, seat, joint.actions[0]))
-        return f"reward {payoffs[0]:g}, as the other agent chooses {names}"
+        names = _other_action_names(problem, seat, joint.actions[0])
+        choose = "other agents choose" if len(names) > 1 else "other agent chooses"
+        return f"reward {payoffs[0]:g}, as the {choose} {' and '.join(names)}"
     parts = [
         f"{payoff:g} if {' and '.join(_other_action_names(problem, seat, reply))}"
         + f" ({probability:.{decimals}f})" * joint.is_modelled

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_VALUES, AdviceQuestion
+from dmplay.agents.base import ESTIMATED_POINTS, ESTIMATED_VALUES, AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
@@ -37,6 +37,12 @@ class ReviewedAction(NamedTuple):
     scope: str = ""  # the game that the values are about, '' if it is this one
     about: str = ""  # the turns left and the other players that the values are about
     values_name: str = "values"  # says how accurate the values are, if that is known
+    discount_factor: float = 1.0  # gamma ** (turn - 1), by which a total counts the regret
+
+    @property
+    def is_estimated(self) -> bool:
+        """True if the regret comes from estimated values."""
+        return self.values_name in {ESTIMATED_VALUES, ESTIMATED_POINTS}
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
@@ -65,6 +71,7 @@ def review_actions(
     """Yield a review of every choice that the hint agent can value, in order.
 
     There is one question for each seat to review. The turns are replayed in a copy of the session.
+    Turns of earlier players are left out: the values would be about players who did not play them.
     """
     problem = session.problem
     replayed = session.copy_at_start()
@@ -80,13 +87,15 @@ def review_actions(
         for seat, (hint_agent, hint_policy) in hint_agents.items():
             with scale_progress_part(number - 1, len(session.turns)):
                 values = hint_policy.action_values()
-            if values is not None and not replayed.is_inactive(seat):
+            is_of_players = number > hint_agent.question.earlier_turns
+            if values is not None and is_of_players and not replayed.is_inactive(seat):
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_exact_regrets else None,
                     scope=hint_agent.scope,
                     about=hint_agent.describe_game(number - 1),
                     values_name=hint_agent.policy.values_name,
+                    discount_factor=problem.discount ** (number - 1),
                 )
         replayed.append_turns([turn])
 
@@ -109,8 +118,16 @@ def _review_action(
     )
 
 
+def total_regret(reviewed_actions: Sequence[ReviewedAction]) -> float:
+    """Return the sum of all regrets, discounted to the first turn as the score is."""
+    return sum(move.discount_factor * _regret_or_zero(move) for move in reviewed_actions)
+
+
 def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
-    """Return one line: the number of best choices, the total regret and the worst turn."""
+    """Return one line: the number of best choices, the total regret and the worst turn.
+
+    The worst turn is that of the largest regret, not discounted.
+    """
     if not reviewed_actions:
         return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
@@ -120,13 +137,15 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
     if len(regrets) < len(reviewed_actions):
         return f"{text}; no regret, because the values are not exactly about this game"
-    total_regret = sum(regrets)
+    total = total_regret(reviewed_actions)
     worst = max(reviewed_actions, key=_regret_or_zero)
-    names = {move.values_name for move in reviewed_actions}
-    expected = "estimated" if ESTIMATED_VALUES in names else "expected"
-    regret_text = format_fixed(total_regret, count_decimals([total_regret]))
-    text = f"{text}, total {expected} regret (value lost) {regret_text}"
-    return text if best_count == len(reviewed_actions) else f"{text}, most in turn {worst.turn}"
+    is_estimated = any(move.is_estimated for move in reviewed_actions)
+    expected = "estimated" if is_estimated else "expected"
+    is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
+    meaning = f"{'discounted ' * is_discounted}value lost"
+    regret_text = format_fixed(total, count_decimals([total]))
+    text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
+    return text if best_count == len(reviewed_actions) else f"{text}, largest in turn {worst.turn}"
 
 
 def _regret_or_zero(move: ReviewedAction) -> float:

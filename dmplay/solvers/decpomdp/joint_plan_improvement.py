@@ -131,7 +131,10 @@ class PlanGraph:
         return float(values[0] @ self.team.initial_belief)
 
     def compute_action_values(self, seat: int) -> list[Reals]:
-        """Return the action values `[K, A]` of an agent's nodes by turn, given the partners."""
+        """Return the action values `[K, A]` of an agent's nodes by turn, given the partners.
+
+        They are nan for a node that is not reached.
+        """
         reached, values = (
             self.compute_reach_probabilities(),
             np.zeros((1, len(self.team.initial_belief))),
@@ -141,7 +144,7 @@ class PlanGraph:
             total, _ = self._score_node_actions(turn, seat, reached[turn], values)
             seat_nodes = list_joint_nodes(self._count_nodes(turn))[:, seat]
             mass = np.bincount(seat_nodes, reached[turn].sum(axis=1), len(total))
-            result.append(total / np.where(mass > 0, mass, 1.0)[:, None])
+            result.append(total / np.where(mass > 0, mass, np.nan)[:, None])
             values = self._backup_values(turn, values)
         return result[::-1]
 

@@ -77,6 +77,12 @@ def format_footer(
     )
 
 
+def format_page_footer(page_count: int, viewport: Viewport) -> Text:
+    """Return the footer row of a long message: the keys that turn its pages and close it."""
+    turning_keys = "Space next  PgUp back  " if page_count > 1 else ""
+    return fit_text(Text(f" {turning_keys}Esc close", style="dim"), viewport)
+
+
 def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
     """Return the footer with only the command keys."""
     return _fit_footer([Text("")], command_rows, viewport)
@@ -174,8 +180,8 @@ def _format_command_tails(
 ) -> tuple[str, ...]:
     """Return the command keys as texts, from the fullest row to the shortest.
 
-    The `navigation_keys` come first, `excluded_command` is left out, and the first `skipped_count`
-    rows are not used.
+    The `navigation_keys` come first, and the last of them are left out first. `excluded_command` is
+    left out, and the first `skipped_count` rows are not used.
     """
     rows = (GAME_OVER_KEYS if is_game_over else COMMAND_KEYS)[skipped_count:]
     command_rows = [[name for name in row if name != excluded_command] for row in rows]
@@ -185,7 +191,9 @@ def _format_command_tails(
         tails.append(f"{row}  {COMMAND_KEY_HELP}")
         if is_game_over or index == len(command_rows) - 1:
             tails.append(row)
-    return (*tails, "  ".join(map(_format_command_key, command_rows[-1])))
+    last_row = [*map(_format_command_key, command_rows[-1])]
+    counts = range(max(len(navigation_keys) - 1, 0), -1, -1)
+    return (*tails, *("  ".join([*navigation_keys[:count], *last_row]) for count in counts))
 
 
 def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool) -> tuple[str, ...]:

@@ -12,7 +12,7 @@ from dmplay.game.hints.hint_provider import Hint
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.terminal.styles import ScreenLine, to_rich_text
 from dmplay.ui.screen import heading
-from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.footer import format_footer, format_page_footer
 from dmplay.ui.screen.frame_state import FrameState, Viewport, fit_line
 from dmplay.ui.screen.log_rows import MIN_LOG_ROWS, layout_log, list_verdict_lines
 from dmplay.ui.screen.text_wrapping import format_panel, wrap_lines
@@ -67,9 +67,12 @@ class Frame:
         of fewer than four rows has the most urgent row, the keys below it, and the title above if
         it fits.
         """
-        height, footer = (
-            self._viewport.height,
-            format_footer(self._game, self._viewport, self._state),
+        height = self._viewport.height
+        is_page = bool(self._state.page_rows) and not self._state.handover_agent
+        footer = (
+            format_page_footer(len(split_pages(self._viewport, self._state)), self._viewport)
+            if is_page
+            else format_footer(self._game, self._viewport, self._state)
         )
         if height < MIN_BOARD_ROWS:
             rows = [self._most_urgent_row(), footer][:height]
@@ -233,10 +236,16 @@ class Frame:
                 len(card) + len(message_rows),
             )
             upper_rows = layout.rows
-        free_rows = self._body_height - len(upper_rows) - len(card) - len(message_rows) - 1
-        log_viewport = Viewport(viewport.width, max(free_rows, 0), viewport.ascii_only)
-        log = layout_log(log_viewport, [], self._log, 0) if free_rows > 0 else []
-        lower_rows: list[ScreenLine] = [*([""] if log else []), *log, *message_rows]
+        free_rows = self._body_height - len(upper_rows) - len(card) - len(message_rows)
+        # Without the blank row, the last event has one row more.
+        has_blank_row = free_rows > len(wrap_lines(self._log[-1:], viewport))
+        log_viewport = Viewport(viewport.width, free_rows - has_blank_row, viewport.ascii_only)
+        log = layout_log(log_viewport, [], self._log, 0) if log_viewport.height > 0 else []
+        lower_rows: list[ScreenLine] = [
+            *([""] if log and has_blank_row else []),
+            *log,
+            *message_rows,
+        ]
         return [self._goal_rows(snapshot), upper_rows, card, lower_rows]
 
     def _too_small_parts(

@@ -16,6 +16,7 @@ from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import Page, TurnReports
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.game.hints.hint_provider import HINT_OVERLAYS
 from dmplay.game.playback import Playback
 from dmplay.registry.problems import builtin_stem
 from dmplay.terminal.capabilities import Terminal
@@ -38,7 +39,6 @@ if TYPE_CHECKING:  # Most games need no algorithms.
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
-HINT_OVERLAYS = ("values", "policy")  # overlays that count as hints
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 
@@ -276,10 +276,11 @@ class PlayScreen:
             self.overlay_index = index
             if self.render_upper(self._viewport).plain != plain_screen:
                 provider = self.game.hint_provider
+                shown_turns = len((self.timeline or self.game).session.turns)
                 accuracy = provider.values_name * (OVERLAYS[index] == "values")
                 parts = [
                     f"overlay: {accuracy or OVERLAY_LABELS[OVERLAYS[index]]}",
-                    provider.describe_game() if OVERLAYS[index] in HINT_OVERLAYS else "",
+                    provider.describe_game(shown_turns) * (OVERLAYS[index] in HINT_OVERLAYS),
                 ]
                 self.message = ", ".join(filter(None, parts))
                 return
@@ -375,6 +376,10 @@ class PlayScreen:
         """Open a page of rows in place of the board."""
         self.message, self.page_rows, self.page_index = "", rows, 0
         self.modes.handle_event(ModeEvent.PAGE_OPENED)
+
+    def restart_log(self) -> None:
+        """Replace the log by the last turn alone, after a jump to another turn of a replay."""
+        self._event_log, self.scroll_offset = EventLog(self.game), 0
 
     def log_new_turns(self, turn_rows: Sequence[str] = ()) -> None:
         """Log the new turns; `turn_rows` are their reports in a command's reply.

@@ -27,6 +27,7 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
     if not isinstance(playback, Playback):
         return False
     typed_turn, screen.typed_turn = screen.typed_turn, ""
+    turn_before = len(playback.session.turns)
     if key.isascii() and key.isdecimal() and len(key) == 1:
         screen.typed_turn = (typed_turn + key)[-MAX_TURN_DIGITS:]
         screen.message = f"turn {screen.typed_turn}: Enter goes there"
@@ -48,7 +49,8 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
         _go_to_worst_choice(screen, playback)
     else:
         return False
-    screen.log_new_turns()
+    if screen.game is playback and len(playback.session.turns) != turn_before:
+        screen.restart_log()
     return True
 
 

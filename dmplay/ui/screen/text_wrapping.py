@@ -49,12 +49,20 @@ def format_panel(facts: tuple[tuple[str, str], ...], width: int) -> tuple[Text, 
     )
     rows = []
     for label, value in facts:
+        if not value:
+            rows += [Text(part, "dim") for part in _wrap_heading(label, width)]
+            continue
         aligned_label = f"{label:<{label_width}} "
         prefix = aligned_label if len(aligned_label) + len(value) <= width else f"{label} "
         first_part, *other_parts = _fold_value(value, width - len(prefix), width - 2)
         rows.append(Text().append(prefix, "dim").append(first_part, "bold"))
         rows += [Text("  ").append(part, "bold") for part in other_parts]
     return tuple(rows)
+
+
+def _wrap_heading(heading: str, width: int) -> list[str]:
+    """Return a heading of the panel in rows of up to `width` columns."""
+    return [heading] if len(heading) <= width else _fold_value(heading, 0, width)[1:]
 
 
 def _fold_value(value: str, first_width: int, later_width: int) -> list[str]:

@@ -406,7 +406,12 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             "compute the values or equilibria of a problem",
             _bind_problem_to_cli("solve", pass_parameters=True),
         ),
-        Command("figure", "[NAME]", "draw a figure of the book", _bind_to_cli("figure")),
+        Command(
+            "plot",
+            "[WHAT] [PROBLEM]",
+            "plot values, policies, payoffs and figures of the book",
+            _bind_to_cli("plot"),
+        ),
         Command("guide", "[TOPIC]", "show a page of the guide", _bind_to_cli("guide")),
     ),
     "shell": (

@@ -80,7 +80,9 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
             [] if arguments else [name.rstrip("=") for name in _list_current_parameters(controller)]
         ),
         "seed": lambda: [*_list_current_seed(controller), *name_lists.list_saved_seeds()],
-        "figure": name_lists.list_figures,
+        "plot": lambda: (
+            name_lists.list_plots() if not arguments else name_lists.complete_problems()
+        ),
         "guide": lambda: [*list_topics()],
         "watch": lambda: [] if arguments else name_lists.list_algorithms(),
         "list": lambda: [*name_lists.LIST_FILTERS],

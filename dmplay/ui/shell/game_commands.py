@@ -122,7 +122,11 @@ def _name_typed_action(game: Game, word: str) -> str:
 
 
 def show_belief(game: Game, argument: str) -> str:
-    """Return the most probable hidden states with their probabilities, at most eight."""
+    """Return the most probable hidden states with their probabilities, at most eight.
+
+    Beside other agents, the first belief assumes that these act at random. If a person assumes
+    another partner, the belief with that one follows.
+    """
     view = game.view()
     if view.beliefs is None:
         if game.problem.partially_observable:
@@ -137,7 +141,15 @@ def show_belief(game: Game, argument: str) -> str:
             f"{format_count(omitted_count, 'other state')} "
             f"{max(1.0 - belief[order].sum(), 0.0):.3f}"
         )
-    return f"belief: {', '.join(entries)}."
+    other_count = len(game.problem.agents) - 1
+    others = "the other agents act" if other_count > 1 else "the other agent acts"
+    model = f", if {others} at random" if other_count else ""
+    assumed = ""
+    if game.assumed_players:
+        provider = game.hint_provider
+        assumed = run_cancellable(HINT_TASK, provider.describe_model)
+        assumed = assumed and f" {provider.describe_players()}: {assumed}."
+    return f"belief{model}: {', '.join(entries)}.{assumed}"
 
 
 def show_state(game: Game, argument: str) -> str:

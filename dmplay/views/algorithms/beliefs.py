@@ -12,7 +12,7 @@ from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.belief_bars import format_bar
 from dmplay.views.toolkit.belief_triangle import draw_belief_triangle, locate_belief
 from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.plots import Axis, Plot
+from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
 NUMBER_COLUMNS = 8  # columns of a probability in a belief table
@@ -20,6 +20,7 @@ VECTOR_GLYPHS = "ox+*#%&="
 VECTOR_STYLES = ("green", "cyan", "yellow", "magenta", "blue", "red")
 DOMINATED_GLYPH = "·"
 MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
+MIN_TRIANGLE_ROWS = 7  # with the names of its corners
 MAX_PLOT_COLUMNS = 72
 MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
 MIN_NOTE_COLUMNS = 12
@@ -64,10 +65,11 @@ def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
 
 def draw_alpha_vectors(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     """Return alpha vectors: lines for two states, a triangle for three, else a table."""
-    has_space = options.width >= MIN_PLOT_COLUMNS + 8 and options.height >= MIN_PLOT_ROWS + 3
-    if len(picture.state_labels) == 2 and has_space:
+    is_wide = options.width >= MIN_PLOT_COLUMNS + 8
+    state_count, rows = len(picture.state_labels), options.height
+    if is_wide and state_count == 2 and rows >= MIN_PLOT_ROWS + ROWS_AROUND_AREA:
         return _draw_lines(picture, options)
-    if len(picture.state_labels) == 3 and has_space:
+    if is_wide and state_count == 3 and rows >= MIN_TRIANGLE_ROWS:
         return _draw_triangle(picture, options)
     return _draw_vector_table(picture, options)
 
@@ -110,28 +112,23 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
     low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
     notes = _list_notes(picture)
     note_columns = max((len(text) for text, _ in notes), default=0) + 3
-    number_columns = max(len(f"{value:.1f}") for value in (low, high)) + 2
-    has_notes_beside = options.width - number_columns - note_columns >= MIN_NOTED_COLUMNS
-    width = options.width - number_columns - note_columns * has_notes_beside
-    axes = Axis(0.0, 1.0, f"P({picture.state_labels[1]})"), Axis(low, high, "V", "{:.1f}")
-    height = options.height - 3 - (not has_notes_beside)
-    plot = Plot(*axes, min(width, MAX_PLOT_COLUMNS), height)
+    has_notes_beside = options.width - note_columns >= MIN_NOTED_COLUMNS
+    columns = min(options.width - note_columns * has_notes_beside, MAX_PLOT_COLUMNS)
+    axes = Axis(f"P({picture.state_labels[1]})", 0.0, 1.0), Axis("V", low, high)
+    rows = options.height - ROWS_AROUND_AREA - (not has_notes_beside)
+    plot = PlotArea(*axes, columns, rows)
     if picture.belief is not None:
-        for row in range(plot.height):
-            value = high - (high - low) * row / max(plot.height - 1, 1)
-            plot.draw_point(float(picture.belief[1]), value, "│", "bold")
+        column = plot.column_of(float(picture.belief[1]))
+        for row in range(plot.rows):
+            plot.draw_cell(column, row, "│", "bold")
     for index in sorted(range(len(picture.vectors)), key=lambda row: not picture.dominated[row]):
-        first, second = picture.vectors[index].tolist()
-        glyph, style = _glyph_of(picture, index)
-        for column in range(plot.width):
-            share = plot.value_at(column)
-            plot.draw_point(share, first + share * (second - first), glyph, style)
+        plot.draw_line(np.array([0.0, 1.0]), picture.vectors[index], *_glyph_of(picture, index))
     if picture.belief is not None:
         best = float((picture.vectors @ picture.belief).max())
         plot.draw_point(float(picture.belief[1]), best, "●", "bold")
     if not has_notes_beside:
         return plot.to_text().append("\n").append_text(_format_legend_row(picture, options.width))
-    for row, (text, style) in enumerate(notes[: plot.height + 1]):
+    for row, (text, style) in enumerate(notes[: plot.rows + 1]):
         plot.write_note(row, text, style)
     return plot.to_text()
 

@@ -12,7 +12,7 @@ from dmplay.core.text import format_score
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.belief_bars import format_bar, format_sparkline
 from dmplay.views.toolkit.canvas import Canvas
-from dmplay.views.toolkit.plots import Axis, Plot
+from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea
 
 MAX_BAR_COLUMNS = 24
 MIN_AGENT_COLUMNS = 26  # columns of an agent's bars from which agents are beside each other
@@ -72,11 +72,12 @@ def _scale_curve(picture: Curve) -> _Scale:
     positive = [number for number in numbers if number > 0]
     if len(positive) < 2 or max(positive) / min(positive) < LOG_RATIO:
         low, high = min(*numbers, 0.0), max(*numbers, 0.0)
-        axis = Axis(low, high if high > low else low + 1.0, picture.label, "{:.3g}")
+        axis = Axis(picture.label, low, high if high > low else low + 1.0)
         return _Scale(numbers, axis)
     heights = [math.log10(max(number, min(positive))) for number in numbers]
     low, high = float(math.floor(min(heights))), float(math.ceil(max(heights)))
-    return _Scale(heights, Axis(low, high, f"{picture.label} (log scale)", "1e{:+.0f}"))
+    axis = Axis(f"{picture.label} (log scale)", low, high, is_whole=True, tick_format="1e{:+.0f}")
+    return _Scale(heights, axis)
 
 
 def draw_curve(picture: Curve, options: DrawOptions) -> Text:
@@ -84,11 +85,10 @@ def draw_curve(picture: Curve, options: DrawOptions) -> Text:
     if not picture.numbers:
         return Text("")
     heights, axis = _scale_curve(picture)
-    if options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + 3:
+    if options.width < MIN_CURVE_COLUMNS + 8 or options.height < MIN_CURVE_ROWS + ROWS_AROUND_AREA:
         return _draw_curve_row(picture, heights, axis, options)
-    labels = max(len(axis.number_format.format(value)) for value in (axis.low, axis.high)) + 2
-    steps = Axis(1, max(len(heights), 2), "step")
-    plot = Plot(steps, axis, options.width - labels, options.height - 3)
+    steps = Axis("step", 1, max(len(heights), 2), is_whole=True)
+    plot = PlotArea(steps, axis, options.width, options.height - ROWS_AROUND_AREA)
     for step, height in enumerate(heights, 1):
         plot.draw_point(step, height, "●" if step == len(heights) else "∘", "cyan")
     return plot.to_text()
@@ -99,10 +99,10 @@ def _draw_curve_row(
 ) -> Text:
     """Return the name of a curve, its last points as bars, and its last number."""
     number = format_score(float(picture.numbers[-1]))
-    columns = max(options.width - len(axis.name) - len(number) - 2, 0)
+    columns = max(options.width - len(axis.label) - len(number) - 2, 0)
     last_heights = heights[-columns:] if columns else []
     shares = [(height - axis.low) / (axis.high - axis.low) for height in last_heights]
     bars = format_sparkline(shares, options.ascii)
-    row = Text(f"{axis.name} ").append(bars, "cyan").append(f" {number}", "bold")
+    row = Text(f"{axis.label} ").append(bars, "cyan").append(f" {number}", "bold")
     row.truncate(options.width)
     return row

@@ -19,11 +19,16 @@ def draw_belief_triangle(
     The top is certainty of the first state, the left corner of the second, the right of the third.
     """
     for row in range(rows):
-        p_first = 1.0 - row / (rows - 1)
         for column in range(2 * row + 1):
-            p_third = (1.0 - p_first) * (column / (2 * row) if row else 0.0)
-            belief = np.array([p_first, 1.0 - p_first - p_third, p_third])
-            canvas.write_text(x + rows - 1 - row + column, y + row, *choose_glyph(belief))
+            glyph, style = choose_glyph(belief_at(row, column, rows))
+            canvas.write_text(x + rows - 1 - row + column, y + row, glyph, style)
+
+
+def belief_at(row: int, column: int, rows: int) -> Reals:
+    """Return the belief `[3]` at a point of a triangle, in one of the 2 * row + 1 columns."""
+    p_first = 1.0 - row / (rows - 1)
+    p_third = (1.0 - p_first) * (column / (2 * row) if row else 0.0)
+    return np.array([p_first, 1.0 - p_first - p_third, p_third])
 
 
 def locate_belief(belief: Reals, rows: int) -> tuple[int, int]:

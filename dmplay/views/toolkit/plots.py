@@ -1,73 +1,108 @@
-"""Plots of curves on a small grid of characters, with labelled axes."""
+"""Areas with labelled axes, in which numbers are drawn as characters."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from dataclasses import dataclass
+from math import floor, log10
 
+import numpy as np
 from rich.text import Text
 
+from dmplay.core.arrays import Reals
 from dmplay.views.toolkit.canvas import Canvas
 
+TICK_STEPS = (1.0, 2.0, 5.0, 10.0)
+ROWS_AROUND_AREA = 4  # the label of the vertical axis, the horizontal axis, its numbers and label
 
-class Axis(NamedTuple):
-    """The range of an axis, its name, and the format of its numbers."""
 
+@dataclass(frozen=True)
+class Axis:
+    """The label of an axis, with its unit, and its range."""
+
+    label: str
     low: float
     high: float
-    name: str
-    number_format: str = "{:g}"
+    is_whole: bool = False  # whether only whole numbers are marked, as for turns
+    tick_format: str = "{:.6g}"
 
 
-class Plot:
-    """A plot area with a vertical axis at its left and a horizontal axis below."""
+class PlotArea:
+    """A rectangle of cells with labelled axes, in which numbers are drawn.
 
-    def __init__(self, x: Axis, y: Axis, width: int = 60, height: int = 15) -> None:
-        self.x, self.y = x, y
-        self.width, self.height = width, height
-        self._label_columns = (
-            max(len(y.number_format.format(value)) for value in (y.low, y.high)) + 1
-        )
-        self._canvas = Canvas()
-        for row in range(height):
-            self._canvas.write_text(self._label_columns, row + 1, "│", "dim")
-        self._canvas.write_text(self._label_columns, height + 1, "└" + "─" * width, "dim")
-        self._canvas.write_text(0, 0, y.name, "dim")
-        for row, value in ((1, y.high), (height, y.low)):
-            self._canvas.write_text(
-                0, row, y.number_format.format(value).rjust(self._label_columns - 1), "dim"
-            )
-        low, high = x.number_format.format(x.low), x.number_format.format(x.high)
-        self._canvas.write_text(self._label_columns + 1, height + 2, low, "dim")
-        self._canvas.write_text(
-            self._label_columns + width - len(high) + 1, height + 2, high, "dim"
-        )
-        middle = self._label_columns + 1 + (width - len(x.name)) // 2
-        self._canvas.write_text(middle, height + 2, x.name, "dim")
+    The drawing is `columns` wide, with the numbers of the vertical axis, and `rows` plus
+    ROWS_AROUND_AREA high.
+    """
+
+    def __init__(self, x: Axis, y: Axis, columns: int, rows: int) -> None:
+        self.x, self.y, self.rows = x, y, rows
+        y_ticks = _choose_ticks(y, max(rows // 4, 2))
+        labels = [y.tick_format.format(value) for value in y_ticks]
+        self.left = max(map(len, labels)) + 2
+        self.columns = columns - self.left
+        self.canvas = Canvas()
+        self.canvas.write_text(0, 0, y.label, "dim")
+        for row in range(rows):
+            self.canvas.write_text(self.left - 1, row + 1, "│", "dim")
+        for value, label in zip(y_ticks, labels, strict=True):
+            row = self.row_of(value) + 1
+            self.canvas.write_text(0, row, label.rjust(self.left - 2), "dim")
+            self.canvas.write_text(self.left - 1, row, "┤", "dim")
+        self.canvas.write_text(self.left - 1, rows + 1, "└" + "─" * self.columns, "dim")
+        end = 0
+        for value in _choose_ticks(x, max(self.columns // 12, 2)):
+            label, column = x.tick_format.format(value), self.column_of(value)
+            self.canvas.write_text(self.left + column, rows + 1, "┴", "dim")
+            start = min(max(self.left + column - len(label) // 2, 0), columns - len(label))
+            if start >= end:
+                self.canvas.write_text(start, rows + 2, label, "dim")
+                end = start + len(label) + 1
+        middle = self.left + max((self.columns - len(x.label)) // 2, 0)
+        self.canvas.write_text(middle, rows + 3, x.label, "dim")
 
     def column_of(self, x: float) -> int:
         """Return the column of an x value."""
-        return round((x - self.x.low) / (self.x.high - self.x.low) * (self.width - 1))
+        return round((x - self.x.low) / (self.x.high - self.x.low) * (self.columns - 1))
 
-    def value_at(self, column: int) -> float:
-        """Return the x value in the middle of a column."""
-        return self.x.low + (self.x.high - self.x.low) * column / (self.width - 1)
+    def row_of(self, y: float) -> int:
+        """Return the row of a y value, from the top."""
+        return round((self.y.high - y) / (self.y.high - self.y.low) * (self.rows - 1))
+
+    def draw_cell(self, column: int, row: int, glyph: str, style: str = "") -> None:
+        """Draw a glyph in a cell; cells outside the area are left out."""
+        if 0 <= row < self.rows and 0 <= column < self.columns:
+            self.canvas.write_text(self.left + column, row + 1, glyph, style)
 
     def draw_point(self, x: float, y: float, glyph: str, style: str = "") -> None:
         """Draw a glyph at a point; points outside the area are left out."""
-        row = round((self.y.high - y) / (self.y.high - self.y.low) * (self.height - 1))
-        column = self.column_of(x)
-        if 0 <= row < self.height and 0 <= column < self.width:
-            self._canvas.write_text(self._label_columns + 1 + column, row + 1, glyph, style)
+        self.draw_cell(self.column_of(x), self.row_of(y), glyph, style)
 
-    def draw_curve(self, function: Callable[[float], float], glyph: str, style: str = "") -> None:
-        """Draw the curve of a function, one glyph per column."""
-        for column in range(self.width):
-            x = self.value_at(column)
-            self.draw_point(x, function(x), glyph, style)
+    def draw_line(self, x: Reals, y: Reals, glyph: str, style: str = "") -> None:
+        """Draw the line through points, with a glyph in each column or, if steep, each row."""
+        first, last = self.column_of(float(x.min())), self.column_of(float(x.max()))
+        columns = np.arange(first, last + 1)
+        positions = self.x.low + (self.x.high - self.x.low) * columns / (self.columns - 1)
+        rows = [self.row_of(value) for value in np.interp(positions, x, y).tolist()]
+        for index, (column, row) in enumerate(zip(columns.tolist(), rows, strict=True)):
+            previous = rows[index - 1] if index else row
+            step = 1 if row >= previous else -1
+            for between in range(previous + step, row, step):
+                self.draw_cell(column, between, glyph, style)
+            self.draw_cell(column, row, glyph, style)
 
     def write_note(self, row: int, text: str, style: str = "") -> None:
         """Write text at the right of the area."""
-        self._canvas.write_text(self._label_columns + self.width + 3, row + 1, text, style)
+        self.canvas.write_text(self.left + self.columns + 2, row + 1, text, style)
 
     def to_text(self) -> Text:
-        """Return the plot as text."""
-        return self._canvas.to_text()
+        """Return the drawing as text."""
+        return self.canvas.to_text()
+
+
+def _choose_ticks(axis: Axis, count: int) -> list[float]:
+    """Return about `count` round numbers on an axis."""
+    span = axis.high - axis.low
+    magnitude = 10.0 ** floor(log10(span / count))
+    step = next(s * magnitude for s in TICK_STEPS if s * magnitude * count >= span * 0.999)
+    if axis.is_whole:
+        step = max(round(step), 1)
+    first = int(np.ceil(axis.low / step - 1e-9))
+    last = int(np.floor(axis.high / step + 1e-9))
+    return [index * step for index in range(first, last + 1)]

@@ -1,5 +1,7 @@
 """Advice assumes one policy of the other agents, and a person can choose another one."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
@@ -13,6 +15,7 @@ from dmplay.game.hints.review import format_table, review_actions
 from dmplay.ui.shell.game_commands import (
     assume_player,
     preview_typed_action,
+    show_belief,
     show_hint,
     show_values,
 )
@@ -32,6 +35,16 @@ def test_an_outcome_is_forecast_with_the_rule_that_the_opponent_plays() -> None:
     game.choose(DEFECT)
     assert preview_typed_action(game, "cooperate") == (
         "if cooperate against tit-for-tat: reward -4, as the other agent chooses defect"
+    )
+
+
+def test_the_known_choices_of_several_agents_are_listed(tmp_path: Path) -> None:
+    path = tmp_path / "three.nfg"
+    payoffs = "1 1 1 0 2 0 2 0 0 1 1 3 0 0 0 4 4 1 1 0 2 3 3 3"
+    path.write_text(f'NFG 1 R "" {{ "a" "b" "c" }} {{ 2 2 2 }}\n{payoffs}\n')
+    game = make_game(str(path), "human", "equilibrium", "equilibrium", turns=1)
+    assert preview_typed_action(game, "1") == (
+        "if 1 against equilibrium: reward 1, as the other agents choose 1 and 1"
     )
 
 
@@ -107,6 +120,21 @@ def test_a_caregiver_may_assume_a_partner_that_feeds_a_crying_baby() -> None:
         "if ignore and the partner plays feed-when-crying: 1.00 quiet (then belief sated: 1.00)"
     )
     assert "if the partner plays feed-when-crying, belief " in show_hint(game, "")
+
+
+def test_a_belief_names_the_partner_that_it_assumes() -> None:
+    game = make_game("multicaregiver-crying-baby", "human", "human", seed=3, turns=6)
+    game.session.advance([FEED, IGNORE])
+    game.session.advance([IGNORE, IGNORE])
+    random_belief = show_belief(game, "")
+    assert random_belief.startswith("belief, if the other agent acts at random: sated 0.")
+    assume_player(game, "feed-when-crying")
+    belief, assumed = show_belief(game, "").split(". ")
+    assert f"{belief}." == random_belief
+    assert assumed.startswith("if the partner plays feed-when-crying: belief sated ")
+    assert assumed.removesuffix(".").replace(": ", ", ") in show_hint(game, "")
+    assert assumed.partition("belief ")[2] != belief.partition(": ")[2]
+    assert show_belief(make_game("crying-baby"), "") == "belief: sated 0.500, hungry 0.500."
 
 
 @pytest.mark.parametrize(

@@ -1,144 +1,206 @@
 """Values called exact equal those of the hinted policy, evaluated outcome by outcome.
 
-The evaluation uses only `enumerate_outcomes` and the policy's own choices. It keeps its own belief,
-by Bayes' rule, and no solver is called.
+The evaluation uses only `enumerate_outcomes` and the choices of the agents. It keeps its own
+distribution over the state and the other agent's memory, by Bayes' rule. No solver is called.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from typing import cast
 
 import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, AdviceQuestion, SeatPolicy
+from dmplay.agents.base import (
+    EXACT_VALUES,
+    LOWER_BOUNDS,
+    UPPER_BOUNDS,
+    AdviceQuestion,
+    SeatPolicy,
+)
+from dmplay.core.arrays import Reals
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Problem, build_percept, enumerate_outcomes
+from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_outcomes
 from dmplay.core.session import Session
-from dmplay.registry.agents import find_hint_provider
+from dmplay.registry.agents import find_hint_provider, load_agent
+from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_variants
+from tests.support.literature_dec_pomdps import (
+    format_broadcast,
+    format_dectiger,
+    format_recycling,
+    parse_team_file,
+)
 from tests.support.literature_pomdps import make_cheese_maze, make_random_problem, make_tiger
 from tests.support.random_problems import RandomProblem
+from tests.support.tic_tac_toe import Toe
+from tests.support.turn_based_games import Nim
 from tests.support.user_problems import Heap, Key, RevealingVault, Vault
 
-StateDistribution = dict[int, float]  # probability by the index of the state
-Opponent = Callable[[int], Sequence[float]]  # probabilities of the other agent's actions in a state
+Hidden = tuple[int, int]  # the index of the state, and the key of the other agent's memory
+Distribution = dict[Hidden, float]
 TURNS = (1, 2, 5, 20)
 
 
 class Evaluation:
     """The expected return of a policy for a number of turns, outcome by outcome."""
 
-    def __init__(self, problem: Problem, policy: SeatPolicy, opponent: Opponent | None = None):
-        self.problem, self.policy, self.opponent = problem, policy, opponent
+    def __init__(self, problem: Problem, policy: SeatPolicy, other: SeatPolicy | None) -> None:
+        self.problem, self.policy, self.other = problem, policy, other
         self.states = problem.enumerate_states()
-        self.cache: dict[object, float] = {}
+        self.other_memories: list[Memory] = []
+        self.other_keys: dict[bytes, int] = {}
+        self.values: dict[object, float] = {}
+        self.outcomes: dict[object, tuple[Reals, Outcome]] = {}
 
-    def value(self, distribution: StateDistribution, memory: Memory, turns_left: int) -> float:
+    def key_of(self, other_memory: Memory) -> int:
+        """Return the key of a memory of the other agent."""
+        content = b"|".join(array.tobytes() for array in other_memory)
+        if content not in self.other_keys:
+            self.other_keys[content] = len(self.other_memories)
+            self.other_memories.append(other_memory)
+        return self.other_keys[content]
+
+    def value(self, distribution: Distribution, memory: Memory, turns_left: int) -> float:
         """Return the expected return of the policy's choices."""
         key = (
-            tuple((s, round(p, 10)) for s, p in sorted(distribution.items())),
+            tuple((hidden, round(p, 10)) for hidden, p in sorted(distribution.items())),
             tuple(np.round(array.astype(float), 10).tobytes() for array in memory),
             turns_left,
         )
-        if key not in self.cache:
-            self.cache[key] = self._compute_value(distribution, memory, turns_left)
-        return self.cache[key]
+        if key not in self.values:
+            self.values[key] = self._compute_value(distribution, memory, turns_left)
+        return self.values[key]
 
-    def _compute_value(
-        self, distribution: StateDistribution, memory: Memory, turns_left: int
-    ) -> float:
+    def _compute_value(self, distribution: Distribution, memory: Memory, turns_left: int) -> float:
         live = {
-            s: p for s, p in distribution.items()
+            (s, m): p for (s, m), p in distribution.items()
             if not self.problem.terminal(self.states[s : s + 1])[0]
         }  # fmt: skip
         if not turns_left or not live:
             return 0.0
-        legal = self.problem.legal_actions_mask(self.states[[*live]])
-        legal_row = None if legal is None else legal[:1, self.policy.seat]
-        action = int(self.policy.choose(memory, legal_row, np.full((1, 1), 0.5))[0])
+        first_state = next(iter(live))[0]
+        action = int(self._choose(self.policy, memory, first_state)[0])
         return self.action_value(live, memory, turns_left, action)
 
+    def _choose(self, policy: SeatPolicy, memory: Memory, s: int) -> Reals:
+        """Return the choice of a policy with the actions that are legal in a state."""
+        legal = self.problem.legal_actions_mask(self.states[s : s + 1])
+        legal_row = None if legal is None else legal[:, policy.seat]
+        return np.asarray(policy.choose(memory, legal_row, np.full((1, 1), 0.5)))
+
     def action_value(
-        self, distribution: StateDistribution, memory: Memory, turns_left: int, action: int
+        self, distribution: Distribution, memory: Memory, turns_left: int, action: int
     ) -> float:
         """Return the expected return of an action and the policy's choices after it."""
         problem, seat = self.problem, self.policy.seat
-        expected, futures = 0.0, defaultdict[bytes, StateDistribution](lambda: defaultdict(float))
+        expected = 0.0
+        futures = defaultdict[bytes, Distribution](lambda: defaultdict(float))
         percepts = {}
-        for s, p_state in distribution.items():
-            for joint_action, p_action in self._joint_actions(s, action):
-                p, outcome = enumerate_outcomes(
-                    problem, self.states[s : s + 1], np.array([joint_action])
-                )
-                next_indices = problem.state_indices(outcome.state[0])
-                for k in np.flatnonzero(p[0] > 0):
-                    weight = p_state * p_action * p[0, k]
-                    expected += weight * outcome.rewards[0, k, seat]
-                    percept = build_percept(
-                        problem, seat, np.array([joint_action]),
-                        type(outcome)(*(array[0, k : k + 1] for array in outcome)),
-                    )  # fmt: skip
-                    observation = percept.observation.tobytes()
-                    percepts[observation] = percept
-                    futures[observation][int(next_indices[k])] += weight
-        for observation, future in futures.items():
+        for (s, other_key), p_hidden in distribution.items():
+            for joint_action, p_action in self._joint_actions(s, other_key, action):
+                p, outcome = self._enumerate(s, joint_action)
+                joint_row = np.array([joint_action])
+                for k in np.flatnonzero(p > 0).tolist():
+                    weight = p_hidden * p_action * p[k]
+                    expected += weight * outcome.rewards[k, seat]
+                    row = Outcome(*(array[k : k + 1] for array in outcome))
+                    percept = build_percept(problem, seat, joint_row, row)
+                    actions = b"" if percept.actions is None else percept.actions.tobytes()
+                    information = percept.observation.tobytes() + actions
+                    percepts[information] = percept
+                    next_s = int(problem.state_indices(row.state)[0])
+                    next_other = other_key
+                    if self.other:
+                        other_percept = build_percept(problem, 1 - seat, joint_row, row)
+                        next_other = self.key_of(
+                            self.other.update_memory(self.other_memories[other_key], other_percept)
+                        )
+                    futures[information][next_s, next_other] += weight
+        for information, future in futures.items():
             total = sum(future.values())
-            posterior = {s: p / total for s, p in future.items()}
-            next_memory = self.policy.update_memory(memory, percepts[observation])
+            posterior = {hidden: p / total for hidden, p in future.items()}
+            next_memory = self.policy.update_memory(memory, percepts[information])
             expected += (
                 problem.discount * total * self.value(posterior, next_memory, turns_left - 1)
             )
         return expected
 
-    def _joint_actions(self, s: int, action: int) -> list[tuple[tuple[int, ...], float]]:
+    def _enumerate(self, s: int, joint_action: tuple[int, ...]) -> tuple[Reals, Outcome]:
+        """Return the probability of each outcome `[K]`, and the outcomes."""
+        if (s, joint_action) not in self.outcomes:
+            p, outcome = enumerate_outcomes(
+                self.problem, self.states[s : s + 1], np.array([joint_action])
+            )
+            self.outcomes[s, joint_action] = p[0], Outcome(*(array[0] for array in outcome))
+        return self.outcomes[s, joint_action]
+
+    def _joint_actions(
+        self, s: int, other_key: int, action: int
+    ) -> list[tuple[tuple[int, ...], float]]:
         """Return the joint actions with their probabilities."""
-        if self.opponent is None:
+        if self.other is None:
             return [((action,), 1.0)]
-        pairs = enumerate(self.opponent(s))
-        ordered = [((action, other), p) for other, p in pairs if p > 0]
-        return [(pair if self.policy.seat == 0 else pair[::-1], p) for pair, p in ordered]
+        memory = self.other_memories[other_key]
+        if self.other.uniform_count:
+            probabilities = self.other.choice_probabilities(memory)
+            assert probabilities is not None
+            pairs = [(b, float(p)) for b, p in enumerate(probabilities[0]) if p > 0]
+        else:
+            pairs = [(int(self._choose(self.other, memory, s)[0]), 1.0)]
+        if self.policy.seat == 0:
+            return [((action, b), p) for b, p in pairs]
+        return [((b, action), p) for b, p in pairs]
 
 
 def check_first_values(
-    problem: Problem, turns: int, players: Sequence[str] = (), opponent: Opponent | None = None
-) -> bool:
-    """Compare the first values of the hint provider, or return False if they are estimates.
+    problem: Problem, turns: int, other: str = "", *, seat: int = 0, assumes_other: bool = False
+) -> str:
+    """Compare the first values of the hint provider with an evaluation of its policy.
 
-    Exact values are equal to those of the policy, and lower bounds are at most as large.
+    Exact values are equal to those of the policy, and lower bounds are at most as large. Return the
+    name of the values that were compared, '' for estimates and for values of another game.
     """
-    agent = find_hint_provider(problem, AdviceQuestion(0, turns, tuple(players)))
+    players = [other] * len(problem.agents)
+    players[seat] = "human"
+    agent = find_hint_provider(problem, AdviceQuestion(seat, turns, tuple(players), assumes_other))
     assert agent is not None
-    name = agent.policy.values_name
-    if name not in {EXACT_VALUES, LOWER_BOUNDS} or agent.policy.describe_scope(turns):
-        return False
+    policy, name = agent.policy, agent.policy.values_name
+    if name not in {EXACT_VALUES, LOWER_BOUNDS} or policy.describe_scope(turns):
+        return ""
+    assert agent.assumed_players in {"", f"if the partner plays {other}"}
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=turns)
-    observation = np.asarray(session.observation_after(0, 0))[None]
-    memory = agent.policy.initial_memory(observation)
-    values = agent.policy.action_values(memory)
+    memory = policy.initial_memory(np.asarray(session.observation_after(seat, 0))[None])
+    values = policy.action_values(memory)
     assert values is not None
-    evaluation = Evaluation(problem, agent.policy, opponent)
-    (start,) = problem.state_indices(np.asarray(session.state)[None])
-    distribution = (
-        dict(enumerate(session.view(0).belief.tolist()))
-        if problem.partially_observable
-        else {int(start): 1.0}
+    evaluation = Evaluation(
+        problem, policy, cast(SeatPolicy, load_agent(problem, 1 - seat, other)) if other else None
     )
-    distribution = {s: p for s, p in distribution.items() if p > 0}
-    legal = session.legal_actions_mask(0)
+    other_key = 0
+    if evaluation.other:
+        first = np.asarray(session.observation_after(1 - seat, 0))[None]
+        other_key = evaluation.key_of(evaluation.other.initial_memory(first))
+    start = (
+        enumerate(session.view(seat).belief.tolist())
+        if problem.partially_observable
+        else [(int(problem.state_indices(np.asarray(session.state)[None])[0]), 1.0)]
+    )
+    distribution = {(s, other_key): p for s, p in start if p > 0}
+    legal = session.legal_actions_mask(seat)
     for action, value in enumerate(values[0].tolist()):
         if legal is None or legal[action]:
             expected = evaluation.action_value(distribution, memory, turns, action)
             assert value <= expected + 1e-6, (turns, action)
             assert name == LOWER_BOUNDS or value == pytest.approx(expected, abs=1e-6)
-    return True
+    return name
 
 
 @pytest.mark.parametrize("turns", TURNS)
 @pytest.mark.parametrize("name", ["hexworld", "crying-baby"])
 def test_exact_values_of_built_in_problems_and_variants(name: str, turns: int) -> None:
     for problem in load_variants(name).values():
-        assert check_first_values(problem, turns)
+        assert check_first_values(problem, turns) == EXACT_VALUES
 
 
 @pytest.mark.parametrize(
@@ -149,27 +211,146 @@ def test_exact_values_of_built_in_problems_and_variants(name: str, turns: int) -
      pytest.param("catch", 10, marks=pytest.mark.slow)],
 )  # fmt: skip
 def test_exact_values_of_problems_with_many_beliefs(name: str, turns: int) -> None:
-    assert check_first_values(dmplay.load_problem(name), turns)
+    assert check_first_values(dmplay.load_problem(name), turns) == EXACT_VALUES
+
+
+@pytest.mark.parametrize("turns", [1, 2, 5, pytest.param(20, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("seat", "other"), [(0, "flee"), (0, "random"), (1, "chase"), (1, "random")]
+)
+@pytest.mark.parametrize("variant", ["triangle", "circle"])
+def test_exact_values_of_a_hunt_against_a_known_policy(
+    variant: str, seat: int, other: str, turns: int
+) -> None:
+    problem = dmplay.load_problem(f"predator-prey:{variant}")
+    assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+@pytest.mark.parametrize(
+    ("seat", "other", "turns"),
+    [(0, "flee", 1), (0, "flee", 5), (1, "chase", 2), (1, "random", 1),
+     pytest.param(0, "flee", 20, marks=pytest.mark.slow),
+     pytest.param(1, "chase", 20, marks=pytest.mark.slow),
+     pytest.param(0, "random", 5, marks=pytest.mark.slow),
+     pytest.param(1, "random", 5, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_exact_values_of_a_hunt_on_the_map_of_the_book(seat: int, other: str, turns: int) -> None:
+    problem = dmplay.load_problem("predator-prey")
+    assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+@pytest.mark.parametrize("turns", TURNS)
+@pytest.mark.parametrize("seat", [0, 1])
+def test_exact_values_of_a_caregiver_with_a_random_and_with_an_assumed_partner(
+    seat: int, turns: int
+) -> None:
+    problem = dmplay.load_problem("multicaregiver-crying-baby")
+    assert check_first_values(problem, turns, "random", seat=seat) == EXACT_VALUES
+    assert (
+        check_first_values(problem, turns, "feed-when-crying", seat=seat, assumes_other=True)
+        == EXACT_VALUES
+    )
+
+
+@pytest.mark.parametrize("turns", TURNS)
+@pytest.mark.parametrize(
+    ("name", "rules"),
+    [
+        ("prisoners-dilemma", ["tit-for-tat", "suspicious-tit-for-tat", "grim",
+                               "win-stay-lose-shift", "always-cooperate", "always-defect",
+                               "generous-tit-for-tat", "tit-for-two-tats", "two-tits-for-tat",
+                               "majority", "nash", "best-response", "softmax", "random"]),
+        ("rock-paper-scissors", ["uniform", "nash", "beat-last", "frequency", "random"]),
+        ("travelers-dilemma", ["nash", "claim"]),
+    ],
+)  # fmt: skip
+def test_exact_values_of_a_repeated_game_against_a_known_rule(
+    name: str, rules: Sequence[str], turns: int
+) -> None:
+    problem = dmplay.load_problem(name)
+    for rule in rules:
+        for seat in (0, 1):
+            assert check_first_values(problem, turns, rule, seat=seat) == EXACT_VALUES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("turns", [1, 2])
+@pytest.mark.parametrize("rule", ["level-k", "random"])
+def test_exact_values_of_a_dilemma_with_99_random_replies(rule: str, turns: int) -> None:
+    assert check_first_values(dmplay.load_problem("travelers-dilemma"), turns, rule) == EXACT_VALUES
 
 
 @pytest.mark.parametrize("turns", TURNS)
 def test_exact_values_of_user_defined_problems(turns: int) -> None:
     problems = [
-        Key(), Heap(), Vault(), RevealingVault(), *(RandomProblem(seed=n) for n in range(6)),
+        Key(), Heap(), *(RandomProblem(seed=n) for n in range(6)),
         *(RandomProblem(seed=n, ends=False, turns=turns) for n in range(2)),
     ]  # fmt: skip
-    checked = [check_first_values(problem, turns) for problem in problems]
-    assert sum(checked) >= 10
+    for problem in problems:
+        assert check_first_values(problem, turns) == EXACT_VALUES
+    for game in (Nim(), Toe()):
+        assert check_first_values(game, turns, f"optimal:horizon={turns}") == EXACT_VALUES
+    assert check_first_values(RevealingVault(), turns) == ""  # a search has no values
+
+
+@pytest.mark.parametrize(
+    ("turns", "values_name"),
+    [(1, EXACT_VALUES), (2, EXACT_VALUES), (5, EXACT_VALUES),
+     pytest.param(20, LOWER_BOUNDS, marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_values_of_a_user_defined_problem_with_hidden_states(turns: int, values_name: str) -> None:
+    assert check_first_values(Vault(), turns) == values_name
 
 
 @pytest.mark.parametrize("turns", [1, 2, 5])
 def test_values_of_problem_files(turns: int) -> None:
     problems = [make_tiger(), make_cheese_maze(), *(make_random_problem(n, 0.9) for n in range(3))]
-    checked = [check_first_values(problem, turns) for problem in problems]
-    assert any(checked)
+    assert EXACT_VALUES in {check_first_values(problem, turns) for problem in problems}
 
 
-@pytest.mark.parametrize("turns", [1, 2, 5])
-def test_exact_values_of_a_predator_against_a_prey_that_moves_at_random(turns: int) -> None:
-    problem = dmplay.load_problem("predator-prey:circle")
-    assert check_first_values(problem, turns, ("human", "random"), lambda s: [1 / 6] * 6)
+@pytest.mark.parametrize("turns", [1, 2, 3])
+@pytest.mark.parametrize("text", [format_dectiger(), format_broadcast(), format_recycling()])
+def test_exact_values_of_a_team_that_follows_one_plan(text: str, turns: int) -> None:
+    problem = parse_team_file(text)
+    for seat in (0, 1):
+        other = f"joint-plan:horizon={turns}"
+        assert check_first_values(problem, turns, other, seat=seat) == EXACT_VALUES
+
+
+def test_upper_bounds_are_no_smaller_than_the_returns_of_constant_teams() -> None:
+    problem = dmplay.load_problem("collaborative-predator-prey:circle")
+    agent = find_hint_provider(problem, AdviceQuestion(0, None, ("human", "random")))
+    assert agent is not None
+    assert agent.policy.values_name == UPPER_BOUNDS
+    bounds = agent.policy.action_values(agent.policy.initial_memory(np.array([0])))
+    assert bounds is not None
+    states, belief = (
+        problem.enumerate_states(),
+        Session(problem, dmplay.SeededUniforms(7)).view(0).belief,
+    )
+    for action, partner_action in [(0, 0), (0, 3), (1, 4), (2, 5), (3, 3), (5, 2)]:
+        p, outcome = enumerate_outcomes(
+            problem, states, np.tile([action, partner_action], (len(states), 1))
+        )
+        transition = np.zeros((len(states), len(states)))
+        next_states = problem.state_indices(outcome.state.reshape(-1, *states.shape[1:]))
+        rows = np.arange(len(states)).repeat(p.shape[1])
+        np.add.at(transition, (rows, next_states), p.reshape(-1))
+        rewards = (p * outcome.rewards[..., 0]).sum(axis=1)
+        returns = np.linalg.solve(np.eye(len(states)) - problem.discount * transition, rewards)
+        assert belief @ returns <= bounds[0, action]
+
+
+def test_every_hint_provider_says_how_accurate_its_values_are() -> None:
+    for name in problem_names():
+        for variant in load_variants(name).values():
+            for turns in (*TURNS, None):
+                people = ("human",) * len(variant.agents)
+                agent = find_hint_provider(variant, AdviceQuestion(0, turns, people))
+                assert agent is not None
+                if agent.policy.values_name == "values":
+                    session = Session(variant, dmplay.SeededUniforms(7), turn_limit=turns)
+                    memory = agent.policy.initial_memory(
+                        np.asarray(session.observation_after(0, 0))[None]
+                    )
+                    assert agent.policy.action_values(memory) is None

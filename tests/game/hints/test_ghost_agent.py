@@ -149,6 +149,35 @@ def test_the_ghost_of_a_simultaneous_game_is_the_best_response() -> None:
     assert message == "same draws: plan-rounds scored -3, you -4"
 
 
+def test_a_named_ghost_plans_for_the_turns_of_the_game() -> None:
+    problem = dmplay.load_problem("prisoners-dilemma")
+    partner = dmplay.load_agent(problem, 1, "tit-for-tat")
+    session = Session(problem, dmplay.SeededUniforms(7), [None, partner], turn_limit=3)
+    for _ in range(3):
+        session.advance([problem.parse_action(0, "cooperate"), None])
+    ghost = create_ghost(session, [0], "plan-rounds")
+    ghost.play_to_end()
+    assert ghost.name == "plan-rounds"  # it defects in the last round, which has no reply
+    assert ghost.describe_comparison() == "same draws: plan-rounds scored -2, you -3"
+
+
+@pytest.mark.parametrize(
+    ("name", "agent", "turns", "label"),
+    [
+        ("crying-baby", "optimal", 20, "optimal (infinite horizon)"),
+        ("2048", "expectimax", 1, "expectimax (infinite horizon)"),
+        ("2048", "random", 1, "random"),
+        ("catch", "optimal", 5, "optimal"),
+        ("hexworld", "optimal", None, "optimal"),
+    ],
+)
+def test_a_named_ghost_says_if_it_ignores_the_turn_limit(
+    name: str, agent: str, turns: int | None, label: str
+) -> None:
+    ghost = create_ghost(play_actions(name, limit=turns), [0], agent)
+    assert (ghost.name, ghost.label) == (agent, label)
+
+
 @pytest.mark.parametrize(
     ("name", "human_seats", "agent", "message"),
     [

@@ -195,6 +195,7 @@ def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hin
         ([-0.0146], ["-0.015"]),
         ([-0.001, 0.5], ["0.00", "0.50"]),
         ([0.0, 0.0], ["0.00", "0.00"]),
+        ([-5.6e-17, 0.0], ["0.00", "0.00"]),  # a rounding error
         ([2500.5, -np.inf], ["2500.50", "-inf"]),
     ],
 )

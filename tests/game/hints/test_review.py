@@ -1,6 +1,18 @@
 """Tests of the review of a game as a table."""
 
-from dmplay.game.hints.review import ReviewedAction, format_table
+import pytest
+
+import dmplay
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.session import Session
+from dmplay.game.hints.review import (
+    ReviewedAction,
+    format_table,
+    review_actions,
+    total_regret,
+)
+
+FEED = 0
 
 
 def make_reviewed_action(turn: int, seat: str, chosen: str, regret: float) -> ReviewedAction:
@@ -20,9 +32,44 @@ def test_the_worst_actions_come_first_and_equal_ones_in_order_of_turns() -> None
         "2     right   left or up  0.50 #####",
         "1     up      left or up  0.00",
         "4     left    left or up  0.00",
-        "review: best action 2 of 4 times, total expected regret (value lost) 2.50, most in turn 3",
+        "review: best action 2 of 4 times, total expected regret (value lost) 2.50, "
+        "largest in turn 3",
         "regret = value of the best action minus value of yours",
     ]
+
+
+def test_the_total_regret_is_discounted_as_the_score_is() -> None:
+    actions = [
+        make_reviewed_action(1, "agent", "d", 1.0),
+        make_reviewed_action(3, "agent", "d", 2.0)._replace(discount_factor=0.25),
+    ]
+    assert total_regret(actions) == 1.5
+    assert format_table(actions)[-2] == (
+        "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.50, "
+        "largest in turn 3"
+    )
+
+
+def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None:
+    session = Session(dmplay.load_problem("crying-baby"), dmplay.SeededUniforms(5), turn_limit=2)
+    for _ in range(2):
+        session.advance([FEED])
+    moves = [*review_actions(session, [AdviceQuestion.about(session, 0)])]
+    feeding_twice = (-5 - 10 * 0.5) + 0.9 * -5  # the baby is sated after the first turn
+    assert total_regret(moves) == pytest.approx(max(moves[0].values.values()) - feeding_twice)
+
+
+@pytest.mark.parametrize(
+    ("values_name", "word"),
+    [
+        ("exact values", "expected"),
+        ("estimated values", "estimated"),
+        ("estimated points to come", "estimated"),
+    ],
+)
+def test_a_regret_of_estimates_is_called_estimated(values_name: str, word: str) -> None:
+    action = make_reviewed_action(1, "agent", "down", 1.0)._replace(values_name=values_name)
+    assert f", total {word} regret (value lost) 1.00, " in format_table([action])[2]
 
 
 def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:

@@ -19,8 +19,11 @@ from dmplay.game.hints.review import format_summary, review_actions
 from dmplay.game.launch_requests import GameRequest
 from dmplay.registry.agents import find_hint_provider
 from dmplay.ui.shell.commands import run_line
-from tests.support.random_problems import RandomGame
+from tests.support.literature_dec_pomdps import format_dectiger, parse_team_file
+from tests.support.programs import run_dmplay
+from tests.support.random_problems import RandomGame, RandomRivalGame
 from tests.support.screens import make_game
+from tests.support.turn_based_games import Nim
 
 BABY = "crying-baby"
 
@@ -81,6 +84,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         ("collision-avoidance", None, "hint (optimal): "),
         ("collision-avoidance", 3, "hint (optimal, infinite horizon): "),
         ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
+        ("cart-pole", 5, "hint (regulate, 5 turns ahead): "),
+        ("cart-pole", 1, "hint (regulate, 1 turn left): "),
         ("catch", None, "hint (optimal, 10 turns left): "),
         ("catch", 11, "hint (optimal, 11 turns left): "),
         ("catch", 21, "hint (optimal, 10 turns left in plans of 10 turns): "),
@@ -89,7 +94,8 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         (
             "collaborative-predator-prey",
             None,
-            "hint (qmdp, if partners see the state now, you from the next turn on, ",
+            "hint (qmdp, if partners see the state now, you from the next turn on, "
+            "infinite horizon, belief with random partners): ",
         ),
         (
             "prisoners-dilemma",
@@ -151,6 +157,53 @@ def test_the_last_move_of_a_hunt_pays_only_itself() -> None:
     assert first.min() < last.min()
 
 
+def test_a_plan_of_a_team_has_no_values_after_the_person_left_it() -> None:
+    listen, open_left = 0, 1
+    players = ["human", "joint-plan:horizon=3"]
+    session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
+    provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
+    assert provider.create_hint().startswith("hint (joint-plan, 3 turns left): listen. exact ")
+    session.advance([listen, listen])
+    assert "exact values: listen " in provider.create_hint()
+    session.undo()
+    session.advance([open_left, listen])  # the tiger moves, which the plan does not expect
+    assert provider.create_hint() == (
+        "hint (joint-plan, 2 turns left, no values since the plan was left or began again): listen"
+    )
+    session.advance([listen, listen])
+    question = AdviceQuestion.about(session, 0, players)
+    assert [move.turn for move in review_actions(session, [question])] == [1]
+
+
+@pytest.mark.parametrize(
+    ("opponent", "players"),
+    [
+        ("joint-plan:horizon=3", ""),
+        ("joint-plan", "if the whole team follows the plan"),  # it plans four turns
+        ("random", "if the whole team follows the plan"),
+    ],
+)
+def test_a_partner_with_a_plan_for_other_turns_does_not_follow_the_plan(
+    opponent: str, players: str
+) -> None:
+    problem = parse_team_file(format_dectiger())
+    agent = find_hint_provider(problem, AdviceQuestion(0, 3, ("human", opponent)))
+    assert agent is not None
+    assert agent.scope == players
+
+
+@pytest.mark.parametrize(
+    ("opponent", "is_exact"), [("optimal:horizon=2", True), ("optimal", False), ("random", False)]
+)
+def test_an_opponent_with_a_plan_for_other_turns_is_an_assumption(
+    opponent: str, *, is_exact: bool
+) -> None:
+    for game in (RandomRivalGame(), Nim()):
+        agent = find_hint_provider(game, AdviceQuestion(0, 2, ("human", opponent)))
+        assert agent is not None
+        assert (agent.scope == "") is is_exact
+
+
 def test_values_of_all_states_are_those_of_the_turns_left() -> None:
     problem = dmplay.load_problem("hexworld")
     session = Session(problem, dmplay.SeededUniforms(7), turn_limit=2)
@@ -165,6 +218,9 @@ def test_values_of_all_states_are_those_of_the_turns_left() -> None:
     first_again = provider.build_overlay("values", 0)
     assert first_again is not None
     assert np.array_equal(first_again.action_values, before.action_values)
+    session.advance([0])
+    assert provider.build_overlay("values") is None  # no turn is left
+    assert provider.describe_game(1) == "1 turn left"
 
 
 def test_listed_values_say_what_they_are_about() -> None:
@@ -268,6 +324,22 @@ def test_hint_values_and_review_name_the_other_players(
         f"1 turn left, {players}",
     ]
     assert {move.scope for move in reviewed} == {players * (not players.startswith("against"))}
+
+
+def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> None:
+    arguments = ["prisoners-dilemma", "--vs", "grim", "--seed", "3", "--turns", "3"]
+    actions = "defect\nseat agent2=always-cooperate\ndefect\ncooperate\n"
+    finished = run_dmplay(tmp_path, *arguments, "-o", "game.dmt", stdin=actions)
+    branch = tmp_path / "game-2.dmt"
+    moves = dmplay.review(branch)
+    assert [(move.turn, move.best, move.regret) for move in moves] == [
+        (2, ("defect",), 0.0), (3, ("defect",), 1.0)
+    ]  # fmt: skip
+    assert "\nchoices: best action 1 of 2 times; regret 1.00\n" in finished.stdout
+    assert "same draws" not in finished.stdout
+    assert "other seeds" not in finished.stdout
+    (grade,) = grade_files([branch]).grades
+    assert (grade.regret, grade.best_count, grade.valued_count) == (1.0, 1, 2)
 
 
 def test_a_prey_is_assumed_to_be_chased() -> None:

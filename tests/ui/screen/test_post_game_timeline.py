@@ -69,9 +69,9 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 
  over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
  choices: best action 1 of 4 times; discounted regret 5.97
- luck: -1.35. score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
+ luck: score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
  worst: turn 1: w, where se was worth 5.05 more
- other seeds: better than 57 of 100 random games, 11 of 100 games of optimal
+ other seeds: better than 57 of 100 random and 11 of 100 optimal games
  same draws: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -123,12 +123,12 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
    -19.423 (undiscounted -21).
  choices: best action 2 of 5 times; discounted
    regret 3.29
- luck: -2.66. score -19.42 = -13.47 expected at
-   best - 3.29 regret - 2.66 luck
+ luck: score -19.42 = -13.47 expected at best -
+   3.29 regret - 2.66 luck
  worst: turn 4: feed, where ignore was worth 3.88
    more
- other seeds: better than 47 of 100 random games,
-   11 of 100 games of optimal
+ other seeds: better than 47 of 100 random and 11
+   of 100 optimal games
  same draws: optimal scored -15, you -19.423
 
  Enter look back  PgUp log  ? help  q quit""",
@@ -184,9 +184,9 @@ true state: sated
 
  over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
  choices: best action 2 of 5 times; discounted regret 3.29
- luck: -2.66. score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
+ luck: score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
  worst: turn 4: feed, where ignore was worth 3.88 more
- other seeds: better than 47 of 100 random games, 11 of 100 games of optimal
+ other seeds: better than 47 of 100 random and 11 of 100 optimal games
  same draws: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.

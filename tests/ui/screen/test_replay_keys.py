@@ -9,6 +9,8 @@ from dmplay.game.game_setup import start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.game.playback import Playback
 from dmplay.terminal.capabilities import Terminal
+from dmplay.ui.screen.footer import format_footer
+from dmplay.ui.screen.frame_state import Viewport
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
 
@@ -38,6 +40,15 @@ def test_arrows_home_and_end_move_through_the_turns(screen: PlayScreen) -> None:
     assert press(screen, "left") == 1
     assert press(screen, "end") == 8
     assert press(screen, "home") == 0
+
+
+def test_the_log_holds_no_later_turn_after_a_jump_back(screen: PlayScreen) -> None:
+    press(screen, "end", "2", "enter")
+    assert [row.partition(".")[0] for row in screen.log[:-1]] == ["turn 2"]
+    press(screen, "right")
+    assert [row.partition(".")[0] for row in screen.log[:-1]] == ["turn 2", "turn 3"]
+    press(screen, "home")
+    assert screen.log[:-1] == []
 
 
 def test_the_number_of_a_turn_and_enter_go_there(screen: PlayScreen) -> None:
@@ -109,3 +120,18 @@ def test_the_keys_do_not_change_another_game(tmp_path: Path) -> None:
     handle_key(screen, "X")
     assert screen.message == "X: no such key; ? lists the keys"
     game.finish()
+
+
+def test_the_footer_of_a_replay_keeps_the_keys_for_its_turns_on_a_small_screen(
+    screen: PlayScreen,
+) -> None:
+    footers = {
+        columns: format_footer(screen.game, Viewport(columns, 14)).plain.strip()
+        for columns in (80, 50, 36, 20)
+    }
+    assert footers == {
+        80: "← → turns  P play  X worst  Enter play from here  ? help  q quit  : command",
+        50: "← → turns  P play  X worst  ? help  q quit",
+        36: "← → turns  P play  ? help  q quit",
+        20: "? help  q quit",
+    }

@@ -69,7 +69,7 @@ COMPLETION_CASES = [
     ("dmplay hexworld --keys ", ["vi", "left", "arrows", "digits"]),
     ("dmplay hexworld --theme h", ["high-contrast"]),
     ("dmplay replay ", ["game.dmt", "more/", "state/"]),
-    ("dmplay figure F.1", [f"F.{n}" for n in range(10, 17)]),
+    ("dmplay plot F.1", ["F.1", *(f"F.{n}" for n in range(10, 17))]),
     ("dmplay list PO", ["POMDP", "POMG"]),
     ("dmplay config ", ["show", "path"]),
     ("dmplay verfy --ag", ["--agent"]),

@@ -129,15 +129,16 @@ def test_alpha_vectors_of_two_states_are_lines_and_the_belief_is_marked() -> Non
         np.array([False, False, True]),
         np.array([0.5, 0.5]),
     )
-    assert draw(vectors, 52, 8, ascii_=True) == [
+    assert draw(vectors, 52, 9, ascii_=True) == [
         "V",
-        "8.0 |xxxx          |          oooo  o feed (0, 8)",
-        "    |    xxxxxxx   |   ooooooo      x ignore (8, 0)",
-        "    |           xxx*xxx             . 1 dominated",
-        "    |    ooooooo   |   xxxxxxx      * belief",
-        "0.0 |oooo.....................xxxx",
-        "    +-----------------------------",
-        "     0         P(hungry)         1",
+        "  |xxxx           |           oooo  o feed (0, 8)",
+        "  |    xxxxxxxx   |   oooooooo      x ignore (8, 0)",
+        "5 +            xxx*xxx              . 1 dominated",
+        "  |    oooooooo   |   xxxxxxxx      * belief",
+        "0 +oooo.......................xxxx",
+        "  ++--------------+--------------+",
+        "   0             0.5             1",
+        "              P(hungry)",
     ]
 
 

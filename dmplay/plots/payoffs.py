@@ -1,0 +1,126 @@
+"""Plots of the rewards of a game of two agents, with its equilibria marked.
+
+In a Nash equilibrium, no agent gains by changing its own strategy alone.
+"""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.text import format_count
+from dmplay.evaluation.solutions.solution import format_mixed_strategy
+from dmplay.plots.plot_data import GridPanel, Plot, TablePanel
+from dmplay.plots.plotted_problem import PlottedProblem
+from dmplay.solvers.games import bimatrix_game, extreme_equilibria, lemke_howson
+from dmplay.solvers.games.bimatrix_game import MixedProfile
+from dmplay.solvers.methods import is_simple_game
+from dmplay.views.toolkit.plots import Axis
+
+MAX_TABLE_ROWS, MAX_TABLE_COLUMNS = 12, 6  # of a table; larger games are heat maps
+MAX_LISTED_EQUILIBRIA = 5
+PURE_LABEL = "equilibrium in pure strategies"
+
+
+def plot_payoffs(subject: PlottedProblem) -> Plot:
+    """Return the rewards of one round, as a table or as heat maps, with the equilibria."""
+    problem = subject.problem
+    if len(problem.agents) != 2 or not is_simple_game(problem):
+        raise subject.refuse("payoffs", "expected two agents, one state and all actions legal")
+    subject.refuse_turns("payoffs", "they are those of one round")
+    payoffs = bimatrix_game.build_payoffs(problem)
+    profiles, is_complete = find_equilibria(payoffs)
+    title = f"{subject.title}: rewards of one round"
+    notes = _describe_equilibria(subject, profiles, is_complete=is_complete)
+    cells = {cell for profile in profiles if (cell := find_pure_cell(profile)) is not None}
+    rows, columns = problem.actions[0].labels, problem.actions[1].labels
+    is_small = len(rows) <= MAX_TABLE_ROWS and len(columns) <= MAX_TABLE_COLUMNS
+    if is_small or 1 in (len(rows), len(columns)):
+        texts = [[f"{first:g}, {second:g}" for first, second in row] for row in payoffs]
+        table = TablePanel(
+            f"rewards of {problem.agents[0]}, {problem.agents[1]}",
+            problem.agents[0],
+            problem.agents[1],
+            rows,
+            columns,
+            texts,
+            frozenset(cells),
+            PURE_LABEL,
+        )
+        return Plot(title, [table], notes=notes)
+    x, y = (_make_action_axis(agent, labels) for agent, labels in _list_action_labels(subject))
+    marks = [(_read_number(rows, i), _read_number(columns, j)) for i, j in sorted(cells)]
+    panels = [
+        GridPanel(
+            f"reward of {agent}",
+            x,
+            y,
+            payoffs[:, :, seat],
+            f"reward of {agent}",
+            marks=marks,
+            mark_label=PURE_LABEL,
+        )
+        for seat, agent in enumerate(problem.agents)
+    ]
+    return Plot(title, panels, columns=2, notes=notes)
+
+
+def find_equilibria(payoffs: Reals) -> tuple[list[MixedProfile], bool]:
+    """Return the equilibria of payoffs `[A1, A2, 2]`, and whether they are all extreme ones."""
+    profiles = extreme_equilibria.find_extreme_equilibria(
+        payoffs
+    ) or bimatrix_game.enumerate_equilibria_if_small(payoffs)
+    return (profiles, True) if profiles else ([lemke_howson.find_equilibrium(payoffs)], False)
+
+
+def find_pure_cell(profile: MixedProfile) -> tuple[int, int] | None:
+    """Return the cell of an equilibrium in pure strategies; None for mixed strategies."""
+    i, j = (int(np.argmax(strategy)) for strategy in profile)
+    is_pure = min(profile.row_strategy[i], profile.column_strategy[j]) > 1.0 - 1e-9
+    return (i, j) if is_pure else None
+
+
+def _describe_equilibria(
+    subject: PlottedProblem, profiles: Sequence[MixedProfile], *, is_complete: bool
+) -> list[str]:
+    """Return a note for each listed equilibrium, and one for those that are left out."""
+    problem = subject.problem
+    notes = []
+    for profile in profiles[:MAX_LISTED_EQUILIBRIA]:
+        strategies = (
+            f"{agent}: {format_mixed_strategy(problem, seat, profile[seat])}"
+            for seat, agent in enumerate(problem.agents)
+        )
+        notes.append(f"Nash equilibrium: {'; '.join(strategies)}")
+    if len(profiles) > MAX_LISTED_EQUILIBRIA:
+        hidden = format_count(len(profiles) - MAX_LISTED_EQUILIBRIA, "more equilibrium")
+        notes.append(f"and {hidden.replace('equilibriums', 'equilibria')}")
+    if not is_complete:
+        notes.append("this is one equilibrium; there may be others")
+    return notes
+
+
+def _list_action_labels(subject: PlottedProblem) -> list[tuple[str, Sequence[str]]]:
+    """Return each agent with the labels of its actions."""
+    problem = subject.problem
+    return [(agent, problem.actions[seat].labels) for seat, agent in enumerate(problem.agents)]
+
+
+def _make_action_axis(agent: str, labels: Sequence[str]) -> Axis:
+    """Return the axis of an agent's actions: their numbers, or their positions."""
+    low, high = _read_number(labels, 0), _read_number(labels, len(labels) - 1)
+    noun = "action" if _are_numbers(labels) else "action number"
+    return Axis(f"{noun} of {agent}", low, high, is_whole=True)
+
+
+def _read_number(labels: Sequence[str], index: int) -> float:
+    """Return an action's number: that of its label if all labels are numbers, else from 1 on."""
+    return float(labels[index]) if _are_numbers(labels) else index + 1.0
+
+
+def _are_numbers(labels: Sequence[str]) -> bool:
+    """Return whether the labels are consecutive whole numbers."""
+    if not all(label.isdecimal() for label in labels):
+        return False
+    numbers = [int(label) for label in labels]
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))

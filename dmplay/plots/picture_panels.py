@@ -1,0 +1,326 @@
+"""The drawing of each kind of panel with matplotlib."""
+
+from collections.abc import Sequence
+from math import sqrt
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
+from dmplay.plots.plot_data import (
+    GridPanel,
+    HexPanel,
+    LinePanel,
+    Panel,
+    PlottedHex,
+    Series,
+    TablePanel,
+    TrianglePanel,
+)
+from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
+from dmplay.views.toolkit.plots import Axis
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.patches import Rectangle
+
+# The colours of Okabe and Ito, which colour-blind readers can tell apart.
+LINE_COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#000000", "#e69f00", "#56b4e9")
+LINE_STYLES = ("-", "--", "-.", ":")
+MARKERS = ("o", "s", "^", "D", "v", "P", "X")
+HEX_COLOURS = {"gain": "#009e73", "loss": "#d55e00", "hunter": "#fbe3b5", "prey": "#cfe8f7"}
+MAX_WHOLE_TICKS = 7
+MAX_MARKED_POINTS = 40  # of a line; longer lines have no markers
+MAX_CONTOUR_POINTS = 20_000  # of a heat map with contour lines
+SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
+TABLE_ROW_INCHES = 0.26
+TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of the whole width
+MAX_HEX_INCHES = 0.9  # width of a hex
+TIE_TOLERANCE = 1e-9
+TRIANGLE_STEPS = 60  # points along a side at which values are drawn
+
+
+def compute_panel_height(panel: Panel, width: float) -> float:
+    """Return the height of a panel in inches, given its width."""
+    match panel:
+        case HexPanel():
+            low, high = _measure_hexes(panel.cells)
+            scale = min(0.86 * width / (high[0] - low[0]), MAX_HEX_INCHES)
+            return float(scale * (high[1] - low[1])) + 0.3
+        case TrianglePanel():
+            return 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
+        case TablePanel():
+            return TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
+        case GridPanel():
+            return 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
+    return min(0.5 * width, 3.0)
+
+
+def draw_panel(ax: "Axes", panel: Panel, styles: PictureStyles) -> None:
+    """Draw a panel in its axes."""
+    match panel:
+        case LinePanel():
+            _draw_lines(ax, panel, styles)
+        case GridPanel():
+            _draw_grid(ax, panel, styles)
+        case HexPanel():
+            _draw_hexes(ax, panel, styles)
+        case TrianglePanel():
+            _draw_triangle(ax, panel, styles)
+        case TablePanel():
+            _draw_table(ax, panel)
+
+
+def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
+    """Show the axes with their labels and ranges."""
+    from matplotlib.ticker import MaxNLocator
+
+    ax.set_axis_on()
+    ax.set_xlabel(x.label)
+    ax.set_ylabel(y.label)
+    ax.set_xlim(x.low, x.high)
+    ax.set_ylim(y.low, y.high)
+    for axis, direction in ((x, ax.xaxis), (y, ax.yaxis)):
+        if axis.is_whole:
+            direction.set_major_locator(MaxNLocator(MAX_WHOLE_TICKS, integer=True))
+
+
+def _draw_lines(ax: "Axes", panel: LinePanel, styles: PictureStyles) -> None:
+    """Draw series over the regions of the horizontal axis."""
+    _set_axes(ax, panel.x, panel.y)
+    for region in panel.regions:
+        ax.axvspan(
+            region.low, region.high, facecolor=styles.colour(region.label),
+            hatch=styles.hatch(region.label), edgecolor="#bbbbbb", linewidth=0.0, zorder=0,
+        )  # fmt: skip
+        if region.low > panel.x.low:
+            ax.axvline(region.low, color="#777777", linewidth=0.8, zorder=1)
+    for series in panel.series:
+        _draw_series(ax, series)
+
+
+def _draw_series(ax: "Axes", series: Series) -> None:
+    """Draw a series as a line, as points or as bars."""
+    colour = LINE_COLOURS[series.style % len(LINE_COLOURS)]
+    line_style = LINE_STYLES[series.style % len(LINE_STYLES)]
+    label = series.label or "_nolegend_"
+    if series.kind == "bars":
+        step = float(np.diff(series.x).min(initial=np.inf))
+        width = 0.9 * step if np.isfinite(step) else 0.8
+        ax.bar(series.x, series.y, width, color=colour, label=label)
+    elif series.kind == "points":
+        ax.plot(
+            series.x, series.y, "o", markersize=8, markerfacecolor="none",
+            markeredgecolor="#000000", label=label, clip_on=False, zorder=4,
+        )  # fmt: skip
+    elif series.is_thin:
+        ax.plot(series.x, series.y, line_style, color=colour, linewidth=0.7, alpha=0.8)
+    else:
+        has_markers = 2 < len(series.x) <= MAX_MARKED_POINTS
+        marker = MARKERS[series.style % len(MARKERS)] if has_markers else ""
+        ax.plot(
+            series.x, series.y, line_style, color=colour, linewidth=2.0, marker=marker,
+            markersize=5, label=label, clip_on=not has_markers,
+        )  # fmt: skip
+
+
+def _draw_grid(ax: "Axes", panel: GridPanel, styles: PictureStyles) -> None:
+    """Draw a heat map with contour lines, or coloured and hatched regions."""
+    from matplotlib.colors import ListedColormap
+
+    _set_axes(ax, panel.x, panel.y)
+    columns, rows = panel.values.shape
+    x = np.linspace(panel.x.low, panel.x.high, columns)
+    y = np.linspace(panel.y.low, panel.y.high, rows)
+    half_x, half_y = (x[1] - x[0]) / 2, (y[1] - y[0]) / 2
+    extent = (x[0] - half_x, x[-1] + half_x, y[0] - half_y, y[-1] + half_y)
+    options: dict[str, Any] = {
+        "origin": "lower", "extent": extent, "aspect": "auto", "interpolation": "nearest",
+    }  # fmt: skip
+    if panel.categories:
+        used = panel.used_categories
+        colours = ListedColormap(
+            [styles.colour(label) if label in used else "none" for label in panel.categories]
+        )
+        last = len(panel.categories) - 0.5
+        ax.imshow(panel.values.T, cmap=colours, vmin=-0.5, vmax=last, **options)
+        for index, label in enumerate(panel.categories):
+            is_here = np.equal(panel.values.T, index).astype(float)
+            if is_here.any() and styles.hatch(label):
+                hatched = ax.contourf(
+                    x, y, is_here, levels=[0.5, 1.5], colors="none", hatches=[styles.hatch(label)]
+                )
+                hatched.set_edgecolor("#999999")
+                hatched.set_linewidth(0.0)
+    else:
+        scale = styles.add_scale(ax, panel.value_label)
+        ax.imshow(panel.values.T, **_scale_options(scale), **options)
+        if columns * rows <= MAX_CONTOUR_POINTS and np.ptp(panel.values):
+            ax.contour(x, y, panel.values.T, 8, colors="#ffffff", linewidths=0.5)
+    for mark_number, (mark_x, mark_y) in enumerate(panel.marks):
+        label = "_nolegend_" if mark_number else panel.mark_label
+        ax.plot(
+            mark_x, mark_y, "*", markersize=14, color="#ffffff", markeredgecolor="#000000",
+            label=label, clip_on=False, linestyle="none",
+        )  # fmt: skip
+    ax.set_xlim(extent[:2])
+    ax.set_ylim(extent[2:])
+
+
+def _scale_options(scale: "ScalarMappable") -> dict[str, Any]:
+    """Return the options that draw values in the colours of a scale."""
+    return {"cmap": scale.cmap, "norm": scale.norm}
+
+
+def _hex_centre(hex_: Hex) -> Reals:
+    """Return the centre of a hex of width 1, with its point at the top."""
+    q, r = hex_
+    return np.array([q + r / 2, r * sqrt(3) / 2])
+
+
+def _to_pair(point: Reals) -> tuple[float, float]:
+    """Return a point as a pair."""
+    return float(point[0]), float(point[1])
+
+
+def _measure_hexes(cells: Sequence[PlottedHex]) -> tuple[Reals, Reals]:
+    """Return the lower left and the upper right corner of a map."""
+    centres = np.array([_hex_centre(cell.hex) for cell in cells])
+    margin = np.array([0.55, 0.65])
+    return centres.min(axis=0) - margin, centres.max(axis=0) + margin
+
+
+def _draw_hexes(ax: "Axes", panel: HexPanel, styles: PictureStyles) -> None:
+    """Draw a map of hexagons, coloured by value, with arrows and texts."""
+    from matplotlib.colors import to_hex, to_rgb
+    from matplotlib.patches import RegularPolygon
+
+    has_values = len(list_values(panel)) > 0
+    scale = styles.add_scale(ax, panel.value_label, is_light=True) if has_values else None
+    for cell in panel.cells:
+        x, y = _hex_centre(cell.hex)
+        fill = HEX_COLOURS.get(cell.kind, "#ffffff")
+        if scale and cell.value is not None and not cell.kind:
+            fill = to_hex(scale.to_rgba(np.array([cell.value]))[0])
+        is_dark = np.dot(to_rgb(fill), (0.299, 0.587, 0.114)) < 0.45
+        ink = "#ffffff" if is_dark else "#000000"
+        ax.add_patch(
+            RegularPolygon((x, y), 6, radius=1 / sqrt(3), facecolor=fill, edgecolor="#444444")
+        )
+        has_arrow = bool(cell.directions)
+        middle = np.array([x, y + 0.15])
+        for direction in cell.directions:
+            is_only = len(cell.directions) == 1
+            step = (0.22 if is_only else 0.28) * _hex_centre(NEIGHBOUR_OFFSETS[direction])
+            ax.annotate(
+                "", _to_pair(middle + step), _to_pair(middle - step if is_only else middle),
+                arrowprops={"arrowstyle": "-|>", "color": ink, "linewidth": 1.4,
+                            "mutation_scale": 9 if is_only else 7, "shrinkA": 0, "shrinkB": 0},
+            )  # fmt: skip
+        ax.text(
+            x, y - 0.22 * has_arrow, cell.text, ha="center", va="center", color=ink,
+            fontsize=NOTE_SIZE, fontweight="bold" if cell.kind else "normal",
+        )  # fmt: skip
+    low, high = _measure_hexes(panel.cells)
+    ax.set_xlim(low[0], high[0])
+    ax.set_ylim(low[1], high[1])
+    ax.set_aspect("equal")
+
+
+TRIANGLE_CORNERS = np.array([[0.5, sqrt(3) / 2], [0.0, 0.0], [1.0, 0.0]])
+
+
+def _draw_triangle(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> None:
+    """Draw the regions of the best actions, or the values, over the beliefs of three states."""
+    ax.set_aspect("equal")
+    ax.set_xlim(-0.15, 1.15)
+    ax.set_ylim(-0.12, sqrt(3) / 2 + 0.12)
+    if panel.shows_values:
+        _draw_triangle_values(ax, panel, styles)
+    for index, action in enumerate(panel.actions):
+        corners = panel.region_corners(index)
+        if len(corners) < 3:
+            continue
+        points = corners @ TRIANGLE_CORNERS
+        if not panel.shows_values:
+            colour = styles.colour(action)
+            ax.fill(*points.T, facecolor=colour, edgecolor=colour, linewidth=0.5)
+            ax.fill(
+                *points.T, facecolor="none", edgecolor="#999999", linewidth=0.0,
+                hatch=styles.hatch(action),
+            )  # fmt: skip
+        for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+            if not panel.shows_values and _divides_actions(panel, action, (start + end) / 2):
+                ax.plot(
+                    *(np.array([start, end]) @ TRIANGLE_CORNERS).T, "-", color="#444444", lw=0.8
+                )
+    outline = np.vstack([TRIANGLE_CORNERS, TRIANGLE_CORNERS[:1]])
+    ax.plot(*outline.T, "-", color="#000000", linewidth=1.0)
+    spec = ax.get_subplotspec()
+    if spec and spec.get_gridspec().ncols > 1:
+        return  # the panels are too small for the names of the corners
+    (top, left, right), names = TRIANGLE_CORNERS, [f"P({name}) = 1" for name in panel.corners]
+    ax.text(top[0], top[1] + 0.03, names[0], ha="center", va="bottom")
+    ax.text(left[0], left[1] - 0.03, names[1], ha="center", va="top")
+    ax.text(right[0], right[1] - 0.03, names[2], ha="center", va="top")
+
+
+def _divides_actions(panel: TrianglePanel, action: str, belief: Reals) -> bool:
+    """Return whether another first action is equally good at a belief."""
+    values = panel.alpha_vectors @ belief
+    is_tied = values >= values.max() - TIE_TOLERANCE * max(1.0, float(abs(values).max()))
+    return any(panel.actions[index] != action for index in np.flatnonzero(is_tied).tolist())
+
+
+def _draw_triangle_values(ax: "Axes", panel: TrianglePanel, styles: PictureStyles) -> None:
+    """Draw the values of beliefs as filled contours."""
+    steps = np.arange(TRIANGLE_STEPS + 1)
+    beliefs = np.array(
+        [(i, j, TRIANGLE_STEPS - i - j) for i in steps for j in steps[: TRIANGLE_STEPS + 1 - i]]
+    ) / float(TRIANGLE_STEPS)
+    values = (beliefs @ panel.alpha_vectors.T).max(axis=1)
+    scale = styles.add_scale(ax, panel.value_label)
+    points = beliefs @ TRIANGLE_CORNERS
+    ax.tricontourf(points[:, 0], points[:, 1], values, 12, **_scale_options(scale))
+
+
+def _draw_table(ax: "Axes", panel: TablePanel) -> None:
+    """Draw a table of texts; marked cells are shaded, bold and starred.
+
+    A column is as wide as its longest text; a unit is the width of a character.
+    """
+    widths = [
+        max(map(len, [label, *(row[j] for row in panel.cells)])) + TABLE_GAP
+        for j, label in enumerate(panel.columns)
+    ]
+    label_width = max(map(len, [panel.row_title, *panel.rows])) + TABLE_GAP
+    edges = np.cumsum([label_width, *widths])
+    centres = (edges[:-1] + edges[1:]) / 2
+    ax.set_xlim(0, max(edges[-1], MIN_TABLE_CHARACTERS))
+    ax.set_ylim(len(panel.rows), -2 if panel.column_title else -1)
+    ax.text(0, -0.5, panel.row_title, va="center", fontweight="bold")
+    middle = (edges[0] + edges[-1]) / 2
+    ax.text(middle, -1.5, panel.column_title, ha="center", va="center", fontweight="bold")
+    for x, label in zip(centres, panel.columns, strict=True):
+        ax.text(x, -0.5, label, ha="center", va="center")
+    ax.plot([0, edges[-1]], [0, 0], "-", color="#000000", linewidth=0.8)
+    for i, label in enumerate(panel.rows):
+        ax.text(0, i + 0.5, label, va="center")
+        for j, (x, text) in enumerate(zip(centres, panel.cells[i], strict=True)):
+            is_marked = (i, j) in panel.marked
+            if is_marked:
+                mark_label = panel.mark_label if (i, j) == min(panel.marked) else "_nolegend_"
+                ax.add_patch(_make_cell_patch((edges[j], i), widths[j], mark_label))
+            content, weight = (f"{text} *", "bold") if is_marked else (text, "normal")
+            ax.text(x, i + 0.5, content, ha="center", va="center", fontweight=weight)
+
+
+def _make_cell_patch(corner: tuple[float, float], width: float, label: str) -> "Rectangle":
+    """Return the shading of a marked cell of a table."""
+    from matplotlib.patches import Rectangle
+
+    return Rectangle(
+        corner, width, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label
+    )

@@ -1,0 +1,183 @@
+"""The content of a plot, separate from its drawing: axes, series, regions, maps and tables.
+
+A plot has one or more panels. `terminal_drawing` and `picture_panels` draw each kind of panel.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from dmplay.core.arrays import Array, Reals
+from dmplay.problems.shared.hexgrid import Hex
+from dmplay.views.toolkit.plots import Axis
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Numbers `y` over `x`, drawn as a line, as points or as bars.
+
+    Series with the same style number have the same colour, line style and marker.
+    """
+
+    label: str  # '' for no entry in the legend
+    x: Reals
+    y: Reals
+    kind: Literal["line", "points", "bars"] = "line"
+    style: int = 0
+    is_thin: bool = False
+
+
+@dataclass(frozen=True)
+class Region:
+    """An interval of the horizontal axis, such as the beliefs with the same best action."""
+
+    label: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, eq=False)
+class LinePanel:
+    """Series over a horizontal axis that regions may divide."""
+
+    title: str
+    x: Axis
+    y: Axis
+    series: Sequence[Series]
+    regions: Sequence[Region] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class GridPanel:
+    """A number for each point of a rectangular grid.
+
+    With `categories`, the numbers are their indices, and the panel shows regions.
+    """
+
+    title: str
+    x: Axis
+    y: Axis
+    values: Reals  # [X, Y]; nan: not drawn
+    value_label: str = ""
+    categories: Sequence[str] = ()
+    marks: Sequence[tuple[float, float]] = ()  # points, such as equilibria
+    mark_label: str = ""
+
+    @property
+    def used_categories(self) -> list[str]:
+        """The categories that some point has."""
+        used = np.unique(self.values[np.isfinite(self.values)]) if self.categories else ()
+        return [self.categories[int(index)] for index in used]
+
+
+@dataclass(frozen=True)
+class PlottedHex:
+    """One hex of a map: its value, the best directions, and a text."""
+
+    hex: Hex
+    value: float | None = None
+    directions: Sequence[int] = ()  # indices of actions
+    text: str = ""
+    kind: Literal["", "gain", "loss", "hunter", "prey"] = ""
+
+
+@dataclass(frozen=True)
+class HexPanel:
+    """A map of hexes, coloured by value."""
+
+    title: str
+    cells: Sequence[PlottedHex]
+    value_label: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TrianglePanel:
+    """The beliefs over three states as a triangle, with alpha vectors and their actions.
+
+    A corner is certainty of a state: the first at the top, the others at the left and the right.
+    """
+
+    title: str
+    corners: Sequence[str]
+    alpha_vectors: Reals  # [N, 3]
+    actions: Sequence[str]  # [N], first actions of the vectors
+    value_label: str = ""  # '' if only the actions are drawn
+
+    @property
+    def shows_values(self) -> bool:
+        """True if the values are drawn."""
+        return bool(self.value_label)
+
+    @property
+    def distinct_actions(self) -> list[str]:
+        """The different first actions, in the order of the vectors."""
+        return list(dict.fromkeys(self.actions))
+
+    def best_action(self, belief: Reals) -> str:
+        """Return the first action that is best at a belief `[3]`."""
+        return self.actions[int(np.argmax(self.alpha_vectors @ belief))]
+
+    def region_corners(self, index: int) -> Reals:
+        """Return the corners `[K, 3]` of the beliefs at which a vector is the greatest.
+
+        The triangle is clipped by the half-plane of each other vector (Sutherland-Hodgman).
+        """
+        polygon = list(np.eye(3))
+        for other in np.delete(self.alpha_vectors, index, axis=0):
+            polygon = _clip_polygon(polygon, self.alpha_vectors[index] - other)
+        return np.array(polygon).reshape(-1, 3)
+
+
+def _clip_polygon(polygon: list[Array], normal: Reals) -> list[Array]:
+    """Return the part of a polygon in which `normal @ point` is at least 0."""
+    heights = [float(normal @ point) for point in polygon]
+    clipped = []
+    for (point, height), (next_point, next_height) in zip(
+        zip(polygon, heights, strict=True),
+        zip(polygon[1:] + polygon[:1], heights[1:] + heights[:1], strict=True),
+        strict=True,
+    ):
+        if height >= 0.0:
+            clipped.append(point)
+        if (height >= 0.0) != (next_height >= 0.0):
+            share = height / (height - next_height)
+            clipped.append(point + share * (next_point - point))
+    return clipped
+
+
+@dataclass(frozen=True)
+class TablePanel:
+    """A table of texts, such as the rewards of a game; some cells are marked."""
+
+    title: str
+    row_title: str
+    column_title: str
+    rows: Sequence[str]
+    columns: Sequence[str]
+    cells: Sequence[Sequence[str]]
+    marked: frozenset[tuple[int, int]] = frozenset()
+    mark_label: str = ""
+
+
+Panel = LinePanel | GridPanel | HexPanel | TrianglePanel | TablePanel
+
+
+@dataclass(frozen=True)
+class Plot:
+    """A titled figure of one or more panels, with notes below it."""
+
+    title: str
+    panels: Sequence[Panel]
+    columns: int = 1  # panels beside each other in a picture
+    notes: Sequence[str] = ()
+    actions: Sequence[str] = ()  # of the problem; their order gives regions their colours
+
+
+def make_value_axis(label: str, *values: Reals) -> Axis:
+    """Return an axis that holds all values, with a small margin."""
+    joined = np.concatenate([np.ravel(part) for part in values])
+    low, high = float(joined.min()), float(joined.max())
+    margin = 0.05 * (high - low) or max(abs(low), 1.0) * 0.05
+    return Axis(label, low - margin, high + margin)

@@ -1,0 +1,330 @@
+"""Plots as text for the terminal, legible without colour and in ASCII.
+
+plotext 5.3 and uniplot 0.23 were tried in place of this module. Both draw curves with quadrants or
+Braille dots, which screen readers read as noise and ASCII lacks; without colour, all curves look
+the same. Neither draws hexes, triangles, tables or regions.
+"""
+
+import textwrap
+from collections.abc import Sequence
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.core.arrays import Reals
+from dmplay.plots.plot_data import (
+    GridPanel,
+    HexPanel,
+    LinePanel,
+    Panel,
+    Plot,
+    Series,
+    TablePanel,
+    TrianglePanel,
+)
+from dmplay.problems.shared.hexgrid import Hex
+from dmplay.views.toolkit import hexgrid
+from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
+from dmplay.views.toolkit.canvas import (
+    BAR_LEVELS,
+    Canvas,
+    format_to_width,
+    measure_text,
+    split_rows,
+)
+from dmplay.views.toolkit.hexgrid import COMPACT_SIZE, DOT_SIZE, NORMAL_SIZE, HexSize
+from dmplay.views.toolkit.plots import PlotArea
+
+MIN_COLUMNS, MAX_COLUMNS = 36, 100
+AREA_ROWS = 15
+MAX_GRID_COLUMNS, MAX_GRID_ROWS = 72, 21
+LARGE_TRIANGLE_ROWS, SMALL_TRIANGLE_ROWS = 18, 8
+PANEL_GAP = 3  # columns between panels
+SERIES_GLYPHS = "●○◆✗=%"
+THIN_GLYPH = "·"
+MAX_ARROWS, MANY_ARROWS_GLYPH = 2, "*"  # best directions that a hex shows
+VALUE_LEVELS = f" {BAR_LEVELS}"
+STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
+HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
+MARK_GLYPH, POINT_GLYPH = "✗", "#"
+
+
+def draw_plot(plot: Plot, columns: int) -> Text:
+    """Return a plot as text of at most this number of columns, as far as its content allows."""
+    columns = min(max(columns, MIN_COLUMNS), MAX_COLUMNS)
+    actions = _list_actions(plot)
+    is_small = len(plot.panels) > 1
+    drawings = [_draw_panel(panel, columns, actions, is_small=is_small) for panel in plot.panels]
+    lines = [_wrap(plot.title, columns, "bold"), *_arrange_panels(drawings, columns)]
+    lines += [_draw_action_legend(actions)] if actions else []
+    lines += [_wrap(note, columns, "dim") for note in plot.notes]
+    return Text("\n").join(lines)
+
+
+def _wrap(text: str, columns: int, style: str) -> Text:
+    """Return text wrapped at spaces, in one style."""
+    return Text("\n".join(textwrap.wrap(text, columns)), style=style)
+
+
+def _arrange_panels(drawings: Sequence[Text], columns: int) -> list[Text]:
+    """Return the panels in rows, with as many beside each other as fit."""
+    width = max(measure_text(drawing)[0] for drawing in drawings) + PANEL_GAP
+    per_row = max((columns + PANEL_GAP) // width, 1)
+    groups = [drawings[first : first + per_row] for first in range(0, len(drawings), per_row)]
+    return [_join_beside(group, width) for group in groups]
+
+
+def _join_beside(drawings: Sequence[Text], width: int) -> Text:
+    """Return drawings beside each other, each `width` columns wide."""
+    rows_of_drawings = [split_rows(drawing) for drawing in drawings]
+    lines = []
+    for y in range(max(map(len, rows_of_drawings))):
+        line = Text()
+        for number, rows in enumerate(rows_of_drawings):
+            line.append(" " * (number * width - len(line.plain)))
+            line.append_text(rows[y] if y < len(rows) else Text())
+        line.rstrip()
+        lines.append(line)
+    return Text("\n").join(lines)
+
+
+def _list_actions(plot: Plot) -> dict[str, str]:
+    """Return the one-letter glyph of each action that a grid or a triangle of the plot shows.
+
+    It is the first letter of the action that no earlier action has, or else a digit.
+    """
+    used: dict[str, None] = {}
+    for panel in plot.panels:
+        if isinstance(panel, GridPanel):
+            used |= dict.fromkeys(panel.used_categories)
+        elif isinstance(panel, TrianglePanel) and not panel.shows_values:
+            used |= dict.fromkeys(panel.distinct_actions)
+    names = [name for name in dict.fromkeys([*plot.actions, *used]) if name in used]
+    glyphs: dict[str, str] = {}
+    for number, name in enumerate(names):
+        letters = [c for c in name if c.isalnum() and c not in glyphs.values()]
+        glyphs[name] = letters[0] if letters else str(number % 10)
+    return glyphs
+
+
+def _draw_action_legend(actions: dict[str, str]) -> Text:
+    """Return the legend of the letters of actions."""
+    return _join_legend(
+        [Text(f"{glyph} {name}", _style_of(i)) for i, (name, glyph) in enumerate(actions.items())]
+    )
+
+
+def _join_legend(entries: Sequence[Text]) -> Text:
+    """Return the entries of a legend in one line."""
+    return Text("   ").join(entries)
+
+
+def _style_of(index: int) -> str:
+    """Return the style of a series or an action."""
+    return STYLES[index % len(STYLES)]
+
+
+def _draw_panel(panel: Panel, columns: int, actions: dict[str, str], *, is_small: bool) -> Text:
+    """Return a panel as text with its title."""
+    match panel:
+        case LinePanel():
+            drawing = _draw_lines(panel, columns)
+        case GridPanel():
+            drawing = _draw_grid(panel, columns, actions)
+        case HexPanel():
+            drawing = _draw_hexes(panel, columns)
+        case TrianglePanel():
+            drawing = _draw_triangle(panel, actions, is_small=is_small)
+        case TablePanel():
+            drawing = _draw_table(panel)
+    return Text("\n").join([Text(panel.title, "bold"), drawing]) if panel.title else drawing
+
+
+def _draw_lines(panel: LinePanel, columns: int) -> Text:
+    """Return a panel of series, with the regions and the legend below."""
+    area = PlotArea(panel.x, panel.y, columns, AREA_ROWS)
+    for series in sorted(panel.series, key=lambda series: not series.is_thin):
+        _draw_series(area, series)
+    lines = [area.to_text()]
+    lines += [_draw_regions(panel, area)] if panel.regions else []
+    entries = [
+        Text(f"{_glyph_of(series)} {series.label}", _style_of(series.style))
+        for series in panel.series
+        if series.label
+    ]
+    return Text("\n").join([*lines, _join_legend(entries)] if entries else lines)
+
+
+def _glyph_of(series: Series) -> str:
+    """Return the glyph of a series."""
+    if series.is_thin:
+        return THIN_GLYPH
+    if series.kind == "points":
+        return POINT_GLYPH
+    return SERIES_GLYPHS[series.style % len(SERIES_GLYPHS)]
+
+
+def _draw_series(area: PlotArea, series: Series) -> None:
+    """Draw a series as a line, as points or as bars."""
+    glyph, style = _glyph_of(series), _style_of(series.style)
+    if series.kind == "points":
+        for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
+            area.draw_cell(area.column_of(x), area.row_of(y), glyph, "bold")
+    elif series.kind == "bars":
+        _draw_bars(area, series, style)
+    else:
+        area.draw_line(series.x, series.y, glyph, style)
+
+
+def _draw_bars(area: PlotArea, series: Series, style: str) -> None:
+    """Draw bars from 0 up, in eighths of a row; a positive bar has at least one eighth."""
+    steps = np.diff(np.sort(series.x))
+    step = float(steps.min(initial=np.inf))
+    unit = area.columns / (area.x.high - area.x.low)
+    width = max(round(step * unit) - 1, 1) if np.isfinite(step) else 3
+    levels = len(BAR_LEVELS)
+    for x, y in zip(series.x.tolist(), series.y.tolist(), strict=True):
+        height = round(y / area.y.high * area.rows * levels) or int(y > 0)
+        full, part = divmod(height, levels)
+        for column in range(width):
+            position = area.column_of(x) - width // 2 + column
+            for row in range(full):
+                area.draw_cell(position, area.rows - 1 - row, BAR_LEVELS[-1], style)
+            if part:
+                area.draw_cell(position, area.rows - 1 - full, BAR_LEVELS[part - 1], style)
+
+
+def _draw_regions(panel: LinePanel, area: PlotArea) -> Text:
+    """Return a line for each region, with its interval and its label."""
+    lines = []
+    for index, region in enumerate(panel.regions):
+        interval = f"{region.low:.3f} to {region.high:.3f}"
+        lines.append(Text(f"{panel.x.label} {interval}: {region.label}", _style_of(index)))
+    return Text("\n").join(lines)
+
+
+def _draw_grid(panel: GridPanel, columns: int, actions: dict[str, str]) -> Text:
+    """Return a heat map of nine levels, or letters for regions."""
+    x_count, y_count = panel.values.shape
+    area = PlotArea(panel.x, panel.y, min(columns, MAX_GRID_COLUMNS), min(y_count, MAX_GRID_ROWS))
+    finite = panel.values[np.isfinite(panel.values)]
+    low, high = float(finite.min(initial=np.inf)), float(finite.max(initial=-np.inf))
+    for column in range(area.columns):
+        i = round(column / (area.columns - 1) * (x_count - 1))
+        for row in range(area.rows):
+            value = float(panel.values[i, round((1 - row / (area.rows - 1)) * (y_count - 1))])
+            if not np.isfinite(value):
+                continue
+            if panel.categories:
+                name = panel.categories[int(value)]
+                index = list(actions).index(name)
+                area.draw_cell(column, row, actions[name], _style_of(index))
+            else:
+                share = (value - low) / (high - low) if high > low else 1.0
+                level = VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))]
+                area.draw_cell(column, row, level, "cyan")
+    for x, y in panel.marks:
+        area.draw_cell(area.column_of(x), area.row_of(y), MARK_GLYPH, "bold red")
+    lines = [area.to_text()]
+    if not panel.categories:
+        legend = f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}"
+        lines.append(Text(legend, "cyan"))
+    if panel.marks:
+        lines.append(Text(f"{MARK_GLYPH} {panel.mark_label}", "bold red"))
+    return Text("\n").join(lines)
+
+
+def _draw_hexes(panel: HexPanel, columns: int) -> Text:
+    """Return a map of hexes in the largest size that fits."""
+    cells = {cell.hex: cell for cell in panel.cells}
+
+    def make_cell(hex_: Hex, size: HexSize) -> hexgrid.HexCell:
+        """Return the content of a hex: an arrow and a value, or a text."""
+        cell = cells[hex_]
+        style = HEX_STYLES.get(cell.kind, "")
+        if cell.directions:
+            arrows = [hexgrid.ARROWS[direction] for direction in cell.directions]
+            arrow = " ".join(arrows) if len(arrows) <= MAX_ARROWS else MANY_ARROWS_GLYPH
+            value = "" if cell.value is None else format_to_width(cell.value, size.width - 1)
+            is_positive = cell.value is not None and cell.value > 0
+            return hexgrid.HexCell(
+                arrow, value or cell.text, arrows[0], "green" if is_positive else "yellow"
+            )
+        marks = {"gain": "◆", "loss": "✗", "hunter": "P", "prey": "o", "": ""}
+        if not cell.kind:
+            return hexgrid.HexCell(cell.text if size.text_rows == 1 else "", cell.text)
+        mark = marks[cell.kind]
+        text = "" if cell.kind in ("hunter", "prey") else cell.text
+        return hexgrid.HexCell(mark, text, mark, style)
+
+    drawing, needed_columns = Text(), 0
+    for size in (NORMAL_SIZE, COMPACT_SIZE, DOT_SIZE):
+        drawing = hexgrid.draw_map([cell.hex for cell in panel.cells], make_cell, size)
+        needed_columns = needed_columns or measure_text(drawing)[0]
+        if measure_text(drawing)[0] <= columns:
+            break
+    if measure_text(drawing)[0] < needed_columns and panel.value_label:
+        notice = Text(f"the values need {needed_columns} columns", "dim")
+        drawing = Text("\n").join([drawing, notice])
+    if any(len(cell.directions) > MAX_ARROWS for cell in panel.cells):
+        legend = Text(f"{MANY_ARROWS_GLYPH} more than {MAX_ARROWS} best directions", "dim")
+        return Text("\n").join([drawing, legend])
+    return drawing
+
+
+def _draw_triangle(panel: TrianglePanel, actions: dict[str, str], *, is_small: bool) -> Text:
+    """Return a triangle of beliefs, where each point shows the best action or the value."""
+    rows = SMALL_TRIANGLE_ROWS if is_small else LARGE_TRIANGLE_ROWS
+    points = [belief_at(row, column, rows) for row in range(rows) for column in range(2 * row + 1)]
+    values = [float((panel.alpha_vectors @ belief).max()) for belief in points]
+    low, high = min(values), max(values)
+
+    def choose_glyph(belief: Reals) -> tuple[str, str]:
+        """Return the level of the value at a belief, or the letter of the best action."""
+        if panel.shows_values:
+            value = float((panel.alpha_vectors @ belief).max())
+            share = (value - low) / (high - low) if high > low else 1.0
+            return VALUE_LEVELS[round(share * (len(VALUE_LEVELS) - 1))], "cyan"
+        name = panel.best_action(belief)
+        return actions[name], _style_of(list(actions).index(name))
+
+    canvas = Canvas()
+    draw_belief_triangle(canvas, 0, 0, rows, choose_glyph)
+    if is_small:
+        return canvas.to_text()
+    top, left, right = (f"P({name}) = 1" for name in panel.corners)
+    lines = [Text(f"top: {top}", "dim"), canvas.to_text()]
+    lines.append(Text(f"left: {left}; right: {right}", "dim"))
+    if panel.shows_values:
+        lines.append(
+            Text(f"{panel.value_label}: blank {low:.4g} to {VALUE_LEVELS[-1]} {high:.4g}", "cyan")
+        )
+    return Text("\n").join(lines)
+
+
+def _draw_table(panel: TablePanel) -> Text:
+    """Return a table of texts; marked cells have a star."""
+    texts = [
+        [f"{text} *" if (i, j) in panel.marked else text for j, text in enumerate(row)]
+        for i, row in enumerate(panel.cells)
+    ]
+    label_columns = max(map(len, [panel.row_title, *panel.rows]))
+    widths = [
+        max(map(len, [label, *(row[j] for row in texts)])) + 2
+        for j, label in enumerate(panel.columns)
+    ]
+    canvas = Canvas()
+    canvas.write_text(label_columns + 2, 0, panel.column_title, "dim")
+    y = 1 if panel.column_title else 0
+    canvas.write_text(0, y, panel.row_title, "dim")
+    starts = np.cumsum([label_columns + 2, *widths]).tolist()
+    for j, label in enumerate(panel.columns):
+        canvas.write_text(starts[j], y, label, "bold")
+    for i, label in enumerate(panel.rows):
+        canvas.write_text(0, y + 1 + i, label, "bold")
+        for j, text in enumerate(texts[i]):
+            style = "bold green" if (i, j) in panel.marked else ""
+            canvas.write_text(starts[j], y + 1 + i, text, style)
+    lines = [canvas.to_text()]
+    lines += [Text(f"* {panel.mark_label}", "bold green")] if panel.marked else []
+    return Text("\n").join(lines)

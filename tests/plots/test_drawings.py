@@ -1,0 +1,223 @@
+"""Tests of plots as text and as picture files."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmplay.errors import BadParameter
+from dmplay.game.plot_kinds import FIGURES, PICTURE_FORMATS
+from dmplay.plots.appendix_figures import draw_figure
+from dmplay.plots.plot_data import (
+    GridPanel,
+    LinePanel,
+    Plot,
+    Region,
+    Series,
+    TablePanel,
+    TrianglePanel,
+)
+from dmplay.plots.report import PlotRequest, build_plot
+from dmplay.plots.terminal_drawing import draw_plot
+from dmplay.views.toolkit.canvas import measure_text, to_ascii
+from dmplay.views.toolkit.plots import Axis
+from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
+from tests.support.programs import run_dmplay
+
+OTHER_REQUESTS = (
+    PlotRequest("alpha-vectors", "crying-baby", methods="optimal,qmdp,fib", turns=3),
+    PlotRequest("values", "hexworld", turns=2),
+    PlotRequest("values", "machine-replacement", turns=4),
+    PlotRequest("payoffs", "travelers-dilemma"),
+    PlotRequest("returns", "catch", agent="optimal", compare="random", episodes=50),
+    PlotRequest("belief", "transcripts/machine_replacement/a_threshold_repairs.dmt"),
+)
+REQUESTS = [*(PlotRequest(name) for name in FIGURES), *OTHER_REQUESTS]
+each_request = pytest.mark.parametrize("request_", REQUESTS, ids=lambda r: f"{r.what} {r.subject}")
+DIAGONAL = Plot(
+    "a line",
+    [
+        LinePanel(
+            "",
+            Axis("x", 0.0, 4.0),
+            Axis("y", 0.0, 2.0),
+            [Series("up", np.array([0.0, 4.0]), np.array([0.0, 2.0]))],
+            [Region("low", 0.0, 1.0), Region("high", 1.0, 4.0)],
+        )
+    ],
+    notes=["a note"],
+)
+
+
+@each_request
+def test_a_plot_as_text_has_allowed_glyphs_and_fits(request_: PlotRequest) -> None:
+    plot = build_plot(request_)
+    for columns in (80, 200):
+        text = draw_plot(plot, columns)
+        assert {glyph for glyph in text.plain if not glyph.isascii()} <= GLYPHS | {"±"}
+        assert measure_text(text)[0] <= min(columns, 100)
+        ascii_ = to_ascii(text).plain.replace("±", "+-").replace("\n", "")
+        assert set(ascii_) <= ASCII_CHARACTERS
+
+
+def test_a_line_with_regions_is_drawn_as_text() -> None:
+    rows = draw_plot(DIAGONAL, 40).plain.splitlines()
+    assert rows[:3] == ["a line", "y", "2 ┤" + " " * 35 + "●●"]
+    assert rows[16:19] == [
+        "0 ┤●●",
+        "  └┴─────────────────┴─────────────────┴",
+        "   0                 2                 4",
+    ]
+    assert rows[20:] == ["x 0.000 to 1.000: low", "x 1.000 to 4.000: high", "● up", "a note"]
+
+
+def test_bars_are_drawn_in_eighths_of_a_row() -> None:
+    series = Series("", np.array([1.0, 2.0]), np.array([1.0, 0.5]), "bars")
+    panel = LinePanel("", Axis("turn", 0.5, 2.5), Axis("regret", 0.0, 1.0), [series])
+    rows = draw_plot(Plot("bars", [panel]), 40).plain.splitlines()
+    heights = [sum(row[column : column + 1] == "█" for row in rows) for column in (10, 30)]
+    assert heights == [15, 7]
+    assert "▄" in rows[9]
+
+
+def test_a_grid_of_actions_has_one_letter_for_each() -> None:
+    values = np.array([[0.0, 1.0], [2.0, np.nan]])
+    panel = GridPanel(
+        "", Axis("x", 0.0, 1.0), Axis("y", 0.0, 1.0), values, categories=("stay", "sell", "buy")
+    )
+    text = draw_plot(Plot("grid", [panel]), 40).plain
+    assert "s stay   e sell   b buy" in text
+    assert {letter for letter in "seb" if letter * 5 in text} == {"s", "e", "b"}
+
+
+def test_a_table_stars_its_marked_cells() -> None:
+    panel = TablePanel(
+        "", "row", "column", ["a", "b"], ["c", "d"], [["1", "2"], ["3", "4"]],
+        frozenset({(1, 0)}), "equilibrium",
+    )  # fmt: skip
+    assert draw_plot(Plot("game", [panel]), 40).plain == (
+        "game\n     column\nrow  c    d\na    1    2\nb    3 *  4\n* equilibrium"
+    )
+
+
+def test_a_triangle_shows_the_best_action_at_each_corner() -> None:
+    panel = TrianglePanel("", ("s0", "s1", "s2"), np.eye(3), ("top", "left", "right"))
+    rows = draw_plot(Plot("triangle", [panel]), 60).plain.splitlines()
+    assert rows[1] == "top: P(s0) = 1"
+    assert rows[2].strip() == "t"
+    assert (rows[-3][0], rows[-3][-1]) == ("l", "r")
+    assert rows[-2:] == ["left: P(s1) = 1; right: P(s2) = 1", "t top   l left   r right"]
+
+
+@pytest.mark.extra("plot")
+@each_request
+def test_a_plot_is_drawn_as_a_picture_with_the_same_bytes_again(request_: PlotRequest) -> None:
+    from dmplay.plots.picture_files import render_picture
+
+    data = render_picture(build_plot(request_), "pdf")
+    assert data.startswith(b"%PDF")
+    assert data == render_picture(build_plot(request_), "pdf")
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_has_the_format_of_its_name(tmp_path: Path) -> None:
+    starts = {"svg": b"<?xml", "png": b"\x89PNG", "pdf": b"%PDF"}
+    assert list(starts) == list(PICTURE_FORMATS)
+    for file_format, start in starts.items():
+        name = f"start.{file_format.upper()}"
+        result = run_dmplay(tmp_path, "plot", "F.16", "-o", name)
+        assert (result.returncode, result.stdout) == (0, f"wrote {name}\n")
+        assert (tmp_path / name).read_bytes().startswith(start)
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_has_no_date_and_no_small_text() -> None:
+    import matplotlib
+    from matplotlib.text import Text
+
+    from dmplay.plots.picture_files import compose_figure, render_picture, use_settings
+
+    assert b"<dc:date>" not in render_picture(DIAGONAL, "svg")
+    assert b"/CreationDate" not in render_picture(DIAGONAL, "pdf")
+    for name in FIGURES:
+        with use_settings():
+            figure = compose_figure(draw_figure(name))
+        texts = [item for item in figure.findobj(Text) if isinstance(item, Text)]
+        assert min(float(item.get_fontsize()) for item in texts) >= 9.0
+        assert figure.get_figwidth() <= 6.5
+    assert matplotlib.rcParams["svg.hashsalt"] is None  # the user's settings are as before
+
+
+@pytest.mark.extra("plot")
+def test_names_with_dollar_signs_and_foreign_scripts_are_drawn() -> None:
+    from dmplay.plots.picture_files import render_picture
+
+    panel = TablePanel("$x_1$ {", "row", "", ["漢"], ["$"], [["^2"]])
+    assert render_picture(Plot("$\\frac$", [panel]), "svg").startswith(b"<?xml")
+
+
+def test_a_picture_without_matplotlib_names_the_extra(monkeypatch: pytest.MonkeyPatch) -> None:
+    from dmplay.plots.picture_files import check_matplotlib
+
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(BadParameter, match=r"install the extra plot: pip install 'dmplay\[plot\]'"):
+        check_matplotlib()
+
+
+def test_a_plot_in_the_terminal_does_not_load_matplotlib() -> None:
+    code = (
+        "import sys; from dmplay.__main__ import main\n"
+        "sys.argv = ['dmplay', 'plot', 'F.13']\n"
+        "try: main()\n"
+        "except SystemExit: print('matplotlib' in sys.modules)"
+    )
+    completed = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=False
+    )
+    assert completed.stdout.endswith("\nFalse\n"), completed.stderr
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("hexworld", "plot: hexworld is a problem; try dmplay plot values hexworld"),
+        ("valeus hexworld", "unknown plot 'valeus'; did you mean values"),
+        ("F.3", "unknown plot 'F.3'; did you mean F.1"),
+        ("values", "plot values: expected a PROBLEM, such as dmplay plot values hexworld"),
+        ("belief", "plot belief: expected a FILE, such as dmplay plot belief game.dmt"),
+        ("values hexwrld", "unknown problem 'hexwrld'"),
+        ("values hexworld --set slip=2", "slip: got 2"),
+        ("values hexworld --methods fib", "--methods: has no effect on plot values"),
+        ("F.13 --turns 3", "--turns: has no effect on plot F.13"),
+        ("F.2 hexworld", "plot F.2: got hexworld; the figure is about hexworld"),
+        ("F.2 -o f.gif", "-o f.gif: expected a file name that ends in one of .svg, .png, .pdf"),
+        ("F.2 -o f", "-o f: expected a file name that ends in one of .svg, .png, .pdf"),
+        ("alpha-vectors crying-baby --methods pbvi", "unknown method 'pbvi'"),
+        ("belief none.dmt", "none.dmt"),
+        ("returns catch --agent nobody", "unknown agent 'nobody'"),
+        ("-o f.svg", "plot: -o needs a plot, such as F.2; dmplay plot lists them"),
+    ],
+)
+def test_a_misfit_is_one_line_and_exit_code_2(words: str, message: str, tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "plot", *words.split())
+    assert (result.returncode, result.stdout) == (2, "")
+    assert result.stderr.startswith("error: ")
+    assert result.stderr.count("\n") == 1
+    assert message in result.stderr
+
+
+def test_the_list_names_every_plot_and_figure(tmp_path: Path) -> None:
+    lines = run_dmplay(tmp_path, "plot").stdout.splitlines()
+    assert lines[1].startswith("  values PROBLEM")
+    assert [name for line in lines for name in re.findall(r"^  ([FT]\.\d+) ", line)] == [*FIGURES]
+
+
+@pytest.mark.extra("plot")
+def test_a_picture_is_not_overwritten_without_force(tmp_path: Path) -> None:
+    (tmp_path / "f.svg").write_text("mine")
+    assert "exists" in run_dmplay(tmp_path, "plot", "F.16", "-o", "f.svg").stderr
+    assert run_dmplay(tmp_path, "plot", "F.16", "-o", "f.svg", "--force").stdout == "wrote f.svg\n"
+    assert (tmp_path / "f.svg").read_bytes().startswith(b"<?xml")
