@@ -8,7 +8,16 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, plots, reports, transcripts, watching
+from dmplay.cli import (
+    evaluation,
+    games,
+    grading,
+    learn,
+    plots,
+    reports,
+    transcripts,
+    watching,
+)
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -24,6 +33,7 @@ app = typer.Typer(
   dmplay verify game.dmt                 check every number of the recording
   dmplay crying-baby --agent random      watch an agent play
   dmplay list                            list all problems
+  dmplay learn                           learn by short lessons
   dmplay guide                           list the topics of the guide
   dmplay                                 choose a problem from a list and play
 
@@ -51,6 +61,7 @@ app.command()(reports.convert)
 app.command()(evaluation.run)
 app.command()(evaluation.compare)
 app.command()(evaluation.tournament)
+app.add_typer(learn.learn_app, name="learn")
 app.command()(grading.assign)
 app.command()(grading.grade)
 app.command()(plots.plot)

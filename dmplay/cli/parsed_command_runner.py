@@ -14,6 +14,7 @@ from dmplay.errors import BadParameter
 from dmplay.game.command_line_results import (
     BotServerConfig,
     CliResult,
+    LearnCommand,
     McpServerConfig,
     PlayCommand,
     Printout,
@@ -44,15 +45,22 @@ def execute_result(result: CliResult) -> int:
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | WatchCommand) -> int:
-    """Play the game, run the shell or show an algorithm; return the exit code."""
-    from dmplay.ui import game_launcher  # The user interfaces are not imported for a report.
+def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand | WatchCommand) -> int:
+    """Play a game or a lesson, run the shell or show an algorithm; return the exit code.
+
+    The user interfaces are imported here, as a report does not need them.
+    """
+    from dmplay.ui import game_launcher
 
     match result:
         case PlayCommand():
             return game_launcher.play_game(_make_controller(), result)
         case ShellCommand():
             return game_launcher.run_shell(_make_controller(), result)
+        case LearnCommand():
+            from dmplay.ui.lessons.lesson_player import play_lesson
+
+            return play_lesson(current_terminal(result.terminal_options), result)
         case WatchCommand():
             return game_launcher.show_algorithm(result)
 

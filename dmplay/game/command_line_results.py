@@ -76,6 +76,16 @@ class ShellCommand(NamedTuple):
     )
 
 
+class LearnCommand(NamedTuple):
+    """A request to run a lesson in the terminal."""
+
+    lesson: str  # its number or name
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    source: str = ""  # the folder of the lesson; '' for the built-in lessons
+    restart: bool = False  # whether to begin with the first step, even if it is finished
+    trusted: bool = False  # whether code that the lesson names may be run
+
+
 class WatchCommand(NamedTuple):
     """A request to show the steps of an algorithm on the full screen."""
 
@@ -113,7 +123,14 @@ class McpServerConfig(NamedTuple):
 
 
 CliResult = (
-    PlayCommand | ShellCommand | WatchCommand | BotServerConfig | McpServerConfig | Printout | str
+    PlayCommand
+    | ShellCommand
+    | LearnCommand
+    | WatchCommand
+    | BotServerConfig
+    | McpServerConfig
+    | Printout
+    | str
 )
 CliInterpreter = Callable[
     [Sequence[str]], PlayCommand | str

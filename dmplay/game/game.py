@@ -135,6 +135,11 @@ class Game:
         return self.request is not None and self.request.strict == "hints"
 
     @property
+    def lesson_goal(self) -> str:
+        """The goal of a lesson's game, which is judged by the lesson; '' for any other game."""
+        return self.request.lesson_goal if self.request else ""
+
+    @property
     def pauses_when_left(self) -> bool:
         """True if a player who leaves pauses the game, and does not end it.
 
@@ -417,7 +422,7 @@ class Game:
         """Compute and return the verdict on a finished game; it is empty if it was left."""
         self.verdict = (
             Verdict()
-            if self.is_paused
+            if self.is_paused or self.lesson_goal
             else compute_verdict(self.session, self.advice_questions, self.ghost)
         )
         return self.verdict

@@ -53,6 +53,7 @@ class GameRequest:
     prediction: str = ""  # what the person predicts each turn: belief[:STATE], outcome or value
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
+    lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
 
     @property
     def problem_name(self) -> str:

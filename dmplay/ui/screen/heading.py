@@ -124,7 +124,9 @@ def remaining_goal_lines(
 
 def _goal_clauses(game: Game, snapshot: SeatSnapshot) -> list[str]:
     """Return the clauses of the goal, with unprintable characters escaped."""
-    return [escape_unprintable(clause) for clause in game.view_module.goal_lines(snapshot.view)]
+    clauses = [game.lesson_goal] if game.lesson_goal else []
+    clauses += game.view_module.goal_lines(snapshot.view)
+    return [escape_unprintable(clause) for clause in clauses]
 
 
 def _count_fitting_clauses(clauses: Sequence[str], width: int) -> int:

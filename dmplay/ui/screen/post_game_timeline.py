@@ -185,8 +185,12 @@ def _describe_choice(move: ReviewedAction) -> str:
 
 
 def _last_turn_if_over(game: Game) -> Turn | None:
-    """Return the last turn of a finished game with people; None of any other game."""
-    turns = game.session.turns if game.session.over and game.human_seats else []
+    """Return the last turn of a finished game with people; None of any other game.
+
+    The game of a lesson counts as any other: the lesson judges it, and must not give the answer.
+    """
+    is_reviewed = game.session.over and game.human_seats and not game.lesson_goal
+    turns = game.session.turns if is_reviewed else []
     return turns[-1] if turns else None
 
 

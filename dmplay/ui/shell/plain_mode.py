@@ -231,13 +231,17 @@ def _report_write_notice(reporter: Reporter, controller: GameController) -> None
 
 
 def play_by_lines(
-    controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
+    controller: GameController,
+    terminal: Terminal,
+    stdin: TextIO,
+    reporter: Reporter,
+    earlier_line_count: int = 0,
 ) -> bool:
     """Play in lines until the game is over, the input ends or the player leaves.
 
     An invalid line is reported, and the next one read, at an interactive terminal, in JSON and in a
     game that is to be handed in. In other piped input it ends the game: raise BadParameter with the
-    number of the line.
+    number of the line, which counts `earlier_line_count` lines that were read before.
 
     Return whether a line of a script was invalid. In JSON none is, because a program reads the
     errors as events and can correct itself.
@@ -249,7 +253,8 @@ def play_by_lines(
     _report_start(reporter, controller.game)
     _report_write_notice(reporter, controller)
     if controller.game.human_seats:
-        for number, line in _iter_input_lines(controller, terminal, stdin, reporter):
+        lines = _iter_input_lines(controller, terminal, stdin, reporter, earlier_line_count)
+        for number, line in lines:
             try:
                 for part in (
                     iter_commands_until_handover(controller, line)
@@ -353,10 +358,14 @@ def _clip_line(command_text: str) -> str:
 
 
 def _iter_input_lines(
-    controller: GameController, terminal: Terminal, stdin: TextIO, reporter: Reporter
+    controller: GameController,
+    terminal: Terminal,
+    stdin: TextIO,
+    reporter: Reporter,
+    earlier_line_count: int,
 ) -> Iterator[tuple[int, str]]:
     """Yield the typed or piped lines with their numbers, until the game is over; skip comments."""
-    number = 0
+    number = earlier_line_count
     while not controller.game.session.over:
         prompt = reporter.start_prompt(controller.game)
         number += 1

@@ -1,0 +1,115 @@
+"""The commands of lessons: `dmplay learn`."""
+
+import os
+from glob import escape, glob
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+from dmplay.cli import options
+from dmplay.errors import BadParameter
+from dmplay.terminal.capabilities import TerminalOptions
+
+
+class LearnGroup(TyperGroup):
+    """The group of `dmplay learn`; without the name of a command, `lesson` is meant."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments, with `dmplay learn 9` as `dmplay learn lesson 9`."""
+        if not args or (args[0] not in self.commands and args[0] not in {"-h", "--help"}):
+            args = ["lesson", *args]
+        return list(super().parse_args(ctx, args))
+
+
+learn_app = typer.Typer(
+    cls=LearnGroup,
+    rich_markup_mode=None,
+    help="""Learn the book's ideas in lessons of ten minutes.
+
+In a lesson you predict what will happen, play, and compare. Wrong answers get a
+reason in numbers and another try. 'dmplay guide lessons' explains how to write
+your own lessons.
+
+\b
+  dmplay learn                  list the lessons and your progress
+  dmplay learn 9                open lesson 9
+  dmplay learn ./week3/         list the lessons in a folder
+  dmplay learn ./week3/ 2       open lesson 2 of the folder
+  dmplay learn --json           print your progress for a course page
+
+\b
+'dmplay learn 9' is short for 'dmplay learn lesson 9'.""",
+)
+
+
+def _complete_lessons(incomplete: str) -> list[str]:
+    """Return the lessons, or the folders and files of lessons, that complete a word."""
+    if os.sep in incomplete:
+        paths = sorted(glob(f"{escape(incomplete)}*"))
+        folders = [f"{path}{os.sep}" for path in paths if os.path.isdir(path)]
+        return [*folders, *(path for path in paths if path.endswith(".toml"))]
+    from dmplay.tutor.lesson_list import list_builtin_paths
+
+    stems = [path.stem.partition("-") for path in list_builtin_paths()]
+    words = [word for number, _, name in stems for word in (number.lstrip("0"), name)]
+    return [word for word in words if word.startswith(incomplete)]
+
+
+@learn_app.command("lesson")
+@options.with_terminal_options()
+def lesson(
+    words: Annotated[
+        list[str],
+        typer.Argument(
+            metavar="[FOLDER] [LESSON]",
+            help="folder of lessons; number or name of a lesson",
+            autocompletion=_complete_lessons,
+        ),
+    ] = [],  # noqa: B006 - typer reads it once
+    restart: Annotated[
+        bool, typer.Option("--restart", help="begin with the first step, even if it is done")
+    ] = False,
+    trust: Annotated[
+        bool, typer.Option("--trust", help="run problems and agents that are code outside dmplay")
+    ] = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Open a lesson, or list the lessons and your progress.
+
+    A lesson begins with its first open step. You can leave it at any time with 'quit'.
+
+    \b
+      dmplay learn lesson 9
+      dmplay learn lesson ./week3/ 2
+      dmplay learn lesson ./week3/01-cries.toml
+    """
+    from dmplay.game.command_line_results import LearnCommand
+    from dmplay.output.lesson_report import format_lesson_list
+
+    source, name = _split_words(words)
+    if not name:
+        return format_lesson_list(source, as_json=terminal_options.json)
+    if terminal_options.json:
+        raise BadParameter("--json: prints the list of lessons; leave out the lesson")
+    return LearnCommand(name, terminal_options, source, restart, trust)
+
+
+def _split_words(words: list[str]) -> tuple[str, str]:
+    """Return the folder and the lesson of the arguments, each '' if it is missing."""
+    if len(words) > 2:
+        raise BadParameter(f"got {words[2]!r}, expected at most a folder and a lesson")
+    if not words:
+        return "", ""
+    first, *others = words
+    names_path = os.sep in first or first.endswith(".toml") or first == os.curdir
+    if not names_path and not (others and os.path.isdir(first)):
+        if others:
+            raise BadParameter(f"got {first!r}, expected a folder of lessons")
+        return "", first
+    if os.path.isfile(first):
+        return first, os.path.basename(os.path.splitext(first)[0])
+    if not os.path.isdir(first):
+        raise BadParameter(f"{first}: no such folder or lesson")
+    return first, "".join(others)

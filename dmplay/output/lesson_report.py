@@ -1,0 +1,65 @@
+"""The list of lessons with the player's progress."""
+
+from collections.abc import Sequence
+
+from dmplay.core.text import align_columns, format_json_report
+from dmplay.tutor.lesson import TutorLesson
+from dmplay.tutor.lesson_list import load_lessons
+from dmplay.tutor.progress import (
+    REVEALED,
+    LessonProgress,
+    count_finished,
+    find_next_lesson,
+    load_all_progress,
+)
+
+
+def format_lesson_list(source: str, *, as_json: bool) -> str:
+    """Return the lessons of a source with the progress in each, as a table or as JSON."""
+    lessons = load_lessons(source)
+    progress = load_all_progress(lessons)
+    if as_json:
+        return format_json_report(_progress_data(lessons, progress))
+    rows = [["", "lesson", "part", "steps", "minutes"]]
+    for lesson in lessons:
+        results = progress[lesson.progress_key]
+        steps = f"{results.finished_count}/{len(lesson.steps)}"
+        mark = "done" if results.is_finished else ""
+        row = [str(lesson.number), lesson.title, lesson.chapter, steps, str(lesson.minutes), mark]
+        rows.append(row)
+    rows[0].append("")
+    return "\n".join([*align_columns(rows), _describe_next(lessons, progress, source)])
+
+
+def _describe_next(
+    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress], source: str
+) -> str:
+    """Return the number of finished lessons, and the command that opens the next one."""
+    text, next_lesson = count_finished(lessons, progress), find_next_lesson(lessons, progress)
+    if next_lesson is None:
+        return f"{text}."
+    words = " ".join(filter(None, ("dmplay learn", source, str(next_lesson.number))))
+    return f"{text}. next: {words} ({next_lesson.title})"
+
+
+def _progress_data(
+    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress]
+) -> dict[str, object]:
+    """Return the progress as data, for a course page."""
+    rows = []
+    for lesson in lessons:
+        results = progress[lesson.progress_key]
+        finished = [step for step in results.steps if step]
+        rows.append(
+            {
+                "number": lesson.number,
+                "name": lesson.name,
+                "title": lesson.title,
+                "done": results.is_finished,
+                "answers_shown": sum(step.result == REVEALED for step in finished),
+                "date": results.date,
+                "steps": [step and step._asdict() for step in results.steps],
+            }
+        )
+    next_lesson = find_next_lesson(lessons, progress)
+    return {"lessons": rows, "next": next_lesson and next_lesson.number}

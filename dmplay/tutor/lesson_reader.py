@@ -1,0 +1,300 @@
+"""The reader of lesson files: TOML, checked key by key."""
+
+import inspect
+import re
+import tomllib
+from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
+from pathlib import Path
+
+from dmplay.algorithms import registry
+from dmplay.core import safe_files
+from dmplay.errors import BadFile, BadParameter, UnknownName
+from dmplay.tutor.lesson import (
+    GameTask,
+    LessonStep,
+    Position,
+    Prediction,
+    QuantityCall,
+    TutorLesson,
+)
+from dmplay.tutor.quantity import find_quantity
+
+ERROR_POSITION = re.compile(r" \(at line (\d+), column (\d+)\)")
+MAX_FILE_BYTES = 64 * 2**10
+MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
+UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
+MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS = 8, 10, 76
+POSITION_KEYS = ("problem", "parameters", "seed", "turns", "seats", "after")
+
+
+class TableReader:
+    """A table of a lesson file; each of its methods takes one key and checks its value."""
+
+    def __init__(self, table: Mapping[str, object], location: str) -> None:
+        self.location = location
+        self._table = dict(table)
+        self._known_keys: list[str] = []
+
+    def take(self, key: str, kind: type | tuple[type, ...], expected: str) -> object | None:
+        """Return the value of a key, None if it is missing; raise BadParameter for another type."""
+        self._known_keys.append(key)
+        value = self._table.pop(key, None)
+        is_wrong_bool = isinstance(value, bool) and kind is not bool
+        if value is not None and (is_wrong_bool or not isinstance(value, kind)):
+            raise self.error(key, f"got {value!r}, expected {expected}")
+        return value
+
+    def error(self, key: str, message: str) -> BadParameter:
+        """Return the error for a key of this table."""
+        path, _, table_name = self.location.partition(": ")
+        return BadParameter(f"{path}: {table_name + '.' if table_name else ''}{key}: {message}")
+
+    def text(self, key: str, default: str | None = None) -> str:
+        """Return a text; raise BadParameter if it is missing and has no default."""
+        value = self.take(key, str, "a text")
+        if value is None and default is None:
+            similar = get_close_matches(key, self._table, 1)
+            misspelled = f"; got the key {similar[0]!r}" if similar else ""
+            raise self.error(key, f"missing, expected a text{misspelled}")
+        return str(default if value is None else value).strip()
+
+    def lines(self, key: str) -> tuple[str, ...]:
+        """Return the lines of a text; raise BadParameter if they are too many or too long."""
+        rows = tuple(row.strip() for row in self.text(key).splitlines())
+        if not 1 <= len(rows) <= MAX_TEXT_LINES:
+            raise self.error(key, f"got {len(rows)} lines, expected 1 to {MAX_TEXT_LINES}")
+        for number, row in enumerate(rows, 1):
+            if len(row) > MAX_COLUMNS:
+                expected = f"expected at most {MAX_COLUMNS}"
+                raise self.error(key, f"line {number}: got {len(row)} columns, {expected}")
+        return rows
+
+    def sentence(self, key: str) -> str:
+        """Return a text as one line; raise BadParameter if it is too long."""
+        sentence = " ".join(self.text(key).split())
+        if not 1 <= len(sentence) <= MAX_SENTENCE_CHARS:
+            expected = f"expected 1 to {MAX_SENTENCE_CHARS}"
+            raise self.error(key, f"got {len(sentence)} characters, {expected}")
+        return sentence
+
+    def number(self, key: str) -> float | None:
+        """Return a number, or None if it is missing."""
+        value = self.take(key, (int, float), "a number")
+        return None if value is None else float(str(value))
+
+    def whole_number(self, key: str, low: int = 0) -> int | None:
+        """Return a whole number of at least `low`, or None if it is missing."""
+        value = self.take(key, int, f"a whole number, {low} or more")
+        if isinstance(value, int) and value < low:
+            raise self.error(key, f"got {value}, expected {low} or more")
+        return value if isinstance(value, int) else None
+
+    def switch(self, key: str, *, default: bool = False) -> bool:
+        """Return true or false."""
+        value = self.take(key, bool, "true or false")
+        return default if value is None else bool(value)
+
+    def table(self, key: str) -> dict[str, object] | None:
+        """Return a table, or None if it is missing."""
+        value = self.take(key, dict, "a table")
+        return dict(value) if isinstance(value, dict) else None
+
+    def texts(self, key: str) -> tuple[str, ...]:
+        """Return a list of texts, empty if it is missing."""
+        value = self.take(key, list, "a list of texts")
+        if value is None:
+            return ()
+        assert isinstance(value, list)
+        if not all(isinstance(entry, str) for entry in value):
+            raise self.error(key, f"got {value!r}, expected a list of texts")
+        return tuple(value)
+
+    def text_table(self, key: str) -> dict[str, str]:
+        """Return a table of texts, empty if it is missing."""
+        table = self.table(key) or {}
+        for name, value in table.items():
+            if not isinstance(value, str):
+                raise self.error(f"{key}.{name}", f"got {value!r}, expected a text")
+        return {name: str(value) for name, value in table.items()}
+
+    def count_table(self, key: str) -> dict[str, int]:
+        """Return a table of whole numbers, empty if it is missing."""
+        reader = TableReader(self.table(key) or {}, f"{self.location}.{key}")
+        return {name: reader.whole_number(name) or 0 for name in [*reader.remaining]}
+
+    @property
+    def remaining(self) -> dict[str, object]:
+        """The keys that were not taken, with their values."""
+        return self._table
+
+    def finish(self) -> None:
+        """Raise UnknownName if the table has a key that was not taken."""
+        for key in self._table:
+            raise UnknownName("key", key, self._known_keys, f"{self.location}: ")
+
+
+def read_lesson(path: Path, number: int, *, is_builtin: bool = False) -> TutorLesson:
+    """Return the lesson in a file; raise BadFile or BadParameter if it is not a valid lesson."""
+    table = TableReader(_parse_toml(path), str(path))
+    position = table.table("position")
+    if position is None:
+        raise table.error("position", "missing, expected a table with the key problem")
+    step_tables = table.take("steps", list, "tables [[steps]]") or []
+    assert isinstance(step_tables, list)
+    if not 1 <= len(step_tables) <= MAX_STEPS:
+        raise table.error("steps", f"got {len(step_tables)}, expected 1 to {MAX_STEPS}")
+    minutes = table.whole_number("minutes", 1) or MAX_MINUTES
+    if minutes > MAX_MINUTES:
+        raise table.error("minutes", f"got {minutes}, expected at most {MAX_MINUTES}")
+    lesson = TutorLesson(
+        path,
+        number,
+        table.text("title"),
+        table.text("chapter", ""),
+        minutes,
+        tuple(
+            _read_step(step, position, f"{path}: steps[{index}]")
+            for index, step in enumerate(step_tables, 1)
+        ),
+        is_builtin,
+    )
+    table.finish()
+    return lesson
+
+
+def _parse_toml(path: Path) -> dict[str, object]:
+    """Return the contents of a TOML file; raise BadFile with line and column if it is invalid."""
+    try:
+        text = safe_files.read_bytes(path, MAX_FILE_BYTES).decode("utf-8")
+        return tomllib.loads(text)
+    except OSError as error:
+        raise BadParameter(f"{path}: {error.strerror}") from None
+    except UnicodeDecodeError:
+        raise BadParameter(f"{path}: got bytes that are not UTF-8, expected text") from None
+    except (ValueError, RecursionError) as error:
+        match = ERROR_POSITION.search(str(error))
+        explanation = ERROR_POSITION.sub("", str(error))
+        if match is None:
+            raise BadParameter(f"{path}: not a TOML file: {explanation}") from None
+        raise BadFile(str(path), int(match[1]), int(match[2]), explanation) from None
+
+
+def _read_step(data: object, lesson_position: Mapping[str, object], location: str) -> LessonStep:
+    """Return one step; its own position changes that of the lesson."""
+    if not isinstance(data, dict):
+        raise BadParameter(f"{location}: got {data!r}, expected a table")
+    table = TableReader(data, location)
+    own_position = table.table("position") or {}
+    prediction, game = table.table("predict"), table.table("play")
+    if (prediction is None) == (game is None):
+        raise BadParameter(f"{location}: expected one of the tables predict and play")
+    step = LessonStep(
+        table.lines("text"),
+        _read_position({**lesson_position, **own_position}, f"{location}.position"),
+        _read_prediction(prediction, f"{location}.predict")
+        if prediction is not None
+        else _read_game_task(game or {}, f"{location}.play"),
+        table.sentence("hint"),
+        table.sentence("learned"),
+        table.text("book", ""),
+    )
+    table.finish()
+    return step
+
+
+def _read_position(data: Mapping[str, object], location: str) -> Position:
+    """Return the position of a table."""
+    table = TableReader(data, location)
+    position = Position(
+        table.text("problem"),
+        table.table("parameters") or {},
+        table.whole_number("seed") or 0,
+        table.whole_number("turns", 1),
+        table.text_table("seats"),
+        table.texts("after"),
+    )
+    table.finish()
+    return position
+
+
+def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
+    """Return the question of a table, whose other keys are arguments of the quantity."""
+    table = TableReader(data, location)
+    name, asks = table.text("quantity"), table.text("asks", "")
+    tolerance = table.number("tolerance") or 0.0
+    at_least, at_most = table.number("at_least"), table.number("at_most")
+    result, shows_board = table.text("result", ""), table.switch("board", default=True)
+    watch = table.text("watch", "")
+    try:
+        function = find_quantity(name)
+        if watch:
+            registry.find_algorithm(watch)
+    except UnknownName as error:
+        raise BadParameter(f"{location}: {error}") from None
+    arguments = _read_arguments(table, function, asks)
+    if asks and at_least is None and at_most is None:
+        raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
+    call = QuantityCall(name, arguments)
+    return Prediction(call, asks, tolerance, at_least, at_most, result, shows_board, watch)
+
+
+def _read_arguments(
+    table: TableReader, function: Callable[..., object], asks: str
+) -> dict[str, object]:
+    """Return the arguments of a quantity; raise an error for missing, unknown or wrong ones."""
+    parameters = dict(list(inspect.signature(function).parameters.items())[1:])
+    if asks and asks not in parameters:
+        raise table.error("asks", str(UnknownName("parameter", asks, parameters)))
+    arguments: dict[str, object] = {}
+    for name, parameter in parameters.items():
+        if name == asks:
+            continue
+        value = _read_argument(table, name, parameter.annotation)
+        if value is not None:
+            arguments[name] = value
+        elif parameter.default is inspect.Parameter.empty:
+            raise table.error(name, "missing, expected an argument of the quantity")
+    table.finish()
+    return arguments
+
+
+def _read_argument(table: TableReader, name: str, annotation: object) -> object:
+    """Return one argument, of the type of the parameter; None if it is missing."""
+    if annotation is int:
+        return table.whole_number(name)
+    if annotation is float:
+        return table.number(name)
+    if annotation == Sequence[str]:
+        return table.texts(name) or None
+    value = table.take(name, str, "a text")
+    return None if value is None else str(value)
+
+
+def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
+    """Return the game to play and its conditions."""
+    table = TableReader(data, location)
+    goal = table.text("goal")
+    if len(goal) > MAX_GOAL_COLUMNS:
+        expected = f"expected at most {MAX_GOAL_COLUMNS}"
+        raise table.error("goal", f"got {len(goal)} columns, {expected}")
+    task = GameTask(
+        goal,
+        ends=table.switch("ends"),
+        reaches=table.text("reaches", ""),
+        turns_at_most=table.whole_number("turns_at_most", 1),
+        turns_at_least=table.whole_number("turns_at_least", 1),
+        return_at_least=table.number("return_at_least"),
+        beats=table.text("beats", ""),
+        margin=table.number("margin") or 0.0,
+        regret_at_most=table.number("regret_at_most"),
+        hints_at_most=table.whole_number("hints_at_most"),
+        choices=table.count_table("choices"),
+        choices_at_most=table.count_table("choices_at_most"),
+        strict=table.switch("strict"),
+    )
+    table.finish()
+    conditions = [value for name, value in vars(task).items() if name not in {"goal", "margin"}]
+    if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):
+        raise BadParameter(f"{location}: expected a condition, such as ends = true")
+    return task

@@ -1,0 +1,128 @@
+"""Games that stand at the position of a lesson's step."""
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from dmplay.agents.base import AdviceQuestion
+from dmplay.core.policy import Policy
+from dmplay.core.problem import Problem, find_seat
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import BadParameter
+from dmplay.game.hints.ghost_agent import Ghost, create_ghost
+from dmplay.game.launch_requests import GameRequest, format_settings
+from dmplay.game.seats import HUMAN, make_seat_policy
+from dmplay.registry import agents
+from dmplay.registry.problem_name_kinds import names_bot
+from dmplay.registry.problems import LoadedProblem, resolve_problem
+from dmplay.transcript.format import resolve_turn_limit
+from dmplay.tutor.lesson import Position
+
+
+@dataclass(frozen=True)
+class PositionInGame:
+    """A session at the position of a step, and the question that advice about it answers."""
+
+    problem_name: str
+    session: Session
+    question: AdviceQuestion
+    first_turn: int = 0  # number of turns before the position
+    is_trusted: bool = False  # whether agents outside dmplay may run
+
+    @property
+    def problem(self) -> Problem:
+        """The problem that is played."""
+        return self.session.problem
+
+    @property
+    def seat(self) -> int:
+        """The seat of the player."""
+        return self.question.seat
+
+
+def open_position(position: Position, folder: Path, *, trusted: bool = False) -> PositionInGame:
+    """Return the game at a position, without a transcript.
+
+    Paths of problem files are relative to `folder`. Code outside dmplay runs only if it is
+    trusted.
+    """
+    loaded, players = load_players(position, folder, trusted=trusted)
+    problem = loaded.problem
+    policies = [
+        make_seat_policy(problem, seat, player, position.turns)
+        for seat, player in enumerate(players)
+    ]
+    turn_limit = resolve_turn_limit(problem, players, position.turns)
+    session = Session(problem, SeededUniforms(position.seed), policies, turn_limit=turn_limit)
+    seat = players.index(HUMAN)
+    for action_text in position.after:
+        actions: list[float | None] = [None] * len(players)
+        actions[seat] = problem.parse_action(seat, action_text)
+        session.advance(actions)
+    question = AdviceQuestion.about(session, seat, players)
+    return PositionInGame(loaded.name, session, question, len(session.turns), trusted)
+
+
+def check_agent_trusted(problem: Problem, seat: int, name: str, *, trusted: bool) -> None:
+    """Raise BadParameter if an agent is code or a program outside dmplay that is not trusted."""
+    is_outside = names_bot(name) or agents.names_user_code(problem, seat, name)
+    if is_outside and not trusted:
+        raise BadParameter(f"agent {name!r} is code outside dmplay; if you trust it, add --trust")
+
+
+def load_agent(position: PositionInGame, seat: int, name: str) -> Policy:
+    """Return the agent of this name for a seat; raise BadParameter if it is not trusted."""
+    check_agent_trusted(position.problem, seat, name, trusted=position.is_trusted)
+    return agents.load_agent(position.problem, seat, name)
+
+
+def play_ghost(position: PositionInGame, name: str) -> Ghost:
+    """Return the finished game of an agent that plays on from the position, with the same draws.
+
+    Raise BadParameter if the agent is not trusted.
+    """
+    check_agent_trusted(position.problem, position.seat, name, trusted=position.is_trusted)
+    ghost = create_ghost(position.session, [position.seat], name)
+    ghost.session.append_turns(position.session.turns[: position.first_turn])
+    ghost.play_to_end()
+    return ghost
+
+
+def load_players(
+    position: Position, folder: Path, *, trusted: bool
+) -> tuple[LoadedProblem, list[str]]:
+    """Return the problem of a position and the player of each seat; one of them is a person."""
+    loaded = resolve_problem(position.problem, position.parameters, trusted=trusted, folder=folder)
+    problem = loaded.problem
+    named = {find_seat(problem, name): agent for name, agent in position.seats.items()}
+    for seat, agent in named.items():
+        check_agent_trusted(problem, seat, agent, trusted=trusted)
+    own_seat = next((seat for seat in range(len(problem.agents)) if seat not in named), None)
+    if own_seat is None:
+        raise BadParameter("seats: every seat has an agent, expected one seat for the player")
+    players = [
+        HUMAN
+        if seat == own_seat
+        else named.get(seat) or agents.load_roster(problem, seat).default_partner
+        for seat in range(len(problem.agents))
+    ]
+    if position.turns is None:
+        return loaded, players
+    return loaded, [
+        agents.plan_for_turn_limit(problem, seat, player, position.turns)
+        for seat, player in enumerate(players)
+    ]
+
+
+def make_game_request(
+    position: Position, folder: Path, *, strict: bool | str = False, trusted: bool = False
+) -> GameRequest:
+    """Return the request for a game with the problem, players and seed of a position."""
+    loaded, players = load_players(position, folder, trusted=trusted)
+    seats = [
+        f"{name}={player}" for name, player in zip(loaded.problem.agents, players, strict=True)
+    ]
+    request = GameRequest(
+        loaded.name, seed=position.seed, turns=position.turns, agent=players[0], strict=strict
+    )
+    return replace(request, settings=format_settings(position.parameters), seats=seats[1:])

@@ -1,0 +1,322 @@
+"""The front end of lessons: steps as lines of text, and games on the screen or in lines."""
+
+import shutil
+import sys
+from dataclasses import replace
+from shlex import quote
+from textwrap import wrap
+from typing import TextIO
+
+from dmplay.core.text import escape_unprintable, format_count
+from dmplay.errors import BadParameter, DmplayError
+from dmplay.game.action_input import Keyboard
+from dmplay.game.command_line_results import LearnCommand
+from dmplay.game.game import Game
+from dmplay.game.game_series import GameController
+from dmplay.game.game_setup import start_new_game
+from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
+from dmplay.terminal.capabilities import Terminal, read_line
+from dmplay.terminal.signals import exit_on_signals
+from dmplay.terminal.styles import to_ansi
+from dmplay.transcript.format import NATURAL_END_REASONS
+from dmplay.tutor.lesson import GameTask, Prediction
+from dmplay.tutor.lesson_list import find_lesson, load_lessons
+from dmplay.tutor.lesson_run import LessonRun, TutorReply
+from dmplay.tutor.positions import PositionInGame, make_game_request
+from dmplay.tutor.progress import LessonProgress, load_progress
+from dmplay.ui.screen.full_screen import run_full_screen
+from dmplay.ui.screen.play_screen import PlayScreen
+from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
+from dmplay.views.protocol import DrawOptions, TooSmallNotice
+
+NOT_FINISHED_EXIT_CODE = 1  # a script that ends before the lesson is finished
+ROWS_OF_STEP = 9  # of the screen: the text of a step, the question and an answer
+MAX_TEXT_COLUMNS = 80
+ANSWER_HELP = (
+    "type an answer, or: hint, show (the answer, after three tries), look (the board), "
+    "skip (the next step), quit"
+)
+GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
+
+
+def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
+    """Run a lesson with the front end that the terminal allows, and return the exit code.
+
+    It begins with the first step that is not finished, or with the first one if all are.
+    """
+    lesson = find_lesson(load_lessons(command.source), command.lesson)
+    results = load_progress(lesson)
+    if command.restart or results.is_finished:
+        results = LessonProgress((None,) * len(lesson.steps))
+    finished = [index for index, step in enumerate(results.steps) if step]
+    run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
+    return LessonPlayer(run, terminal, sys.stdin).play()
+
+
+class LessonLeft(Exception):
+    """The exception raised when the player leaves the lesson, or a script ends."""
+
+
+class CountedInput:
+    """An input stream that counts the lines that were read."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        self.line_count = 0
+
+    def readline(self) -> str:
+        """Return the next line, "" at the end."""
+        line = self._stream.readline()
+        self.line_count += bool(line)
+        return line
+
+    def isatty(self) -> bool:
+        """Return whether the stream is a terminal."""
+        return self._stream.isatty()
+
+    def fileno(self) -> int:
+        """Return the file descriptor of the stream."""
+        return self._stream.fileno()
+
+
+class LessonReporter(SentenceReporter):
+    """A reporter of a lesson's games: no introduction, and no verdict at the end."""
+
+    def report_start(self, game: Game) -> None:
+        """Print the situation."""
+        print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()), sep="\n")
+
+
+class LessonPlayer:
+    """A player of one lesson: it prints the steps, reads answers and runs the games.
+
+    Its games do not count as records, because their random numbers are always the same.
+    """
+
+    def __init__(self, run: LessonRun, terminal: Terminal, stdin: TextIO) -> None:
+        self._controller = GameController()
+        self._run = run
+        self._terminal = terminal
+        self._stdin = CountedInput(stdin)
+
+    def play(self) -> int:
+        """Run the lesson from its current step, and return the exit code."""
+        lesson = self._run.lesson
+        minutes = format_count(lesson.minutes, "minute")
+        self._print_heading(f"lesson {lesson.number}: {lesson.title} (about {minutes})")
+        try:
+            with exit_on_signals():
+                while not self._run.is_over:
+                    self._play_step()
+        except LessonLeft:
+            pass
+        finally:
+            self._controller.end_game()
+        return self._report_end()
+
+    def _report_end(self) -> int:
+        """Print whether the lesson is finished and how it goes on; return the exit code."""
+        run, lesson = self._run, self._run.lesson
+        steps = format_count(len(lesson.steps), "step")
+        if run.is_passed:
+            self._print(f"lesson {lesson.number} is finished: all {steps} done.")
+            return 0
+        word = str(lesson.number) if lesson.is_builtin else quote(str(lesson.path))
+        done = f"{len(run.finished_steps)} of {steps} done"
+        self._print(
+            f"lesson {lesson.number} is not finished: {done}. dmplay learn {word} continues."
+        )
+        is_script = not self._terminal.is_interactive and self._stdin.line_count > 0
+        return NOT_FINISHED_EXIT_CODE if is_script else 0
+
+    def _play_step(self) -> None:
+        """Print the current step and run it until it is finished or skipped."""
+        run, step = self._run, self._run.step
+        number = f"step {run.index + 1} of {len(run.lesson.steps)}"
+        self._print("")
+        if isinstance(step.task, Prediction) and step.task.shows_board:
+            self._print_board()
+        self._print_heading(f"{number}.")
+        self._print(*step.text)
+        if isinstance(step.task, GameTask):
+            self._play_games(step.task)
+        else:
+            position, index = run.position, run.index
+            self._ask()
+            if step.task.watch and index in run.finished_steps:
+                self._offer_algorithm(step.task.watch, position)
+
+    def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
+        """Let the player watch an algorithm on the position, or print the command for it."""
+        if not self._terminal.full_screen:
+            self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
+            return
+        if self._read(f"w and Enter shows {name} step by step, Enter goes on> ") != "w":
+            return
+        from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
+        from dmplay.algorithms.step import WatchRequest
+        from dmplay.game.watching import WatchedSteps
+        from dmplay.ui.watch.step_viewer import StepViewer
+
+        request = WatchRequest(position.problem, position.seat, position.session)
+        watched = WatchedSteps(find_algorithm(name), request, position.problem_name)
+        code = run_full_screen(StepViewer(watched, self._terminal))
+        if code:
+            raise SystemExit(code)
+
+    def _ask(self) -> None:
+        """Read answers until the step is finished or skipped."""
+        self._print(f"type {self._run.expected_answer}.")
+        finishes_step = False
+        while not finishes_step:
+            line = self._read("answer> ")
+            try:
+                finishes_step = self._print_reply(self._reply_to_line(line))
+            except DmplayError as error:
+                self._report_error(error)
+
+    def _reply_to_line(self, line: str) -> TutorReply:
+        """Return the reply to a typed line: a command of the lesson or an answer."""
+        match line:
+            case "" | "help" | "?":
+                return TutorReply((ANSWER_HELP,))
+            case "look":
+                self._print_board()
+                return TutorReply(())
+        return self._reply_to_command(line) or self._run.check_answer(line)
+
+    def _reply_to_command(self, line: str) -> TutorReply | None:
+        """Return the reply to a command that every step has; None for any other line."""
+        match line:
+            case "hint":
+                return self._run.give_hint()
+            case "show":
+                return self._run.show_answer()
+            case "skip":
+                return self._run.skip()
+            case "quit" | "q" | "exit":
+                raise LessonLeft
+        return None
+
+    def _play_games(self, task: GameTask) -> None:
+        """Play the game of the step until it is passed, shown or skipped."""
+        if self._terminal.full_screen and not self._choose_next_game("Enter starts the game> "):
+            return
+        while not self._play_game(task) and self._choose_next_game("again> "):
+            pass
+
+    def _choose_next_game(self, prompt: str) -> bool:
+        """Read commands until the player starts a game; return False if the step is over."""
+        while True:
+            line = self._read(prompt)
+            try:
+                reply = self._reply_to_command(line)
+                if reply is None and line in {"", "again"}:
+                    return True
+                if reply is None and line not in {"help", "?"}:
+                    raise BadParameter(f"got {line!r}; {GAME_HELP}")
+                if self._print_reply(reply or TutorReply((GAME_HELP,))):
+                    return False
+            except DmplayError as error:
+                self._report_error(error)
+
+    def _play_game(self, task: GameTask) -> bool:
+        """Play one game and print what the lesson says about it; return whether it is passed."""
+        run, step = self._run, self._run.step
+        folder = run.lesson.path.parent
+        request = make_game_request(
+            step.position, folder, strict=task.strictness, trusted=run.trusted
+        )
+        game = start_new_game(replace(request, lesson_goal=f"goal: {task.goal}"))
+        for action in step.position.after:
+            game.choose(game.problem.parse_action(game.viewing_seat, action))
+        self._controller.set_game(game)
+        self._show_game()
+        session = self._controller.game.session
+        self._controller.end_game()
+        if session.end_reason not in NATURAL_END_REASONS:
+            self._print("the game was left before its end.")
+            return False
+        if not run.is_game_of_step(session):
+            self._print("this was another game than the one of this step.")
+            return False
+        return self._print_reply(run.check_game(session))
+
+    def _show_game(self) -> None:
+        """Run the current game with the front end that the terminal allows."""
+        if self._terminal.full_screen:
+            code = run_full_screen(PlayScreen(self._controller, self._terminal))
+            if code:
+                raise SystemExit(code)
+            self._print(self._controller.game.narrator.describe_result())
+            return
+        self._print(f"goal: {self._run.expected_answer}. type help, look, legal, or an action.")
+        earlier = self._stdin.line_count
+        play_by_lines(
+            self._controller,
+            self._terminal,
+            self._stdin,  # type: ignore[arg-type] # the methods that it uses
+            LessonReporter(self._terminal),
+            earlier,
+        )
+
+    def _print_board(self) -> None:
+        """Print the board at the position of the step, and the situation in words."""
+        position = self._run.position
+        players = position.question.players
+        keyboard = Keyboard(position.problem, [position.seat], DEFAULT_KEY_PREFERENCES)
+        game = Game(position.problem_name, position.session, players, keyboard)
+        board = game.draw_board(self._board_options) if self._terminal.full_screen else None
+        if board is None or isinstance(board, TooSmallNotice):
+            self._print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()))
+        else:
+            print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
+
+    @property
+    def _board_options(self) -> DrawOptions:
+        """The size of a board that leaves room for the text of the step."""
+        columns, rows = shutil.get_terminal_size()
+        return DrawOptions(
+            min(columns, self._terminal.columns),
+            max(rows - ROWS_OF_STEP, 1),
+            ascii=self._terminal.ascii,
+            show_coordinates=True,
+        )
+
+    def _read(self, prompt: str) -> str:
+        """Return the next line without spaces and comments; raise LessonLeft at the end."""
+        while True:
+            line = read_line(prompt, self._stdin)  # type: ignore[arg-type]
+            text = line.partition("#")[0].strip()
+            if not self._terminal.is_interactive:
+                print(escape_unprintable(text))
+            if not line:
+                if self._terminal.is_interactive:
+                    print()  # after the prompt
+                raise LessonLeft
+            if text or not line.lstrip().startswith("#"):
+                return text
+
+    def _report_error(self, error: DmplayError) -> None:
+        """Print an error; raise it with the number of its line if a script is read."""
+        if not self._terminal.is_interactive:
+            raise BadParameter(f"line {self._stdin.line_count}: {error}") from None
+        self._print(f"error: {error}")
+
+    def _print_reply(self, reply: TutorReply) -> bool:
+        """Print a reply; return whether the step is finished."""
+        self._print(*reply.lines)
+        return reply.finishes_step
+
+    def _print_heading(self, text: str) -> None:
+        """Print a heading, in bold if the terminal has colours."""
+        line = escape_unprintable(text)
+        print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
+
+    def _print(self, *lines: str) -> None:
+        """Print lines with unprintable characters escaped, wrapped if a person reads them."""
+        for line in map(escape_unprintable, lines):
+            width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
+            is_wrapped = self._terminal.is_interactive and len(line) > width
+            rows = wrap(line, width, break_on_hyphens=False) if is_wrapped else [line]
+            print("\n".join(rows), flush=True)
