@@ -225,6 +225,10 @@ class HuntEquilibrium(ReactivePolicy):
             self._cumulative_probabilities.take(self.problem.state_indices(memory[0]), axis=0)
         ).sample_events(u)
 
+    def choice_probabilities(self, memory: Memory) -> Reals:
+        """Return the mixed strategy of each row `[B, A]`."""
+        return self._solution.policies[self.seat][self.problem.state_indices(memory[0])]
+
     @cached_property
     def _cumulative_probabilities(self) -> Reals:
         """The cumulative probabilities `[S, 5]` of the moves."""

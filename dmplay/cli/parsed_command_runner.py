@@ -52,7 +52,8 @@ def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> in
     if isinstance(result, LearnCommand):
         from dmplay.ui.lessons.lesson_player import play_lesson
 
-        return play_lesson(_make_controller(), result)
+        terminal = current_terminal(result.terminal_options)
+        return play_lesson(_make_controller(), terminal, result)
     from dmplay.ui import game_launcher
 
     if isinstance(result, PlayCommand):

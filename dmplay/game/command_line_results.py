@@ -77,7 +77,7 @@ class LearnCommand(NamedTuple):
     """A request to run a lesson in the terminal."""
 
     lesson: str  # its number or name
-    terminal_options: TerminalOptions
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
     source: str = ""  # the folder of the lesson; '' for the built-in lessons
     restart: bool = False  # whether to begin with the first step, even if it is finished
     trusted: bool = False  # whether code that the lesson names may be run

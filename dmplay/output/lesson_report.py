@@ -5,7 +5,13 @@ from collections.abc import Sequence
 from dmplay.core.text import align_columns, format_json_report
 from dmplay.tutor.lesson import TutorLesson
 from dmplay.tutor.lesson_list import load_lessons
-from dmplay.tutor.progress import SHOWN, LessonProgress, load_all_progress
+from dmplay.tutor.progress import (
+    REVEALED,
+    LessonProgress,
+    count_finished,
+    find_next_lesson,
+    load_all_progress,
+)
 
 
 def format_lesson_list(source: str, *, as_json: bool) -> str:
@@ -22,28 +28,18 @@ def format_lesson_list(source: str, *, as_json: bool) -> str:
         row = [str(lesson.number), lesson.title, lesson.chapter, steps, str(lesson.minutes), mark]
         rows.append(row)
     rows[0].append("")
-    return "\n".join([*align_columns(rows), describe_progress(lessons, progress, source)])
+    return "\n".join([*align_columns(rows), _describe_next(lessons, progress, source)])
 
 
-def describe_progress(
-    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress], source: str = ""
+def _describe_next(
+    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress], source: str
 ) -> str:
-    """Return how many lessons are done, and the command that opens the next one."""
-    done = sum(progress[lesson.progress_key].is_finished for lesson in lessons)
-    text = f"{done} of {len(lessons)} done"
-    next_lesson = find_next_lesson(lessons, progress)
+    """Return the number of finished lessons, and the command that opens the next one."""
+    text, next_lesson = count_finished(lessons, progress), find_next_lesson(lessons, progress)
     if next_lesson is None:
         return f"{text}."
     words = " ".join(filter(None, ("dmplay learn", source, str(next_lesson.number))))
     return f"{text}. next: {words} ({next_lesson.title})"
-
-
-def find_next_lesson(
-    lessons: Sequence[TutorLesson], progress: dict[str, LessonProgress]
-) -> TutorLesson | None:
-    """Return the first lesson that is not finished; None if all are."""
-    open_lessons = (lesson for lesson in lessons if not progress[lesson.progress_key].is_finished)
-    return next(open_lessons, None)
 
 
 def _progress_data(
@@ -60,7 +56,7 @@ def _progress_data(
                 "name": lesson.name,
                 "title": lesson.title,
                 "done": results.is_finished,
-                "answers_shown": sum(step.result == SHOWN for step in finished),
+                "answers_shown": sum(step.result == REVEALED for step in finished),
                 "date": results.date,
                 "steps": [step and step._asdict() for step in results.steps],
             }

@@ -1,20 +1,23 @@
 """Typed answers: reading them, and checking them against the truth of the problem."""
 
 import inspect
-import math
-import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from dmplay.core.spaces import normalize_label
-from dmplay.errors import BadParameter, UnknownName
+from dmplay.errors import BadParameter
 from dmplay.tutor.lesson import Prediction
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import compute_truth, find_quantity
 from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.typed_text import (
+    find_label,
+    parse_distribution,
+    parse_number,
+    parse_whole_number,
+)
 
-FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
 DEFAULT_TOLERANCE = 1e-9
+MAX_LISTED_LABELS = 10
 PROBABILITY_SUM_TOLERANCE = 0.011  # so that three probabilities of two decimals are accepted
 
 
@@ -26,7 +29,7 @@ class AnswerCheck(NamedTuple):
 
 
 def describe_expected_answer(position: PositionInGame, prediction: Prediction) -> str:
-    """Return what the player types, for example `a number` or `e, ne, nw, w, sw or se`."""
+    """Return the kind of answer to type, for example `a number` or `e, ne, nw, w, sw or se`."""
     if prediction.asks:
         parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
         annotation = parameters[prediction.asks].annotation
@@ -38,9 +41,9 @@ def describe_expected_answer(position: PositionInGame, prediction: Prediction) -
         example = truth.labels[: min(2, len(truth.labels))]
         pairs = " ".join(f"{label} 0.5" for label in example)
         return f"probabilities, for example {pairs}"
-    if isinstance(truth.value, frozenset):
-        return _list_labels(truth.labels)
-    return "a number"
+    if isinstance(truth.value, tuple):
+        return f"the names {' '.join(sorted(truth.labels))} in the right order"
+    return _list_labels(truth.labels) if isinstance(truth.value, frozenset) else "a number"
 
 
 def check_answer(position: PositionInGame, prediction: Prediction, text: str) -> AnswerCheck:
@@ -55,11 +58,12 @@ def check_answer(position: PositionInGame, prediction: Prediction, text: str) ->
             label = find_label(text, truth.labels)
             is_right = label in truth.value
             return AnswerCheck(is_right, "" if is_right else truth.explain(label))
+        case tuple():
+            return _check_order(truth, text)
     number = parse_number(text)
     if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
-        return AnswerCheck(
-            True, f"exactly it is {format_number(truth.value)}" * (number != truth.value)
-        )
+        exact = format_number(truth.value)
+        return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))
     direction = "high" if number > truth.value else "low"
     explanation = truth.explain(text)
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
@@ -75,6 +79,8 @@ def describe_truth(position: PositionInGame, prediction: Prediction) -> str:
             return ", ".join(f"{label} {format_number(p)}" for label, p in truth.value.items())
         case frozenset():
             return " or ".join(sorted(truth.value))
+        case tuple():
+            return " ".join(truth.value)
     return format_number(truth.value)
 
 
@@ -88,7 +94,7 @@ def _check_typed_argument(
     if annotation is float:
         argument = parse_number(text)
     elif annotation is int:
-        argument = _parse_whole_number(text)
+        argument = parse_whole_number(text)
     truth = compute_truth(position, prediction.quantity, **{prediction.asks: argument})
     if not isinstance(truth.value, float | int):
         raise BadParameter(f"{prediction.quantity.name} is not a number, expected one with asks")
@@ -96,12 +102,13 @@ def _check_typed_argument(
     is_right = (low is None or truth.value >= low - DEFAULT_TOLERANCE) and (
         high is None or truth.value <= high + DEFAULT_TOLERANCE
     )
-    name = prediction.quantity.name.replace("-", " ")
-    number = f"the {name} is then {format_number(truth.value)}"
+    result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
+    sentence = f"{result} {format_number(truth.value)}"
     if is_right:
-        return AnswerCheck(True, number)
-    bound = f"at least {low:g}" if low is not None and truth.value < low else f"at most {high:g}"
-    return AnswerCheck(False, f"{number}, not {bound}{_append(truth.explain(text))}")
+        return AnswerCheck(True, sentence)
+    is_too_low = low is not None and truth.value < low
+    bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
+    return AnswerCheck(False, f"{sentence}; {bound} is needed{_append(truth.explain(text))}")
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:
@@ -125,55 +132,20 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
     )
 
 
-def parse_number(text: str) -> float:
-    """Return the number of a text such as 0.15, 15% or 3/20; raise BadParameter for others."""
-    fraction = FRACTION_PATTERN.fullmatch(text.strip())
-    try:
-        if fraction:
-            return int(fraction[1]) / int(fraction[2])
-        number = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
-    except (ValueError, ZeroDivisionError):
-        raise BadParameter(f"got {text!r}, expected a number, such as 0.15") from None
-    if not math.isfinite(number):
-        raise BadParameter(f"got {text!r}, expected a finite number")
-    return number
-
-
-def _parse_whole_number(text: str) -> int:
-    """Return the whole number of a text; raise BadParameter for others."""
-    if not text.strip().isdecimal() or len(text) > len(str(2**63)):
-        raise BadParameter(f"got {text!r}, expected a whole number")
-    return int(text)
-
-
-def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
-    """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`."""
-    words = text.replace("=", " ").replace(": ", " ").replace(", ", " ").split()
-    if len(words) % 2 or not words:
-        example = " ".join(f"{label} 0.5" for label in labels[:2])
-        raise BadParameter(f"got {text!r}, expected pairs of a name and a number: {example}")
-    typed: dict[str, float] = {}
-    for name, number in zip(words[::2], words[1::2], strict=True):
-        label = find_label(name, labels)
-        if label in typed:
-            raise BadParameter(f"got {label} twice, expected it once")
-        typed[label] = parse_number(number)
-    return typed
-
-
-def find_label(text: str, labels: tuple[str, ...]) -> str:
-    """Return the label that a text names; raise UnknownName with the nearest names."""
-    by_normal_form = {normalize_label(label): label for label in labels}
-    label = by_normal_form.get(normalize_label(text.strip()))
-    if label is None:
-        raise UnknownName("answer", text.strip(), labels)
-    return label
+def _check_order(truth: Truth, text: str) -> AnswerCheck:
+    """Return whether typed names are in the right order."""
+    names = [find_label(word, truth.labels) for word in text.replace(", ", " ").split()]
+    if sorted(names) != sorted(truth.labels):
+        raise BadParameter(f"got {text!r}, expected each of {' '.join(sorted(truth.labels))} once")
+    explanation = truth.explain(" ".join(names))
+    return AnswerCheck(not explanation, explanation)
 
 
 def _list_labels(labels: tuple[str, ...]) -> str:
-    """Return labels as a list with `or`; only the first and the last of many."""
-    if len(labels) > 10:
-        return f"{labels[0]} to {labels[-1]}"
+    """Return labels as a list with `or`; only some of many."""
+    if len(labels) > MAX_LISTED_LABELS:
+        are_numbers = labels[0].isdecimal() and labels[-1].isdecimal()
+        return f"{labels[0]} to {labels[-1]}" if are_numbers else f"a name such as {labels[0]}"
     return " or ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 

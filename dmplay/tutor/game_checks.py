@@ -89,13 +89,13 @@ def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck
     ghost = create_ghost(position.session, [position.seat], task.beats)
     ghost.play_to_end()
     is_enough = ghost.player_lead >= -task.margin - TOLERANCE
-    own = format_number(position.session.seat_return(position.seat))
+    score = format_number(position.session.seat_return(position.seat))
     margin = (
         f"; you may lose at most {task.margin:g} of it" if task.margin and not is_enough else ""
     )
     return AnswerCheck(
         is_enough,
-        f"with the same draws, {task.beats} scored {format_number(ghost.score)} and you {own}"
+        f"with the same draws, {task.beats} scored {format_number(ghost.score)} and you {score}"
         + margin,
     )
 
@@ -149,7 +149,7 @@ def _check_choices(position: PositionInGame, task: GameTask) -> Iterator[AnswerC
 
 
 def describe_model_game(position: PositionInGame) -> str:
-    """Return how the agent that gives hints plays on the same draws, as a list of actions.
+    """Return the actions of the agent that gives hints on the same draws as text.
 
     '' if there is no such agent.
     """

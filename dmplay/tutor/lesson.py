@@ -38,6 +38,7 @@ class Prediction:
     tolerance: float = 0.0
     at_least: float | None = None
     at_most: float | None = None
+    result: str = ""  # the beginning of the sentence with the value, if `asks` is set
     shows_board: bool = True
 
 
@@ -87,9 +88,19 @@ class TutorLesson:
     @property
     def name(self) -> str:
         """The name of the file without its number and extension, such as `first-walk`."""
-        return self.path.stem.lstrip("0123456789").lstrip("-_ ") or self.path.stem
+        return name_of_file(self.path)
+
+    @property
+    def step_count(self) -> int:
+        """The number of steps."""
+        return len(self.steps)
 
     @property
     def progress_key(self) -> str:
         """The key of the lesson in the file of progress."""
         return self.name if self.is_builtin else str(self.path.resolve())
+
+
+def name_of_file(path: Path) -> str:
+    """Return the name of a lesson file without its number and extension."""
+    return path.stem.lstrip("0123456789").lstrip("-_ ") or path.stem

@@ -1,14 +1,24 @@
 """The built-in lessons, and those in a teacher's folder."""
 
+import tomllib
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NamedTuple
 
 from dmplay.errors import BadParameter, UnknownName
-from dmplay.tutor.lesson import TutorLesson
-from dmplay.tutor.lesson_reader import read_lesson
+from dmplay.tutor.lesson import TutorLesson, name_of_file
 
 BUILTIN_FOLDER = Path(__file__).parent / "lessons"
 LESSON_SUFFIX = ".toml"
+
+
+class LessonOutline(NamedTuple):
+    """The number, title and size of a built-in lesson, which are quick to read."""
+
+    number: int
+    title: str
+    step_count: int
+    progress_key: str
 
 
 def list_builtin_paths() -> list[Path]:
@@ -16,8 +26,20 @@ def list_builtin_paths() -> list[Path]:
     return sorted(BUILTIN_FOLDER.glob(f"*{LESSON_SUFFIX}"))
 
 
+def list_builtin_outlines() -> list[LessonOutline]:
+    """Return the outlines of the built-in lessons, by number, without their quantities."""
+    outlines = []
+    for path in list_builtin_paths():
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        facts = _number_of(path, 0), table["title"], len(table["steps"]), name_of_file(path)
+        outlines.append(LessonOutline(*facts))
+    return outlines
+
+
 def load_builtin_lessons() -> list[TutorLesson]:
     """Return the built-in lessons, by number."""
+    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+
     return [
         read_lesson(path, _number_of(path, 0), is_builtin=True) for path in list_builtin_paths()
     ]
@@ -28,10 +50,12 @@ def load_folder(folder: Path) -> list[TutorLesson]:
 
     A number at the beginning of a file name is the number of the lesson.
     """
+    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+
     paths = sorted(folder.glob(f"*{LESSON_SUFFIX}"))
     if not paths:
         raise BadParameter(f"{folder}: expected lessons, files that end with {LESSON_SUFFIX}")
-    return [read_lesson(path, _number_of(path, place)) for place, path in enumerate(paths, 1)]
+    return [read_lesson(path, _number_of(path, order)) for order, path in enumerate(paths, 1)]
 
 
 def load_lessons(source: str) -> list[TutorLesson]:

@@ -21,6 +21,7 @@ from dmplay.tutor.quantity import find_quantity
 ERROR_POSITION = re.compile(r" \(at line (\d+), column (\d+)\)")
 MAX_FILE_BYTES = 64 * 2**10
 MAX_TEXT_LINES, MAX_COLUMNS, MAX_SENTENCE_CHARS = 4, 80, 160
+UNSET_CONDITIONS: tuple[object, ...] = ("", {})  # values of conditions that a task does not have
 MAX_STEPS, MAX_MINUTES, MAX_GOAL_COLUMNS = 8, 10, 76
 POSITION_KEYS = ("problem", "parameters", "seed", "turns", "seats", "after")
 
@@ -219,7 +220,7 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     name, asks = table.text("quantity"), table.text("asks", "")
     tolerance = table.number("tolerance") or 0.0
     at_least, at_most = table.number("at_least"), table.number("at_most")
-    shows_board = table.switch("board", default=True)
+    result, shows_board = table.text("result", ""), table.switch("board", default=True)
     try:
         function = find_quantity(name)
     except UnknownName as error:
@@ -228,7 +229,7 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
     return Prediction(
-        QuantityCall(name, arguments), asks, tolerance, at_least, at_most, shows_board
+        QuantityCall(name, arguments), asks, tolerance, at_least, at_most, result, shows_board
     )
 
 
@@ -287,8 +288,7 @@ def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
         strict=table.switch("strict"),
     )
     table.finish()
-    if not any(value for name, value in vars(task).items() if name not in {"goal", "margin"}) and (
-        task.hints_at_most is None
-    ):
+    conditions = [value for name, value in vars(task).items() if name not in {"goal", "margin"}]
+    if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):
         raise BadParameter(f"{location}: expected a condition, such as ends = true")
     return task

@@ -11,7 +11,7 @@ from dmplay.errors import BadParameter
 from dmplay.tutor import answers, game_checks, progress
 from dmplay.tutor.lesson import GameTask, LessonStep, Position, Prediction, TutorLesson
 from dmplay.tutor.positions import PositionInGame, open_position
-from dmplay.tutor.progress import PASSED, SHOWN, StepRecord
+from dmplay.tutor.progress import PASSED, REVEALED, StepRecord
 
 TRIES_BEFORE_ANSWER = 3  # wrong tries after which the answer may be shown
 
@@ -122,7 +122,7 @@ class LessonRun:
         lines = [f"not yet. {_to_sentence(check.reason)}".strip()]
         if not self.is_hint_given and self.wrong_count == 1:
             lines.append("Try again; hint gives you a hint.")
-        elif not self.is_hint_given and self.wrong_count > 1:
+        elif not self.is_hint_given:
             lines += self.give_hint().lines
         if self.can_show_answer:
             lines.append("show prints the answer, and the progress records that.")
@@ -151,8 +151,8 @@ class LessonRun:
             if isinstance(task, GameTask)
             else answers.describe_truth(self.position, task)
         )
-        shown = f"answer: {text}." if text else "answer: many are right; see the hint."
-        return self._finish(SHOWN, (shown, self._describe_learned()))
+        sentence = f"answer: {text}." if text else "answer: many are right; see the hint."
+        return self._finish(REVEALED, (sentence, self._describe_learned()))
 
     def skip(self) -> TutorReply:
         """Go on to the next step; the current one stays open."""
@@ -174,7 +174,7 @@ class LessonRun:
         self._start_step()
 
     def _describe_learned(self) -> str:
-        """Return what the current step teaches, and where the book explains it."""
+        """Return the sentence on what the current step teaches, and where the book explains it."""
         step = self.step
         return f"{step.learned} ({step.book})" if step.book else step.learned
 

@@ -3,23 +3,42 @@
 import json
 import os
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from time import strftime
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 from dmplay.core import safe_files
 from dmplay.errors import DmplayError, clip_message
 from dmplay.game.saves import saves_folder
-from dmplay.tutor.lesson import TutorLesson
 
 FORMAT_VERSION = 1
-PASSED, SHOWN = "passed", "shown"  # the results of a finished step
+PASSED, REVEALED = "passed", "revealed"  # the results of a finished step
+
+
+class LessonInList(Protocol):
+    """The facts of a lesson that a list of lessons needs."""
+
+    @property
+    def number(self) -> int:
+        """The number of the lesson."""
+
+    @property
+    def title(self) -> str:
+        """The title of the lesson."""
+
+    @property
+    def step_count(self) -> int:
+        """The number of steps."""
+
+    @property
+    def progress_key(self) -> str:
+        """The key of the lesson in the file of progress."""
 
 
 class StepRecord(NamedTuple):
-    """The result of a finished step: passed, or shown to the player after three wrong tries."""
+    """The result of a finished step: passed, or revealed after three wrong tries."""
 
     result: str
     tries: int
@@ -48,12 +67,12 @@ class LessonProgress(NamedTuple):
         return next((index for index, step in enumerate(self.steps) if step is None), 0)
 
 
-def load_progress(lesson: TutorLesson) -> LessonProgress:
+def load_progress(lesson: LessonInList) -> LessonProgress:
     """Return the progress in a lesson; it is empty if the lesson has other steps by now."""
     return load_all_progress([lesson])[lesson.progress_key]
 
 
-def load_all_progress(lessons: list[TutorLesson]) -> dict[str, LessonProgress]:
+def load_all_progress(lessons: Sequence[LessonInList]) -> dict[str, LessonProgress]:
     """Return the progress in each of these lessons, by key; the file is read once."""
     entries = _read_file().get("lessons", {})
     return {
@@ -62,7 +81,21 @@ def load_all_progress(lessons: list[TutorLesson]) -> dict[str, LessonProgress]:
     }
 
 
-def save_step(lesson: TutorLesson, index: int, result: StepRecord) -> None:
+def find_next_lesson(
+    lessons: Sequence[LessonInList], progress: Mapping[str, LessonProgress]
+) -> LessonInList | None:
+    """Return the first lesson that is not finished; None if all are."""
+    open_lessons = (lesson for lesson in lessons if not progress[lesson.progress_key].is_finished)
+    return next(open_lessons, None)
+
+
+def count_finished(lessons: Sequence[LessonInList], progress: Mapping[str, LessonProgress]) -> str:
+    """Return the number of lessons that are finished as text, such as "3 of 17 done"."""
+    count = sum(progress[lesson.progress_key].is_finished for lesson in lessons)
+    return f"{count} of {len(lessons)} done"
+
+
+def save_step(lesson: LessonInList, index: int, result: StepRecord) -> None:
     """Save the result of a step under a lock; print a warning if that fails.
 
     A step that was passed remains passed.
@@ -108,13 +141,13 @@ def _read_file() -> dict[str, Any]:
     return dict(content)
 
 
-def _parse_entry(entry: object, lesson: TutorLesson) -> LessonProgress:
+def _parse_entry(entry: object, lesson: LessonInList) -> LessonProgress:
     """Return the progress of one entry; without results if it does not fit the lesson."""
-    blank = LessonProgress((None,) * len(lesson.steps))
+    blank = LessonProgress((None,) * lesson.step_count)
     if not isinstance(entry, Mapping):
         return blank
     rows, date = entry.get("steps"), entry.get("date")
-    if not isinstance(rows, list) or len(rows) != len(lesson.steps) or not isinstance(date, str):
+    if not isinstance(rows, list) or len(rows) != lesson.step_count or not isinstance(date, str):
         return blank
     try:
         steps = tuple(None if row is None else StepRecord(**row) for row in rows)

@@ -3,7 +3,13 @@
 from collections.abc import Callable
 
 from dmplay.errors import UnknownName
-from dmplay.tutor import state_quantities
+from dmplay.tutor import (
+    algorithm_quantities,
+    belief_quantities,
+    control_quantities,
+    game_quantities,
+    state_quantities,
+)
 from dmplay.tutor.lesson import QuantityCall
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth
@@ -15,8 +21,38 @@ QUANTITIES: dict[str, Callable[..., Truth]] = {
         state_quantities.action_value,
         state_quantities.best_action,
         state_quantities.action_loss,
+        state_quantities.order_of_values,
         state_quantities.outcomes,
         state_quantities.outcome_probability,
+        algorithm_quantities.state_after_undo,
+        algorithm_quantities.worst_outcome,
+        algorithm_quantities.sweep_value,
+        algorithm_quantities.last_policy_change,
+        algorithm_quantities.exit_probability,
+        algorithm_quantities.straight_way_loss,
+        algorithm_quantities.search_error_share,
+        algorithm_quantities.agent_return,
+        algorithm_quantities.furthest_number,
+        belief_quantities.belief,
+        belief_quantities.belief_distribution,
+        belief_quantities.observation_probability,
+        belief_quantities.best_action_boundary,
+        belief_quantities.belief_loss,
+        belief_quantities.fewest_turns,
+        belief_quantities.alpha_vector_count,
+        control_quantities.linear_policy_value,
+        control_quantities.linear_policy_loss,
+        control_quantities.noise_cost,
+        game_quantities.expected_payoff,
+        game_quantities.best_reply,
+        game_quantities.level_k_action,
+        game_quantities.equilibrium_probability,
+        game_quantities.equilibrium_payoff,
+        game_quantities.agent_action,
+        game_quantities.matching_agents,
+        game_quantities.agent_probability,
+        game_quantities.team_cost,
+        game_quantities.planned_action,
     )
 }
 

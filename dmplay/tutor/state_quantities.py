@@ -1,12 +1,17 @@
-"""Quantities of problems whose state is visible: values, best actions, outcomes and sweeps."""
+"""Quantities of states and actions: values, best actions, regrets and outcomes."""
+
+from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
 from dmplay.core.arrays import Array
-from dmplay.core.best_actions import mark_best_actions
-from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
+from dmplay.core.session import SeatedPolicy
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
+from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number
 
@@ -19,42 +24,78 @@ def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) 
     Without `state` it is that of the position. `turns_left` counts the turns in a game with a
     turn limit.
     """
-    q = compute_state_q(position, state, turns_left)
-    return Truth(max(q.values()), lambda _: _describe_one_step(position, state))
+    q = compute_q(position, state, (), turns_left)
+    return Truth(max(q.values()), lambda _: _describe_reachable_states(position, state, turns_left))
 
 
 def action_value(
-    position: PositionInGame, action: str, state: str = "", turns_left: int = 0
+    position: PositionInGame,
+    action: str,
+    state: str = "",
+    history: Sequence[str] = (),
+    turns_left: int = 0,
 ) -> Truth:
-    """Return the value of an action: its expected return if you play best afterwards."""
-    q = compute_state_q(position, state, turns_left)
+    """Return the value of an action: its expected return if you play best afterwards.
+
+    If states are hidden, `history` lists what the player did and observed, such as "feed crying".
+    """
+    q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
-    return Truth(q[label], lambda _: describe_outcomes(position, label, state))
+    return Truth(
+        q[label], lambda _: describe_consequences(position, label, state, history, turns_left)
+    )
 
 
-def best_action(position: PositionInGame, state: str = "", turns_left: int = 0) -> Truth:
-    """Return the actions with the greatest value in a state."""
-    q = compute_state_q(position, state, turns_left)
+def best_action(
+    position: PositionInGame, state: str = "", history: Sequence[str] = (), turns_left: int = 0
+) -> Truth:
+    """Return the actions with the greatest value in a state, or after a history."""
+    q = compute_q(position, state, history, turns_left)
     names, values = [*q], np.array([*q.values()])
     best = frozenset(names[index] for index in np.flatnonzero(mark_best_actions(values)))
 
     def explain(answer: str) -> str:
         """Return what a wrong action loses, and where it leads."""
-        loss = max(values) - q[answer] if answer in q else np.nan
-        cost = f"{answer} is worth {format_number(float(loss))} less than the best action"
-        return f"{cost}; {describe_outcomes(position, answer, state)}" if answer in q else ""
+        loss = format_number(max(q.values()) - q[answer])
+        consequences = describe_consequences(position, answer, state, history, turns_left)
+        return f"with {answer} you give up {loss} against the best action; {consequences}"
 
     return Truth(best, explain, tuple(names))
 
 
 def action_loss(
-    position: PositionInGame, action: str, state: str = "", turns_left: int = 0
+    position: PositionInGame,
+    action: str,
+    state: str = "",
+    history: Sequence[str] = (),
+    turns_left: int = 0,
 ) -> Truth:
     """Return the regret of an action: the value of the best one minus its own."""
-    q = compute_state_q(position, state, turns_left)
+    q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
     loss = max(q.values()) - q[label]
-    return Truth(loss, lambda _: describe_outcomes(position, label, state))
+    return Truth(loss, lambda _: describe_consequences(position, label, state, history, turns_left))
+
+
+def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
+    """Return these states ordered by their values, the most valuable first."""
+    values = {
+        position.problem.format_state(find_state(position, state)): max(
+            compute_q(position, state).values()
+        )
+        for state in states
+    }
+
+    def explain(answer: str) -> str:
+        """Return the difference of the first two neighbours that are in the wrong order."""
+        for first, second in pairwise(answer.split()):
+            difference = values[second] - values[first]
+            if difference > VALUE_TOLERANCE:
+                return f"{first} is worth {format_number(difference)} less than {second}"
+        return ""
+
+    ranked = sorted(values, key=lambda name: -values[name])
+    return Truth(tuple(ranked), explain, tuple(values))
 
 
 def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
@@ -90,12 +131,26 @@ def outcome_probability(
 
 def find_state(position: PositionInGame, text: str) -> Array:
     """Return the state that a text names, or that of the position if it is empty."""
+    current = position.session.state
     if not text:
-        return position.session.state
+        return current
+    problem = position.problem
     try:
-        return position.problem.parse_state(text)
-    except (ValueError, LookupError) as error:
-        raise BadParameter(f"state: {error}") from None
+        state = problem.parse_state(text)
+        is_valid = state.shape == current.shape
+    except (ValueError, LookupError):
+        is_valid = False
+    if not is_valid:
+        example = problem.format_state(position.session.initial_state)
+        raise BadParameter(f"got {text!r}, expected a state such as {example}")
+    return state
+
+
+def format_briefly(position: PositionInGame, s: Array) -> str:
+    """Return a state as text; real numbers have three significant digits."""
+    if isinstance(position.problem.state_count, ContinuousStates):
+        return " ".join(f"{number + 0.0:.3g}" for number in s)
+    return position.problem.format_state(s)
 
 
 def find_action(position: PositionInGame, text: str) -> str:
@@ -104,28 +159,43 @@ def find_action(position: PositionInGame, text: str) -> str:
     return problem.format_action(seat, problem.parse_action(seat, text))
 
 
-def compute_state_q(position: PositionInGame, state: str, turns_left: int = 0) -> dict[str, float]:
-    """Return the value of each legal action in a state, by the agent that gives the hints."""
-    problem, session = position.problem, position.session
+def compute_q(
+    position: PositionInGame, state: str = "", history: Sequence[str] = (), turns_left: int = 0
+) -> dict[str, float]:
+    """Return the value of each legal action by label, from the agent that gives the hints.
+
+    They are those of a visible state, or of the belief after a history; without both, those of the
+    position. Raise BadParameter if that agent has no values, or if they are about another game.
+    """
+    problem, session, seat = position.problem, position.session, position.seat
     provider = agents.find_hint_provider(problem, position.question)
+    if provider is None:
+        raise BadParameter(f"{position.problem_name} has no agent with values")
+    if provider.scope:
+        scope = f"are about another game ({provider.scope})"
+        raise BadParameter(f"the values of {position.problem_name} {scope}")
+    policy = provider.policy
     s = find_state(position, state)
-    if provider is None or problem.partially_observable:
-        raise BadParameter(f"{position.problem_name} has no values of states")
     turns_done = len(session.turns)
     if turns_left:
         if session.turn_limit is None or turns_left > session.turn_limit:
             raise BadParameter(f"turns_left: got {turns_left}, expected a game of as many turns")
         turns_done = session.turn_limit - turns_left
-    policy = provider.policy
-    values = policy.action_values(policy.memory_at_turn(s[None], turns_done))
-    if values is None:
+    if problem.partially_observable:
+        memory = remember_history(position, policy, history)
+    elif state or turns_left:
+        memory = policy.memory_at_turn(s[None], turns_done)
+    else:
+        memory = SeatedPolicy(session, seat, policy).current_memory()
+    values = policy.action_values(memory)
+    labels = problem.actions[seat].labels
+    if values is None or not labels:
         raise BadParameter(f"{position.problem_name} has no values of actions")
     legal = problem.legal_actions_mask(s[None])
-    labels = problem.actions[position.seat].labels
     return {
         label: float(value)
         for index, (label, value) in enumerate(zip(labels, values[0], strict=True))
-        if legal is None or legal[0, position.seat, index]
+        if legal is None or legal[0, seat, index]
     }
 
 
@@ -141,23 +211,43 @@ def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, 
     return dict(sorted(probabilities.items(), key=lambda pair: -pair[1]))
 
 
-def describe_outcomes(position: PositionInGame, action: str, state: str) -> str:
-    """Return a sentence with the likeliest outcomes of an action and the value of each."""
+def describe_consequences(
+    position: PositionInGame, action: str, state: str, history: Sequence[str], turns_left: int
+) -> str:
+    """Return a sentence with numbers on where an action leads."""
+    problem = position.problem
+    if problem.partially_observable:
+        return describe_belief(position, history)
+    if len(problem.agents) > 1:
+        return ""
     probabilities = list_outcomes(position, action, find_state(position, state))
-    rows = []
+    parts = []
     for name, probability in [*probabilities.items()][:MAX_NAMED_OUTCOMES]:
-        value = max(compute_state_q(position, name).values())
-        rows.append(f"with {format_number(probability)} to {name}, worth {format_number(value)}")
-    return f"{action} leads {'; '.join(rows)}"
+        value = format_number(value_after_turn(position, name, turns_left))
+        next_state = format_briefly(position, problem.parse_state(name))
+        parts.append(f"with {format_number(probability)} to {next_state}, worth {value}")
+    return f"it leads {'; '.join(parts)}"
 
 
-def _describe_one_step(position: PositionInGame, state: str) -> str:
-    """Return the values of the states next to a state, which its own value depends on."""
+def value_after_turn(position: PositionInGame, state: str, turns_left: int) -> float:
+    """Return the value of a state after one more turn than the position, or than `turns_left`."""
+    limit = position.session.turn_limit
+    if limit is None:
+        return max(compute_q(position, state).values())
+    next_turns_left = (turns_left or limit - len(position.session.turns)) - 1
+    if next_turns_left == 0:
+        return 0.0
+    return max(compute_q(position, state, (), next_turns_left).values())
+
+
+def _describe_reachable_states(position: PositionInGame, state: str, turns_left: int) -> str:
+    """Return the values of the states next to a state, on which its own value depends."""
     s = find_state(position, state)
-    neighbours: dict[str, float] = {}
-    for action in compute_state_q(position, state):
+    values: dict[str, float] = {}
+    for action in compute_q(position, state, (), turns_left):
         name = next(iter(list_outcomes(position, action, s)))
-        neighbours[name] = max(compute_state_q(position, name).values())
-    listed = ", ".join(f"{name} {format_number(value)}" for name, value in neighbours.items())
+        if name != position.problem.format_state(s):
+            values[name] = value_after_turn(position, name, turns_left)
+    listed = ", ".join(f"{name} {format_number(value)}" for name, value in values.items())
     discount = format_number(position.problem.discount)
-    return f"a turn later counts {discount}; the states that you can reach are worth {listed}"
+    return f"rewards a turn later count {discount}; its neighbours are worth {listed}"

@@ -3,6 +3,9 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+NEGLIGIBLE = 1e-9  # rounding errors below this are printed as 0
+MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
+
 
 def _explain_nothing(_: str) -> str:
     """Return no explanation."""
@@ -11,17 +14,20 @@ def _explain_nothing(_: str) -> str:
 
 @dataclass(frozen=True)
 class Truth:
-    """The value of a quantity at a position: a number, a set of labels, or a distribution.
+    """The value of a quantity at a position.
 
-    `explain` returns the reason for a wrong answer in numbers, which must not contain the value.
+    It is a number, a set of labels that are all right, labels in their right order, or a
+    distribution. `explain` returns the reason for a wrong answer in numbers, without the value; for
+    an order, '' if the answer is right.
     """
 
-    value: float | frozenset[str] | Mapping[str, float]
+    value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
     explain: Callable[[str], str] = _explain_nothing
     labels: tuple[str, ...] = ()  # the labels that an answer may name
 
 
 def format_number(value: float) -> str:
-    """Return a number with at most three decimals, or four significant digits if it is small."""
-    rounded = round(value, 3)
-    return f"{rounded + 0.0:g}" if abs(value) >= 0.01 or not value else f"{value:.2g}"
+    """Return a number with at most three decimals, or two significant digits if it is small."""
+    if abs(value) < NEGLIGIBLE:
+        return "0"
+    return f"{round(value, 3) + 0.0:g}" if abs(value) >= MIN_FIXED else f"{value:.2g}"

@@ -9,15 +9,15 @@ from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.command_line_results import PlayCommand, ShellCommand
+from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCommand
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
 from dmplay.registry import problems
-from dmplay.terminal.capabilities import current_terminal
+from dmplay.terminal.capabilities import current_terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.transcript.recorder import Recorder
-from dmplay.ui.gallery.gallery import SHELL_COMMAND, Gallery, todays_seed
+from dmplay.ui.gallery.gallery import LESSON_COMMAND, SHELL_COMMAND, Gallery, todays_seed
 from dmplay.ui.gallery.problem_list import list_problem_entries
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -117,12 +117,24 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
 
         print(SHELL_BANNER)
         code = interactive_shell.run_prompt(shell)
+    elif words[0] == LESSON_COMMAND:
+        return _run_gallery_lesson(shell, gallery, words[1])
     else:
         table.run_cli_words(words)
         code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))
     table.end_game("interrupted" if code else "quit")
     if table.has_game:
         gallery.return_from_game(table.game)
+    return code
+
+
+def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:
+    """Run a lesson and wait for Enter, so that its last lines can be read; return the exit code."""
+    from dmplay.ui.lessons.lesson_player import play_lesson
+
+    code = play_lesson(shell.controller, shell.terminal, LearnCommand(number))
+    read_line("Enter goes back to the list of problems> ", sys.stdin)
+    gallery.return_from_lesson()
     return code
 
 

@@ -17,6 +17,8 @@ from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.painter import Painter, ScreenPosition
 from dmplay.terminal.styles import to_rich_text
 from dmplay.transcript.reader import TranscriptOutline
+from dmplay.tutor.lesson_list import list_builtin_outlines
+from dmplay.tutor.progress import count_finished, find_next_lesson, load_all_progress
 from dmplay.ui.gallery.preview import ProblemPreview, make_preview, wrap_text, your_game_rows
 from dmplay.ui.gallery.problem_list import ProblemEntry
 from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS, FrameState, Viewport, fit_line, fit_text
@@ -27,6 +29,7 @@ MIN_PREVIEW_COLUMNS = 40  # columns that a preview needs
 MIN_PREVIEW_ROWS = 16  # rows from which a preview is shown
 CHROME_ROWS = 3  # rows of title, message and keys
 SHELL_COMMAND = ("shell",)
+LESSON_COMMAND = "learn"  # the first word of a command that opens a lesson
 
 
 def todays_seed() -> int:
@@ -57,7 +60,9 @@ class Gallery:
         self._unfinished_games: dict[
             str, TranscriptOutline
         ] = {}  # the last unfinished game of each problem
-        self._games_loaded = False  # records and unfinished games were loaded
+        self._lesson_status = ""  # the number of finished lessons, and the next one
+        self._next_lesson = ""  # its number; '' if all are finished
+        self._games_loaded = False  # records, unfinished games and lessons were loaded
 
     @property
     def visible_entries(self) -> list[ProblemEntry]:
@@ -182,12 +187,10 @@ class Gallery:
             return Text(f" {escape_unprintable(self.progress_message or self.message)}")
         if self._filter_text:
             return Text(f" filter {self._filter_text!r}; Esc shows all problems")
+        if _has_preview_space(viewport):
+            return Text(f" {self._lesson_status}" if self._lesson_status else "")
         problem_preview = self._previews.get(self.selected_problem)
-        if (
-            isinstance(problem_preview, ProblemPreview)
-            and self._help_page_index is None
-            and not _has_preview_space(viewport)
-        ):
+        if isinstance(problem_preview, ProblemPreview) and self._help_page_index is None:
             goal, *_ = problem_preview.goal.split("; ")
             return Text(
                 f" goal: {goal}" if len(goal) + len(" goal: ") <= viewport.width else f" {goal}"
@@ -255,6 +258,7 @@ class Gallery:
                 self._records, self._unfinished_games = run_cancellable(
                     TaskInfo("loading your games"), _load_your_games
                 )
+                self._load_lesson_status()
                 self._games_loaded = True
             if name and name not in self._previews:
                 task_info = TaskInfo(f"loading {name}")
@@ -265,6 +269,21 @@ class Gallery:
             return
         except DmplayError as error:
             self._previews[name] = escape_unprintable(str(error))
+
+    def _load_lesson_status(self) -> None:
+        """Load the number of finished lessons, and the next one."""
+        lessons = list_builtin_outlines()
+        progress = load_all_progress(lessons)
+        next_lesson = find_next_lesson(lessons, progress)
+        self._next_lesson = str(next_lesson.number) if next_lesson else ""
+        ending = f"; l opens {next_lesson.number}: {next_lesson.title}" if next_lesson else ""
+        self._lesson_status = f"lessons: {count_finished(lessons, progress)}{ending}"
+
+    def open_next_lesson(self) -> None:
+        """Quit the gallery to open the next lesson; show a message if all are finished."""
+        if self._next_lesson:
+            self.quit_with_command(LESSON_COMMAND, self._next_lesson)
+        self.message = "all lessons are done; dmplay learn lists them"
 
     def move_cursor(self, rows: int) -> None:
         """Move the cursor by `rows` entries, within the list."""
@@ -318,6 +337,10 @@ class Gallery:
     def quit_gallery(self) -> None:
         """Quit the gallery."""
         raise PlayerQuit
+
+    def return_from_lesson(self) -> None:
+        """Reload the player's games and lessons."""
+        self._games_loaded = False
 
     def return_from_game(self, game: Game) -> None:
         """Show the result of a game after returning from it, and reload the player's games."""
@@ -409,6 +432,14 @@ GALLERY_KEYS = (
         "daily",
         "play the game of the day; its seed is the date in UTC",
         lambda g: g.quit_with_command("play", g.selected_problem, "--seed", str(g.daily_seed)),
+        1,
+    ),
+    GalleryKey(
+        ("l",),
+        "l",
+        "lesson",
+        "open the next lesson; it takes at most ten minutes",
+        Gallery.open_next_lesson,
         1,
     ),
     GalleryKey(

@@ -1,5 +1,6 @@
 """The front end of lessons: steps as lines of text, and games on the screen or in lines."""
 
+import shutil
 import sys
 from dataclasses import replace
 from shlex import quote
@@ -14,7 +15,7 @@ from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
 from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.terminal.capabilities import Terminal, current_terminal, read_line
+from dmplay.terminal.capabilities import Terminal, read_line
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.terminal.styles import to_ansi
 from dmplay.transcript.format import NATURAL_END_REASONS
@@ -26,10 +27,10 @@ from dmplay.tutor.progress import LessonProgress, load_progress
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
-from dmplay.views.protocol import DrawOptions
+from dmplay.views.protocol import DrawOptions, TooSmallNotice
 
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before the lesson is finished
-MAX_BOARD_ROWS = 16
+ROWS_OF_STEP = 9  # of the screen: the text of a step, the question and an answer
 MAX_TEXT_COLUMNS = 80
 ANSWER_HELP = (
     "type an answer, or: hint, show (the answer, after three tries), look (the board), "
@@ -38,7 +39,7 @@ ANSWER_HELP = (
 GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
 
 
-def play_lesson(controller: GameController, command: LearnCommand) -> int:
+def play_lesson(controller: GameController, terminal: Terminal, command: LearnCommand) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
     It begins with the first step that is not finished, or with the first one if all are.
@@ -49,7 +50,6 @@ def play_lesson(controller: GameController, command: LearnCommand) -> int:
         results = LessonProgress((None,) * len(lesson.steps))
     finished = [index for index, step in enumerate(results.steps) if step]
     run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
-    terminal = current_terminal(command.terminal_options)
     return LessonPlayer(controller, run, terminal, sys.stdin).play()
 
 
@@ -130,16 +130,17 @@ class LessonPlayer:
         """Print the current step and run it until it is finished or skipped."""
         run, step = self._run, self._run.step
         number = f"step {run.index + 1} of {len(run.lesson.steps)}"
-        self._print("", f"{number}.", *step.text)
+        self._print("")
+        if isinstance(step.task, Prediction) and step.task.shows_board:
+            self._print_board()
+        self._print(f"{number}.", *step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
-            self._ask(step.task)
+            self._ask()
 
-    def _ask(self, task: Prediction) -> None:
+    def _ask(self) -> None:
         """Read answers until the step is finished or skipped."""
-        if task.shows_board:
-            self._print_board()
         self._print(f"type {self._run.expected_answer}.")
         finishes_step = False
         while not finishes_step:
@@ -238,19 +239,22 @@ class LessonPlayer:
         players = position.question.players
         keyboard = Keyboard(position.problem, [position.seat], DEFAULT_KEY_PREFERENCES)
         game = Game(position.problem_name, position.session, players, keyboard)
-        if self._terminal.full_screen:
-            options = DrawOptions(
-                self._terminal.columns,
-                MAX_BOARD_ROWS,
-                ascii=self._terminal.ascii,
-                show_coordinates=True,
-            )
-            board = game.draw_board(options)
-            theme = self._terminal.theme
-            print(to_ansi(board, theme) if self._terminal.color else board.plain)
+        board = game.draw_board(self._board_options) if self._terminal.full_screen else None
+        if board is None or isinstance(board, TooSmallNotice):
+            self._print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()))
         else:
-            self._print(*game.picture_rows())
-        self._print(game.narrator.describe_situation(game.snapshot()))
+            print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
+
+    @property
+    def _board_options(self) -> DrawOptions:
+        """The size of a board that leaves room for the text of the step."""
+        columns, rows = shutil.get_terminal_size()
+        return DrawOptions(
+            min(columns, self._terminal.columns),
+            max(rows - ROWS_OF_STEP, 1),
+            ascii=self._terminal.ascii,
+            show_coordinates=True,
+        )
 
     def _read(self, prompt: str) -> str:
         """Return the next line without spaces and comments; raise LessonLeft at the end."""
@@ -280,4 +284,5 @@ class LessonPlayer:
         for line in map(escape_unprintable, lines):
             width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
             is_wrapped = self._terminal.is_interactive and len(line) > width
-            print("\n".join(wrap(line, width)) if is_wrapped else line, flush=True)
+            rows = wrap(line, width, break_on_hyphens=False) if is_wrapped else [line]
+            print("\n".join(rows), flush=True)

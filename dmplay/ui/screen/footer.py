@@ -195,6 +195,8 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     """Return the keys that step through a replay, a finished game, or a game of agents alone."""
     if frame_state.is_lookback:
         return ("← → turns", *["Enter play from here"] * (not game.strict))
+    if game.lesson_goal and game.session.over:
+        return ("Enter back to the lesson",)
     if game.human_seats:
         return ("Enter look back", "PgUp log") if game.session.over and game.session.turns else ()
     if isinstance(game, Playback):

@@ -62,6 +62,8 @@ def _dispatch_key(screen: PlayScreen, key: str) -> None:
         return
     if screen.modes.display_mode is Mode.LOOKAHEAD and _handle_lookahead_key(screen, key):
         return
+    if screen.game.lesson_goal and screen.game.session.over and key == "enter":
+        quit_game(screen)  # back to the lesson
     if handle_replay_key(screen, key):
         return
     if not _handle_lookback_key(screen, key):

@@ -1,0 +1,267 @@
+"""Quantities of algorithms: sweeps of value iteration, rules of thumb, and tree search."""
+
+import numpy as np
+
+from dmplay.core.arrays import Bools, Reals
+from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.tabular import Tables, tabulate
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import BadParameter
+from dmplay.game.hints.ghost_agent import create_ghost
+from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.shared.hexgrid import Hex, hex_distance, hex_neighbours
+from dmplay.registry import agents
+from dmplay.registry.problems import with_parameters
+from dmplay.solvers.mdp.mdp_values import (
+    compute_action_values,
+    compute_finite_horizon_values,
+    compute_optimal_q,
+)
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
+from dmplay.tutor.truth import Truth, format_number
+
+MAX_SWEEPS = 1000
+MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
+MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong
+SEARCH_RUNS = 20  # searches with different random numbers whose choices are compared
+
+
+def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
+    """Return the value of a state after this many sweeps of value iteration from V = 0."""
+    problem = position.problem
+    if not 1 <= sweep <= MAX_SWEEPS:
+        raise BadParameter(f"sweep: got {sweep}, expected 1 to {MAX_SWEEPS}")
+    tables, index = _tabulate(position), _index_of(position, state)
+    values = compute_finite_horizon_values(tables, problem.discount, sweep)
+    previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
+
+    def explain(_: str) -> str:
+        """Return the outcomes of the best action, with their rewards and earlier values."""
+        q = compute_action_values(tables, problem.discount, previous)[index]
+        action = int(np.argmax(q))
+        states, actions = find_state(position, state)[None], np.array([[action]])
+        _rows, probabilities, outcome = enumerate_possible_outcomes(problem, states, actions)
+        parts: dict[str, float] = {}
+        rows = zip(probabilities, outcome.state, outcome.rewards, strict=True)
+        for probability, next_state, rewards in rows:
+            value = previous[int(problem.state_indices(next_state[None])[0])]
+            text = f"to {problem.format_state(next_state)} with reward {rewards[0]:g}"
+            text += f" and V {format_number(float(value))} from sweep {sweep - 1}"
+            parts[text] = parts.get(text, 0.0) + float(probability)
+        listed = "; ".join(f"{format_number(p)} {text}" for text, p in parts.items())
+        return f"the best action leads with probability {listed}"
+
+    return Truth(float(values[index]), explain)
+
+
+def last_policy_change(position: PositionInGame) -> Truth:
+    """Return the first sweep after which the greedy policy is optimal in every state for good."""
+    tables, discount = _tabulate(position), position.problem.discount
+    best = mark_best_actions(compute_optimal_q(tables, discount))
+    values = np.zeros(len(tables.transition))
+    last_wrong, wrong_counts = 0, []
+    for sweep in range(1, MAX_SWEEPS + 1):
+        values = compute_action_values(tables, discount, values).max(axis=1)
+        wrong_count = _count_wrong_choices(tables, discount, values, best)
+        wrong_counts.append(wrong_count)
+        last_wrong = sweep if wrong_count else last_wrong
+        if sweep > 2 * last_wrong + 10:
+            break
+
+    def explain(answer: str) -> str:
+        """Return the number of states whose greedy action is wrong after the typed sweep."""
+        typed = int(float(answer))
+        if not 1 <= typed <= len(wrong_counts):
+            return f"the first {len(wrong_counts)} sweeps are enough to see it"
+        if typed > last_wrong:
+            return f"after sweep {typed - 1} it is optimal already" * (typed - 1 > last_wrong)
+        return f"after sweep {typed}, {wrong_counts[typed - 1]} states have another greedy action"
+
+    return Truth(float(last_wrong + 1), explain)
+
+
+def _count_wrong_choices(tables: Tables, discount: float, values: Reals, best: Bools) -> int:
+    """Return the number of states with a greedy action that is not optimal."""
+    greedy = mark_best_actions(compute_action_values(tables, discount, values))
+    return int((greedy & ~best).any(axis=1).sum())
+
+
+def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:
+    """Return the probability that the best play with this discount leaves hex world by an exit.
+
+    It begins in the state of the position.
+    """
+    if not 0.0 < discount < 1.0:
+        raise BadParameter(f"discount: got {discount:g}, expected more than 0 and less than 1")
+    problem = with_parameters(position.problem, {"discount": discount})
+    tables = tabulate(problem)
+    actions = compute_optimal_q(tables, discount).argmax(axis=1)
+    transition = tables.transition[np.arange(len(actions)), actions]
+    # An exit absorbs here, so that repeated squaring gives the probability of each exit.
+    exits = [_index_of(position, text) for text in _exit_texts(position)]
+    transition[exits] = np.eye(len(transition))[exits]
+    for _ in range(20):
+        transition = transition @ transition
+    start = _index_of(position, "")
+    probability = float(transition[start, _index_of(position, exit_state)])
+
+    def explain(_: str) -> str:
+        """Return the number of steps to each exit and what each is worth at the start."""
+        state = _parse_hex_state(position, "")
+        parts = []
+        for hex_, reward in _hexworld(position).rewards:
+            steps = hex_distance(state, hex_)
+            worth = format_number(discount**steps * reward)
+            parts.append(f"{reward:+g} in {steps} steps counts {worth} now")
+        return "; ".join(parts)
+
+    return Truth(probability, explain)
+
+
+def straight_way_loss(position: PositionInGame, state: str) -> Truth:
+    """Return the regret of the step that goes straight to the nearest exit with a reward."""
+    q, action = compute_q(position, state), straight_way_action(position, state)
+
+    def explain(_: str) -> str:
+        """Return where the straight step leads."""
+        outcomes = list_outcomes(position, action, find_state(position, state))
+        listed = ", ".join(f"{name} with {format_number(p)}" for name, p in outcomes.items())
+        return f"straight on is {action}, to {listed}"
+
+    return Truth(max(q.values()) - q[action], explain)
+
+
+def straight_way_action(position: PositionInGame, state: str) -> str:
+    """Return the action towards the nearest exit with a positive reward, of several the best."""
+    problem, start = _hexworld(position), _parse_hex_state(position, state)
+    goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
+    nearest = min(goals, key=lambda goal: hex_distance(start, goal))
+    distances = [hex_distance(neighbour, nearest) for neighbour in hex_neighbours(start)]
+    q = compute_q(position, state)
+    labels = problem.actions[0].labels
+    candidates = [label for label, d in zip(labels, distances, strict=True) if d == min(distances)]
+    return max(candidates, key=lambda label: q[label])
+
+
+def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Truth:
+    """Return the possible next states with the smallest value after an action."""
+    problem = position.problem
+    probabilities = list_outcomes(position, action, find_state(position, state))
+    values = {name: max(compute_q(position, name).values()) for name in probabilities}
+    worst = frozenset(
+        name for name, value in values.items() if value <= min(values.values()) + 1e-9
+    )
+
+    def explain(answer: str) -> str:
+        """Return the probability and the value of the named state."""
+        if answer not in probabilities:
+            return f"the probability that {action} leads to {answer} is 0"
+        probability = format_number(probabilities[answer])
+        return (
+            f"{answer} has probability {probability} and is worth {format_number(values[answer])}"
+        )
+
+    return Truth(worst, explain, tuple(map(problem.format_state, problem.enumerate_states())))
+
+
+def search_error_share(position: PositionInGame, state: str, simulations: int) -> Truth:
+    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more."""
+    problem = position.problem
+    if not 1 <= simulations <= MAX_SIMULATIONS:
+        raise BadParameter(f"got {simulations} simulations, expected 1 to {MAX_SIMULATIONS}")
+    policy = agents.load_agent(problem, position.seat, f"search:simulations={simulations}")
+    s = find_state(position, state)
+    memory = policy.initial_memory(np.repeat(s[None], SEARCH_RUNS, axis=0))
+    source = SeededUniforms(0)
+    u = np.concatenate(
+        [source.generate_uniforms(1, turn, 0, policy.uniform_count) for turn in range(SEARCH_RUNS)]
+    )
+    choices = policy.choose(memory, None, u)
+    labels = [problem.format_action(position.seat, choice) for choice in choices]
+    q = compute_q(position, state)
+    is_wrong = [max(q.values()) - q[label] >= MIN_ERROR for label in labels]
+    share = sum(is_wrong) / SEARCH_RUNS
+
+    def explain(_: str) -> str:
+        """Return how the searches chose."""
+        tally = ", ".join(f"{labels.count(label)} chose {label}" for label in dict.fromkeys(labels))
+        return f"of {SEARCH_RUNS} searches with {simulations} simulations: {tally}"
+
+    return Truth(share, explain)
+
+
+def agent_return(position: PositionInGame, agent: str) -> Truth:
+    """Return the return of an agent that plays the game from its start, with the same draws."""
+    ghost = create_ghost(position.session, [position.seat], agent)
+    ghost.play_to_end()
+    turns = len(ghost.session.turns)
+    return Truth(ghost.score, lambda _: f"{agent} plays {turns} turns")
+
+
+def furthest_number(position: PositionInGame, action: str, turns: int, component: int = 1) -> Truth:
+    """Return the largest value of one number of the state while an action is repeated."""
+    session = position.session.copy_at_start()
+    session.append_turns(position.session.turns)
+    index = position.problem.parse_action(position.seat, action)
+    numbers = []
+    for _ in range(turns):
+        if session.over:
+            break
+        numbers.append(float(session.advance([index]).state[component - 1]))
+    turn = int(np.argmax(numbers)) + 1
+    return Truth(max(numbers), lambda _: f"it is largest after {turn} turns, then it falls")
+
+
+def state_after_undo(position: PositionInGame, action: str) -> Truth:
+    """Return the state after this action in place of the last one, with the same draws."""
+    session, problem = position.session, position.problem
+    if not session.turns:
+        raise BadParameter("state-after-undo: expected a position with a last turn, see after")
+    replayed = session.copy_at_start()
+    replayed.append_turns(session.turns[:-1])
+    actions = session.turns[-1].actions.tolist()
+    actions[position.seat] = problem.parse_action(position.seat, action)
+    replayed.advance(actions, session.turns[-1].uniforms)
+
+    def explain(_: str) -> str:
+        """Return the draws of the turn."""
+        draws = ", ".join(format_number(float(u)) for u in session.turns[-1].uniforms)
+        return f"the draw of that turn is {draws}, before and after the undo"
+
+    names = tuple(map(problem.format_state, problem.enumerate_states()))
+    return Truth(frozenset([problem.format_state(replayed.state)]), explain, names)
+
+
+def _tabulate(position: PositionInGame) -> Tables:
+    """Return the arrays of a problem with one agent and visible states."""
+    if len(position.problem.agents) > 1 or position.problem.partially_observable:
+        raise BadParameter(f"{position.problem_name} is not an MDP, expected one for sweeps")
+    return tabulate(position.problem)
+
+
+def _index_of(position: PositionInGame, state: str) -> int:
+    """Return the index of a state."""
+    return int(position.problem.state_indices(find_state(position, state)[None])[0])
+
+
+def _hexworld(position: PositionInGame) -> HexWorld:
+    """Return the problem, which must be a hex world."""
+    if not isinstance(position.problem, HexWorld):
+        raise BadParameter(f"{position.problem_name} has no exits, expected hexworld")
+    return position.problem
+
+
+def _exit_texts(position: PositionInGame) -> list[str]:
+    """Return the exits of a hex world as text."""
+    return [f"({q},{r})" for (q, r), _ in _hexworld(position).rewards]
+
+
+def _parse_hex_state(position: PositionInGame, state: str) -> Hex:
+    """Return the hex of a state of hex world."""
+    problem = _hexworld(position)
+    index = _index_of(position, state)
+    if index >= len(problem.hexes):
+        raise BadParameter(f"state: got {state!r}, expected a hex such as (5,2)")
+    return problem.hexes[index]

@@ -1,0 +1,216 @@
+"""Quantities of problems with hidden states: beliefs, observations and alpha vectors."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.tabular import tabulate
+from dmplay.errors import BadParameter
+from dmplay.solvers.pomdp.exact_pomdp import (
+    AlphaVectorStage,
+    compute_action_values,
+    solve_finite_horizon,
+)
+from dmplay.tutor.beliefs import compute_belief, describe_belief, parse_history
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.state_quantities import find_action
+from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.typed_text import find_label, parse_distribution
+
+BISECTIONS = 50
+MAX_COMPARED_TURNS = 12
+SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
+GRID_SIZE = 2001  # beliefs between which the best action is compared
+
+
+def belief(position: PositionInGame, state: str, history: Sequence[str] = ()) -> Truth:
+    """Return the probability of a hidden state after a history of actions and observations."""
+    probabilities = compute_belief(position, history)
+    return Truth(
+        float(probabilities[_state_index(position, state)]),
+        lambda _: describe_bayes_rule(position, history),
+    )
+
+
+def belief_distribution(position: PositionInGame, history: Sequence[str] = ()) -> Truth:
+    """Return the probability of each hidden state after a history."""
+    names = _state_names(position)
+    probabilities = compute_belief(position, history)
+    return Truth(
+        dict(zip(names, map(float, probabilities), strict=True)),
+        lambda _: describe_bayes_rule(position, history),
+        names,
+    )
+
+
+def observation_probability(
+    position: PositionInGame, action: str, observation: str, history: Sequence[str] = ()
+) -> Truth:
+    """Return the probability of an observation after an action, given a history."""
+    problem, seat = position.problem, position.seat
+    actions: list[int | None] = [None] * len(problem.agents)
+    observations = actions.copy()
+    actions[seat], observations[seat] = parse_history(position, [f"{action} {observation}"])[0]
+    probabilities = compute_belief(position, history)
+    joint = problem.joint_belief_update(probabilities, actions, observations)
+
+    def explain(_: str) -> str:
+        """Return the belief, and the likelihood of the observation in each state."""
+        likelihoods = _describe_likelihoods(position, f"{action} {observation}")
+        return f"{describe_belief(position, history)}; {likelihoods}"
+
+    return Truth(float(joint.sum()), explain)
+
+
+def best_action_boundary(
+    position: PositionInGame, below: str, above: str, state: str, turns_left: int
+) -> Truth:
+    """Return the probability of a state at which the best action changes from one to another.
+
+    The problem has two states. That is where two alpha vectors cross: the line of the values of a
+    plan that begins with `below`, and one that begins with `above`.
+    """
+    stage = _solve(position, turns_left)
+    low_action, high_action = (_action_index(position, text) for text in (below, above))
+    index = _state_index(position, state)
+    grid = np.linspace(0.0, 1.0, GRID_SIZE)
+    q = compute_action_values(stage, _make_beliefs(position, index, grid))
+    is_low = q[:, low_action] >= q.max(axis=1) - VALUE_TOLERANCE
+    is_high = q[:, high_action] >= q.max(axis=1) - VALUE_TOLERANCE
+    changes = np.flatnonzero(is_low[:-1] & is_high[1:] & ~is_high[:-1])
+    if not len(changes):
+        raise BadParameter(f"the best action never changes from {below} to {above}")
+    low, high = grid[changes[0]], grid[changes[0] + 1]
+    for _ in range(BISECTIONS):
+        middle = (low + high) / 2
+        values = compute_action_values(stage, _make_beliefs(position, index, np.array([middle])))
+        is_above = values[0, high_action] > values[0, low_action]
+        low, high = (low, middle) if is_above else (middle, high)
+
+    def explain(answer: str) -> str:
+        """Return the values of both actions at the typed probability."""
+        typed = min(max(float(answer.strip().removesuffix("%")), 0.0), 1.0)
+        values = compute_action_values(stage, _make_beliefs(position, index, np.array([typed])))[0]
+        low_value, high_value = (format_number(float(values[a])) for a in (low_action, high_action))
+        at = f"at P({state}) = {format_number(typed)}"
+        return f"{at}, {below} is worth {low_value} and {above} {high_value}"
+
+    return Truth(float(low), explain)
+
+
+def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: int) -> Truth:
+    """Return the regret of an action in a belief, such as "hungry 0.3 sated 0.7"."""
+    q = compute_action_values(_solve(position, turns_left), _parse_belief(position, belief))[0]
+    index = _action_index(position, action)
+
+    def explain(_: str) -> str:
+        """Return the value of each action in the belief."""
+        labels = position.problem.actions[position.seat].labels
+        pairs = zip(labels, q, strict=True)
+        return "there, " + ", ".join(f"{a} is worth {format_number(float(v))}" for a, v in pairs)
+
+    return Truth(float(q.max() - q[index]), explain)
+
+
+def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
+    """Return the fewest turns left with which an action is best in a belief."""
+    beliefs, index = _parse_belief(position, belief), _action_index(position, action)
+    problem = position.problem
+    stages = solve_finite_horizon(tabulate(problem), problem.discount, MAX_COMPARED_TURNS)
+    q = [compute_action_values(stage, beliefs)[0] for stage in stages]
+    turns = next((n for n, v in enumerate(q, 1) if v[index] >= v.max() - VALUE_TOLERANCE), 0)
+    if not turns:
+        raise BadParameter(f"{action} is not best with 1 to {MAX_COMPARED_TURNS} turns left")
+
+    def explain(answer: str) -> str:
+        """Return what the action is worth, and what the best one is worth, with these turns."""
+        typed = min(max(round(float(answer)), 1), MAX_COMPARED_TURNS)
+        own_value, best = (
+            format_number(float(v)) for v in (q[typed - 1][index], q[typed - 1].max())
+        )
+        return f"with {typed} turns left, {action} is worth {own_value} and the best action {best}"
+
+    return Truth(float(turns), explain)
+
+
+def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
+    """Return the number of alpha vectors that are best for some belief."""
+    stage = _solve(position, turns_left)
+    plans = sum(len(plans.alpha_vectors) for plans in stage.plans_by_action)
+    return Truth(
+        float(len(stage.alpha_vectors)),
+        lambda _: f"{plans} plans are compared; a line that is never highest does not count",
+    )
+
+
+def describe_bayes_rule(position: PositionInGame, history: Sequence[str]) -> str:
+    """Return the likelihood of the last observation in each state, and the belief before it."""
+    if not history:
+        return ""
+    problem = position.problem
+    if len(problem.agents) > 1:
+        return ""
+    action, _ = parse_history(position, history)[-1]
+    prior = compute_belief(position, history[:-1], from_start=True)
+    predicted = prior @ tabulate(problem).transition[:, action]
+    names, word = _state_names(position), history[-1].rpartition(" ")[2]
+    before = ", ".join(
+        f"{name} {format_number(float(p))}" for name, p in zip(names, predicted, strict=True)
+    )
+    return f"before {word}: {before}; {_describe_likelihoods(position, history[-1])}"
+
+
+def _describe_likelihoods(position: PositionInGame, turn: str) -> str:
+    """Return the likelihood of a turn's observation in each next state."""
+    action, observation = parse_history(position, [turn])[0]
+    likelihoods = tabulate(position.problem).observation_model[action, :, observation]
+    pairs = zip(_state_names(position), likelihoods, strict=True)
+    word = turn.rpartition(" ")[2]
+    return ", ".join(f"P({word} | {name}) = {format_number(float(p))}" for name, p in pairs)
+
+
+def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:
+    """Return the exact values of all beliefs with this many turns left."""
+    problem = position.problem
+    if len(problem.agents) > 1 or not problem.partially_observable or turns_left < 1:
+        raise BadParameter(f"{position.problem_name} with {turns_left} turns has no alpha vectors")
+    return solve_finite_horizon(tabulate(problem), problem.discount, turns_left)[-1]
+
+
+def _make_beliefs(position: PositionInGame, index: int, probabilities: Reals) -> Reals:
+    """Return beliefs `[B, 2]` with these probabilities `[B]` of a state."""
+    if position.problem.state_count != 2:
+        raise BadParameter(f"{position.problem_name}: expected a problem with two states")
+    beliefs = np.stack([probabilities, 1.0 - probabilities], axis=1)
+    return beliefs if index == 0 else beliefs[:, ::-1]
+
+
+def _parse_belief(position: PositionInGame, text: str) -> Reals:
+    """Return the belief `[1, S]` that a text describes; raise BadParameter if its sum is not 1."""
+    names = _state_names(position)
+    typed = parse_distribution(text, names)
+    if abs(sum(typed.values()) - 1.0) > SUM_TOLERANCE:
+        total = format_number(sum(typed.values()))
+        raise BadParameter(f"got probabilities that add up to {total}, expected 1")
+    beliefs = np.array([[typed.get(name, 0.0) for name in names]])
+    return np.asarray(beliefs / beliefs.sum())
+
+
+def _state_names(position: PositionInGame) -> tuple[str, ...]:
+    """Return the names of all states."""
+    problem = position.problem
+    return tuple(map(problem.format_state, problem.enumerate_states()))
+
+
+def _state_index(position: PositionInGame, text: str) -> int:
+    """Return the index of the state that a text names."""
+    names = _state_names(position)
+    return names.index(find_label(text, names))
+
+
+def _action_index(position: PositionInGame, text: str) -> int:
+    """Return the index of the action that a text names."""
+    label = find_action(position, text)
+    return position.problem.actions[position.seat].labels.index(label)

@@ -1,0 +1,258 @@
+"""Quantities of games of several agents: payoffs, best replies, equilibria and rules."""
+
+import inspect
+from collections.abc import Sequence
+
+import numpy as np
+
+from dmplay.agents.base import SeatPolicy
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import BadParameter
+from dmplay.registry import agents
+from dmplay.solvers.games.bimatrix_game import build_payoffs
+from dmplay.tutor.beliefs import describe_belief, remember_history
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.state_quantities import find_action, find_state
+from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.typed_text import parse_distribution, parse_number
+
+UNIFORM = "uniform"
+MIN_PLAYED_PROBABILITY = 1e-6  # an action with less is never played
+
+
+def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Truth:
+    """Return the expected reward of an action in one round against a mixed strategy.
+
+    `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
+    """
+    payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
+    row = payoffs[_index(position, action)]
+    return Truth(float(row @ mix), lambda _: _list_payoffs(position, row, mix))
+
+
+def best_reply(position: PositionInGame, opponent: str) -> Truth:
+    """Return the actions with the greatest expected reward in one round against a strategy."""
+    payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
+    values = payoffs @ mix
+    labels = position.problem.actions[position.seat].labels
+    best = frozenset(labels[a] for a in np.flatnonzero(mark_best_actions(values)))
+
+    def explain(answer: str) -> str:
+        """Return the expected reward of the action, and by how much another is better."""
+        index = labels.index(answer)
+        loss = format_number(float(values.max() - values[index]))
+        value = format_number(float(values[index]))
+        return f"{answer} pays {value} on average, {loss} less than a best reply"
+
+    return Truth(best, explain, labels)
+
+
+def level_k_action(position: PositionInGame, level: int) -> Truth:
+    """Return the best replies of a player who reasons `level` times; level 0 plays uniformly.
+
+    Level k plays a best reply to level k - 1, the first one if several are best.
+    """
+    opponent = UNIFORM
+    for _ in range(level - 1):
+        replies = best_reply(position, opponent).value
+        assert isinstance(replies, frozenset)
+        opponent = next(label for label in _labels(position) if label in replies)
+    return best_reply(position, opponent)
+
+
+def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
+    """Return the probability of an action in a Nash equilibrium, in which no change pays."""
+    nash, payoffs = _nash(position)[position.seat], _opponent_payoffs(position)
+    index = _index(position, action)
+
+    def explain(answer: str) -> str:
+        """Return what the other agent can gain if the player mixes as typed."""
+        typed = min(max(parse_number(answer), 0.0), 1.0)
+        mix = np.full(len(nash), (1.0 - typed) / max(len(nash) - 1, 1))
+        mix[index] = typed
+        values = mix @ payoffs
+        reply = position.problem.actions[1 - position.seat].labels[int(np.argmax(values))]
+        return (
+            f"if you play {action} with {format_number(typed)}, and the others equally often, "
+            f"the reply {reply} earns the other agent {format_number(float(values.max()))}"
+        )
+
+    return Truth(float(nash[index]), explain)
+
+
+def equilibrium_payoff(position: PositionInGame) -> Truth:
+    """Return the player's expected reward of one round in a Nash equilibrium."""
+    nash, payoffs = _nash(position), _own_payoffs(position)
+    labels = _labels(position)
+
+    def explain(answer: str) -> str:
+        """Return by how much a change pays if both play the action that was typed."""
+        claim = answer.strip().removesuffix(".0")
+        if claim not in labels:
+            return ""
+        index = labels.index(claim)
+        reply = labels[int(np.argmax(payoffs[:, index]))]
+        value = format_number(float(payoffs[:, index].max()))
+        both = format_number(float(payoffs[index, index]))
+        return f"if both play {claim}, each gets {both}, and a change to {reply} pays {value}"
+
+    return Truth(float(nash[position.seat] @ payoffs @ nash[1 - position.seat]), explain)
+
+
+def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) -> Truth:
+    """Return the action of an agent after these rounds of a repeated game.
+
+    A round is the player's action and the agent's, such as "cooperate defect".
+    """
+    session = _replay_rounds(position, rounds)
+    seat = 1 - position.seat
+    policy = agents.load_agent(position.problem, seat, agent)
+    choice = SeatedPolicy(session, seat, policy).choose()
+    label = position.problem.format_action(seat, choice)
+    rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
+    labels = position.problem.actions[seat].labels
+    return Truth(frozenset([label]), lambda _: f"{agent}: {rule}", labels)
+
+
+def matching_agents(
+    position: PositionInGame, rounds: Sequence[str], candidates: Sequence[str]
+) -> Truth:
+    """Return the candidates that would have played all actions of the opponent in these rounds."""
+    seat = 1 - position.seat
+    mismatches = {agent: _find_mismatch(position, rounds, agent, seat) for agent in candidates}
+    matching = frozenset(agent for agent, mismatch in mismatches.items() if not mismatch)
+    return Truth(matching, lambda answer: mismatches[answer], tuple(candidates))
+
+
+def agent_probability(position: PositionInGame, agent: str, action: str, state: str = "") -> Truth:
+    """Return the probability of an action of an agent in the seat of the player, in a state."""
+    policy = agents.load_hint_agent(position.problem, position.question, agent).policy
+    probabilities = policy.choice_probabilities(
+        policy.initial_memory(find_state(position, state)[None])
+    )
+    if probabilities is None:
+        raise BadParameter(f"agent {agent!r} has no known probabilities")
+    labels = _labels(position)
+    played = sum(float(p) > MIN_PLAYED_PROBABILITY for p in probabilities[0])
+    return Truth(
+        float(probabilities[0][labels.index(find_action(position, action))]),
+        lambda _: f"{agent} plays {played} of the {len(labels)} actions here",
+    )
+
+
+def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
+    """Return the expected total of the agents' costs in one turn, from a state.
+
+    `actions` has an action of each agent, such as "feed ignore".
+    """
+    problem, words = position.problem, actions.split()
+    if len(words) != len(problem.agents):
+        raise BadParameter(f"actions: got {actions!r}, expected an action of each agent")
+    joint = np.array([[problem.parse_action(seat, word) for seat, word in enumerate(words)]])
+    s = find_state(position, state)
+    _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
+    rewards = p @ outcome.rewards
+    return Truth(
+        -float(rewards.sum()),
+        lambda _: f"{problem.agents[0]} alone loses {format_number(-float(rewards[0]))}",
+    )
+
+
+def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
+    """Return the action of an agent in the player's seat after a history."""
+    policy = agents.load_hint_agent(position.problem, position.question, agent).policy
+    memory = remember_history(position, policy, history)
+    choice = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
+    label = position.problem.format_action(position.seat, float(choice[0]))
+    return Truth(
+        frozenset([label]), lambda _: describe_belief(position, history), _labels(position)
+    )
+
+
+def _find_mismatch(position: PositionInGame, rounds: Sequence[str], agent: str, seat: int) -> str:
+    """Return the first round in which an agent would have played another action; '' if none."""
+    policy = agents.load_agent(position.problem, seat, agent)
+    for number, text in enumerate(rounds, 1):
+        session = _replay_rounds(position, rounds[: number - 1])
+        choice = SeatedPolicy(session, seat, policy).choose()
+        label = position.problem.format_action(seat, choice)
+        played = position.problem.format_action(
+            seat, position.problem.parse_action(seat, text.split()[seat])
+        )
+        if label != played:
+            return f"{agent} would have played {label} in round {number}, not {played}"
+    return ""
+
+
+def _replay_rounds(position: PositionInGame, rounds: Sequence[str]) -> Session:
+    """Return a session in which these rounds were played, each seat's action in order."""
+    problem = position.problem
+    session = Session(problem, SeededUniforms(0), turn_limit=len(rounds) + 1)
+    for text in rounds:
+        words = text.split()
+        if len(words) != len(problem.agents):
+            raise BadParameter(f"rounds: got {text!r}, expected an action of each agent")
+        session.advance([problem.parse_action(seat, word) for seat, word in enumerate(words)])
+    return session
+
+
+def _own_payoffs(position: PositionInGame) -> Reals:
+    """Return the player's rewards `[own actions, other actions]` of a game of two agents."""
+    if len(position.problem.agents) != 2 or position.problem.state_count != 1:
+        raise BadParameter(f"{position.problem_name} has no payoff table of two agents")
+    payoffs = build_payoffs(position.problem)[:, :, position.seat]
+    return payoffs if position.seat == 0 else payoffs.T
+
+
+def _opponent_payoffs(position: PositionInGame) -> Reals:
+    """Return the other agent's rewards `[own actions, other actions]`."""
+    payoffs = build_payoffs(position.problem)[:, :, 1 - position.seat]
+    return payoffs if position.seat == 0 else payoffs.T
+
+
+def _nash(position: PositionInGame) -> list[Reals]:
+    """Return the mixed strategy of each agent in a Nash equilibrium."""
+    strategies = []
+    for seat in range(2):
+        policy = agents.load_agent(position.problem, seat, "nash")
+        memory = policy.initial_memory(position.session.state[None])
+        assert isinstance(policy, SeatPolicy)
+        probabilities = policy.choice_probabilities(memory)
+        assert probabilities is not None
+        strategies.append(probabilities[0])
+    return strategies
+
+
+def _parse_mix(position: PositionInGame, text: str) -> Reals:
+    """Return the mixed strategy `[A]` of the other agent that a text describes."""
+    labels = position.problem.actions[1 - position.seat].labels
+    if text == UNIFORM:
+        return np.full(len(labels), 1.0 / len(labels))
+    is_action = text.strip() in labels
+    typed = {text.strip(): 1.0} if is_action else parse_distribution(text, labels)
+    return np.array([typed.get(label, 0.0) for label in labels])
+
+
+def _list_payoffs(position: PositionInGame, row: Reals, mix: Reals) -> str:
+    """Return the reward against each action of the other agent that has a probability."""
+    labels = position.problem.actions[1 - position.seat].labels
+    used = [index for index in np.flatnonzero(mix)][:4]
+    listed = ", ".join(
+        f"{format_number(float(row[i]))} if {labels[i]} ({format_number(float(mix[i]))})"
+        for i in used
+    )
+    return f"it pays {listed}"
+
+
+def _labels(position: PositionInGame) -> tuple[str, ...]:
+    """Return the labels of the player's actions."""
+    return tuple(position.problem.actions[position.seat].labels)
+
+
+def _index(position: PositionInGame, action: str) -> int:
+    """Return the index of the action that a text names."""
+    return _labels(position).index(find_action(position, action))
