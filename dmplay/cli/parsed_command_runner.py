@@ -16,9 +16,12 @@ from dmplay.game.command_line_results import (
     CliResult,
     LearnCommand,
     McpServerConfig,
+    MistakesCommand,
     PlayCommand,
     Printout,
+    PuzzleCommand,
     ShellCommand,
+    TutorCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
@@ -44,8 +47,8 @@ def execute_result(result: CliResult) -> int:
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> int:
-    """Play a game or a lesson, or run the shell; return the exit code.
+def _run_user_interface(result: PlayCommand | ShellCommand | TutorCommand) -> int:
+    """Play a game or a lesson, ask questions, or run the shell; return the exit code.
 
     The user interfaces are imported here, as a report does not need them.
     """
@@ -54,6 +57,13 @@ def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand) -> in
 
         terminal = current_terminal(result.terminal_options)
         return play_lesson(_make_controller(), terminal, result)
+    if isinstance(result, PuzzleCommand | MistakesCommand):
+        from dmplay.ui.lessons import question_player
+
+        terminal = current_terminal(result.terminal_options)
+        if isinstance(result, PuzzleCommand):
+            return question_player.play_puzzle(terminal, result)
+        return question_player.play_mistakes(terminal, result)
     from dmplay.ui import game_launcher
 
     if isinstance(result, PlayCommand):

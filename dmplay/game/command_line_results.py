@@ -83,6 +83,22 @@ class LearnCommand(NamedTuple):
     trusted: bool = False  # whether code that the lesson names may be run
 
 
+class PuzzleCommand(NamedTuple):
+    """A request to ask a puzzle in the terminal."""
+
+    code: str  # a problem, or a problem and a number; '' for the puzzle of the day
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    trusted: bool = False  # whether code outside dmplay may be run
+
+
+class MistakesCommand(NamedTuple):
+    """A request to ask for better actions than those that lost most in recorded games."""
+
+    paths: Sequence[Path] = ()  # the games; () for the saved games
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    trusted: bool = False  # whether code outside dmplay may be run
+
+
 class BotServerConfig(NamedTuple):
     """A request to run an agent that plays over a pipe in a game of another program."""
 
@@ -110,8 +126,9 @@ class McpServerConfig(NamedTuple):
         return not self.allow_undo and (self.allow_hints or "hints")
 
 
+TutorCommand = LearnCommand | PuzzleCommand | MistakesCommand
 CliResult = (
-    PlayCommand | ShellCommand | LearnCommand | BotServerConfig | McpServerConfig | Printout | str
+    PlayCommand | ShellCommand | TutorCommand | BotServerConfig | McpServerConfig | Printout | str
 )
 CliInterpreter = Callable[
     [Sequence[str]], PlayCommand | str

@@ -61,9 +61,14 @@ class ActionQuestion:
         return not self.problem.partially_observable
 
     @property
+    def legal_labels(self) -> list[str]:
+        """The labels of the legal actions."""
+        return [self.labels[action] for action in np.flatnonzero(np.isfinite(self.values))]
+
+    @property
     def expected_answer(self) -> str:
         """The legal actions as text; only the first and the last of many."""
-        legal = [self.labels[action] for action in np.flatnonzero(np.isfinite(self.values))]
+        legal = self.legal_labels
         if len(legal) > MAX_LISTED_ACTIONS:
             return f"{legal[0]} to {legal[-1]}"
         return " or ".join(filter(None, [", ".join(legal[:-1]), legal[-1]]))
@@ -128,7 +133,7 @@ class ActionQuestion:
 
     def parse_answer(self, text: str) -> int:
         """Return the legal action that a text names; raise UnknownName with the nearest names."""
-        legal = [self.labels[action] for action in np.flatnonzero(np.isfinite(self.values))]
+        legal = self.legal_labels
         by_normal_form = {normalize_label(label): label for label in legal}
         aliases = {
             normalize_label(alias): normalize_label(label)
@@ -178,7 +183,8 @@ class ActionQuestion:
         end = "the game ends"
         if not outcome.ends_game:
             end = f"then worth {format_number(outcome.value_after)}"
-        return f"{outcome.text}: reward {format_number(outcome.reward)}{belief}, {end}"
+        name = "mean reward" if self.problem.partially_observable else "reward"
+        return f"{outcome.text}: {name} {format_number(outcome.reward)}{belief}, {end}"
 
     def describe_solution(self) -> list[str]:
         """Return the belief, and the outcomes of the obvious action and of the best one."""

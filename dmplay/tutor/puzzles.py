@@ -3,21 +3,22 @@
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from functools import lru_cache
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
-from dmplay.core.problem import Problem, find_seat
+from dmplay.core.problem import Problem
 from dmplay.errors import BadParameter
-from dmplay.game.seats import HUMAN
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
 from dmplay.registry.problems import builtin_stem, resolve_problem
+from dmplay.tutor.action_question import ActionQuestion
+from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import PositionInGame, open_position
+from dmplay.tutor.repetition import load_question_progress
 from dmplay.tutor.rules_of_thumb import Chooser, list_rules
+from dmplay.tutor.truth import format_number
 from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent
 
 # The built-in problems with exact values, in the order in which the puzzles of the day take turns.
@@ -25,6 +26,7 @@ PUZZLE_PROBLEMS = (
     "hexworld", "crying-baby", "catch", "machine-replacement", "prisoners-dilemma",
     "predator-prey", "rock-paper-scissors", "multicaregiver-crying-baby", "travelers-dilemma",
 )  # fmt: skip
+KEY_PREFIX = "puzzle "  # of keys in the file of progress
 MAX_PUZZLES = 40  # of one problem
 GAMES_PER_SETUP = 24
 MAX_WALK_TURNS = 20  # turns before a position, if the state is visible
@@ -112,7 +114,7 @@ def list_puzzles(name: str, *, trusted: bool = False) -> list[Puzzle]:
 
 
 @lru_cache(maxsize=len(PUZZLE_PROBLEMS))
-def _mine_puzzles(name: str, trusted: bool) -> tuple[Puzzle, ...]:  # noqa: FBT001 - cached
+def _mine_puzzles(name: str, trusted: bool) -> tuple[Puzzle, ...]:
     """Return the puzzles of a problem, mined in games with fixed seeds."""
     loaded = resolve_problem(name, {}, trusted=trusted)
     candidates: dict[object, Puzzle] = {}
@@ -246,3 +248,60 @@ def _alternate_rules(puzzles: Sequence[Puzzle]) -> list[Puzzle]:
         for rank, puzzle in enumerate(group)
     ]
     return [puzzle for _, _, puzzle in sorted(ranks, key=lambda row: row[:2])]
+
+
+def choose_puzzle(name: str, today: date, *, trusted: bool = False) -> Puzzle:
+    """Return the puzzle that a player should solve next.
+
+    Of a problem, or of all problems if `name` is empty, it is one that was missed and is due. Else
+    it is the puzzle of the day, or the next one that was never asked.
+    """
+    progress = load_question_progress()
+    due_codes = [
+        key.removeprefix(KEY_PREFIX)
+        for key, entry in progress.items()
+        if key.startswith(KEY_PREFIX) and entry.is_due(today)
+    ]
+    if not name:
+        puzzle = find_puzzle_of_the_day(today)
+        if _key_of(puzzle) not in progress:
+            return puzzle
+        own_codes = [code for code in due_codes if split_code(code)[0] in PUZZLE_PROBLEMS]
+        if own_codes:
+            return find_puzzle(own_codes[0])
+        name = split_code(puzzle.code)[0]
+    puzzles = list_puzzles(name, trusted=trusted)
+    due = [puzzle for puzzle in puzzles if puzzle.code in due_codes]
+    new = [puzzle for puzzle in puzzles if _key_of(puzzle) not in progress]
+    return [*due, *new, *puzzles][0]
+
+
+def _key_of(puzzle: Puzzle) -> str:
+    """Return the key of a puzzle in the file of progress."""
+    return f"{KEY_PREFIX}{puzzle.code}"
+
+
+def make_exercise(puzzle: Puzzle, *, trusted: bool = False) -> Exercise:
+    """Return the exercise of a puzzle."""
+    position = open_position(puzzle.position, CURRENT_FOLDER, trusted=trusted)
+    hint_agent = find_exact_agent(position.problem, position.question)
+    assert hint_agent is not None  # a puzzle has exact values
+    labels = position.session.action_labels(position.seat)
+    question = ActionQuestion(
+        position,
+        hint_agent,
+        tolerance=puzzle.answer_tolerance,
+        obvious_action=labels.index(puzzle.rule_action),
+    )
+    loss = format_number(puzzle.loss)
+    learned = (
+        f"Rule of thumb: {puzzle.rule}. Here it says {puzzle.rule_action} and loses {loss}.",
+    )
+    introduction = (*question.describe_game(), question.describe_history())
+    return Exercise(
+        _key_of(puzzle),
+        f"puzzle {puzzle.code}",
+        question,
+        tuple(filter(None, introduction)),
+        learned,
+    )
