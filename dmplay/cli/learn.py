@@ -109,7 +109,7 @@ def puzzle(
         str,
         typer.Argument(
             metavar="[PROBLEM[:NUMBER]]",
-            help="problem, or one of its puzzles, such as catch:17 (default: puzzle of the day)",
+            help="problem, or one of its puzzles, such as catch:7 (default: puzzle of the day)",
             autocompletion=_complete_puzzles,
         ),
     ] = "",
@@ -132,7 +132,7 @@ def puzzle(
       dmplay learn puzzle
       dmplay learn puzzle crying-baby
       echo ignore | dmplay learn puzzle crying-baby:2
-      dmplay learn puzzle catch:17 --json --solution
+      dmplay learn puzzle catch:7 --json --solution
     """
     if terminal_options.json:
         from dmplay.output.question_report import report_puzzle

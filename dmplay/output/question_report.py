@@ -54,7 +54,7 @@ def _describe_exercise(exercise: Exercise) -> dict[str, object]:
     """Return the text and the legal actions of an exercise as data."""
     question = exercise.question
     return {
-        "text": [*exercise.introduction, question.ask()],
+        "text": [*question.describe_game(), *exercise.introduction, question.ask()],
         "actions": question.legal_labels,
     }
 

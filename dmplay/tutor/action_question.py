@@ -1,6 +1,6 @@
 """Questions for the best action in a position: the text, the check, and the reasons in numbers."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import numpy as np
 
@@ -78,7 +78,11 @@ class ActionQuestion:
         session = self.position.session
         lesson = load_view_module(self.problem).lesson(session.view(self.seat))
         sentences = [lesson.role, lesson.objective, lesson.costs]
-        return [*(f"{text}." for text in sentences if text), *self._describe_players()]
+        name = self.position.problem_name
+        lines = [f"{text}." for text in sentences if text]
+        if self.problem.partially_observable:
+            lines.append(f"dmplay info {name} lists the probabilities.")
+        return [*lines, *self._describe_players()]
 
     def _describe_players(self) -> Iterator[str]:
         """Yield a sentence on each other player."""
@@ -111,7 +115,7 @@ class ActionQuestion:
         if not problem.partially_observable and problem.state_count != 1:
             return ""
         turns = [
-            f"turn {number} {self._describe_turn(number)}"
+            f"turn {number}: {self._describe_turn(number)}"
             for number in range(1, len(session.turns) + 1)
         ]
         return f"So far: {'; '.join(turns)}."
@@ -186,21 +190,28 @@ class ActionQuestion:
         name = "mean reward" if self.problem.partially_observable else "reward"
         return f"{outcome.text}: {name} {format_number(outcome.reward)}{belief}, {end}"
 
-    def describe_solution(self) -> list[str]:
-        """Return the belief, and the outcomes of the obvious action and of the best one."""
+    def describe_solution(self, explained_actions: Collection[int] = ()) -> list[str]:
+        """Return the belief, and the outcomes of the obvious action and of the best one.
+
+        If there are no beliefs to add, the outcomes of explained actions are left out.
+        """
         actions = [self.best_action]
         if self.obvious_action is not None and self.obvious_action not in actions:
             actions.insert(0, self.obvious_action)
         lines = []
         if self.problem.partially_observable:
             belief = self.position.session.view(self.seat).belief
-            lines.append(f"Your belief is now {self._format_belief(belief)}.")
+            lines.append(
+                f"Your belief over the hidden states is now {self._format_belief(belief)}."
+            )
         for action in actions:
-            lines.append(f"{self._describe_value(action)}:")
-            lines += self.explain_action(action, with_beliefs=True)
+            is_explained = action in explained_actions and not self.problem.partially_observable
+            lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
+            if not is_explained:
+                lines += self.explain_action(action, with_beliefs=True)
         if self.problem.discount < 1.0 and self.valued_position.turns_left != 1:
             discount = format_number(self.problem.discount)
-            lines.append(f"An outcome counts its reward + {discount} x what it is then worth.")
+            lines.append(f"Each value is the mean of reward + {discount} x later worth.")
         return lines
 
     def _format_belief(self, belief: Reals) -> str:

@@ -8,6 +8,8 @@ from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.tutor.repetition import save_answer
 
+MAX_NAMED_ACTIONS = 4  # in the solution
+
 
 @dataclass(frozen=True)
 class Exercise:
@@ -16,7 +18,7 @@ class Exercise:
     key: str  # in the file of progress
     title: str
     question: ActionQuestion
-    introduction: tuple[str, ...]  # sentences before the board
+    introduction: tuple[str, ...]  # sentences between the rules of the game and the board
     learned: tuple[str, ...]  # sentences after the solution
 
 
@@ -25,7 +27,12 @@ class ExerciseRun:
 
     def __init__(self, exercise: Exercise) -> None:
         self.exercise = exercise
-        self.wrong_count = 0
+        self.wrong_actions = list[int]()
+
+    @property
+    def wrong_count(self) -> int:
+        """The number of wrong tries."""
+        return len(self.wrong_actions)
 
     def check_answer(self, text: str) -> TutorReply:
         """Return the reply to a typed answer; raise UnknownName if it is not a legal action."""
@@ -37,7 +44,7 @@ class ExerciseRun:
             lines = (f"right. {check.reason}.", *self.describe_solution())
             return TutorReply(lines, finishes_step=True)
         self._save(is_right=False)
-        self.wrong_count += 1
+        self.wrong_actions.append(action)
         return TutorReply(
             (
                 f"not yet. {check.reason}:",
@@ -50,12 +57,16 @@ class ExerciseRun:
         """Return the solution; raise BadParameter before the first wrong try."""
         if not self.wrong_count:
             raise BadParameter("show: expected at least one try first")
-        right = " or ".join(self.exercise.question.right_actions)
-        return TutorReply((f"solution: {right}.", *self.describe_solution()), finishes_step=True)
+        right = self.exercise.question.right_actions
+        others = len(right) - MAX_NAMED_ACTIONS
+        text = " or ".join(right[:MAX_NAMED_ACTIONS])
+        text += f", and {others} more are nearly as good" * (others > 0)
+        return TutorReply((f"solution: {text}.", *self.describe_solution()), finishes_step=True)
 
     def describe_solution(self) -> tuple[str, ...]:
         """Return the values and outcomes that explain the solution, and what is learned."""
-        return (*self.exercise.question.describe_solution(), *self.exercise.learned)
+        lines = self.exercise.question.describe_solution(self.wrong_actions)
+        return (*lines, *self.exercise.learned)
 
     def _save(self, *, is_right: bool) -> None:
         """Save the result of the first try; later ones do not count."""

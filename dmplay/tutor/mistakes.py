@@ -72,7 +72,6 @@ def _make_exercise(game: Playback, path: Path, seat: int, choice: ReviewedAction
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
     introduction = (
-        *question.describe_game(),
         question.describe_history(),
         f"In the game, {choice.chosen} was chosen here. It lost {format_number(choice.regret)}.",
     )

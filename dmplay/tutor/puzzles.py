@@ -1,5 +1,6 @@
 """Puzzles: positions in which a rule of thumb loses most, mined from the exact values of a game."""
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from datetime import date
 from functools import lru_cache
@@ -27,10 +28,11 @@ PUZZLE_PROBLEMS = (
     "predator-prey", "rock-paper-scissors", "multicaregiver-crying-baby", "travelers-dilemma",
 )  # fmt: skip
 KEY_PREFIX = "puzzle "  # of keys in the file of progress
-MAX_PUZZLES = 40  # of one problem
+MAX_PUZZLES = 24  # of one problem
+MAX_SIMILAR = 4  # puzzles against the same players with the same rule's action and best action
 GAMES_PER_SETUP = 24
 MAX_WALK_TURNS = 20  # turns before a position, if the state is visible
-MAX_HISTORY_TURNS = 5  # turns before a position, if the player must remember them
+MAX_HISTORY_TURNS = 7  # turns before a position, if the player must remember them
 SHORT_GAME_TURNS = 6  # turn limit of some of the games
 MIN_LOSS_SHARE = 0.05  # loss of a rule, as a share of the difference of the best and worst values
 MIN_LOSS = 1e-3
@@ -70,7 +72,7 @@ SETUPS: Mapping[str, Sequence[GameSetup]] = {
 class Puzzle(NamedTuple):
     """A position, and a rule of thumb that loses there."""
 
-    code: str  # such as "catch:17"
+    code: str  # such as "catch:7"
     position: Position
     rule: str
     rule_action: str  # the label of the rule's action
@@ -83,7 +85,7 @@ class Puzzle(NamedTuple):
 
 
 def find_puzzle(code: str, *, trusted: bool = False) -> Puzzle:
-    """Return the puzzle of a code such as `catch:17`; raise BadParameter if there is none."""
+    """Return the puzzle of a code such as `catch:7`; raise BadParameter if there is none."""
     name, number = split_code(code)
     puzzles = list_puzzles(name, trusted=trusted)
     if number is None or not 1 <= number <= len(puzzles):
@@ -117,7 +119,7 @@ def list_puzzles(name: str, *, trusted: bool = False) -> list[Puzzle]:
 def _mine_puzzles(name: str, trusted: bool) -> tuple[Puzzle, ...]:
     """Return the puzzles of a problem, mined in games with fixed seeds."""
     loaded = resolve_problem(name, {}, trusted=trusted)
-    candidates: dict[object, Puzzle] = {}
+    candidates: dict[tuple[object, ...], Puzzle] = {}
     is_exact = False
     for setup in _list_setups(loaded.problem):
         miner = _open_game(loaded.name, setup, 0, trusted=trusted)
@@ -135,7 +137,7 @@ def _mine_puzzles(name: str, trusted: bool) -> tuple[Puzzle, ...]:
         reason = "no rule of thumb loses in it" if is_exact else "its exact values are not known"
         known = ", ".join(PUZZLE_PROBLEMS)
         raise BadParameter(f"{name} has no puzzles, because {reason}; puzzles: {known}")
-    ordered = _alternate_rules([*candidates.values()])[:MAX_PUZZLES]
+    ordered = _alternate_rules(_select_different(candidates))[:MAX_PUZZLES]
     return tuple(
         puzzle._replace(code=f"{name}:{number}") for number, puzzle in enumerate(ordered, 1)
     )
@@ -164,7 +166,7 @@ def _mine_game(
     setup: GameSetup,
     seed: int,
     visited: set[object],
-) -> Iterator[tuple[object, Puzzle]]:
+) -> Iterator[tuple[tuple[object, ...], Puzzle]]:
     """Play a game, and yield the puzzles on the way, each with the key of its situation.
 
     The player's actions are random in some turns, and follow one of the rules of thumb in others.
@@ -183,13 +185,15 @@ def _mine_game(
             continue
         values = position.values
         situation = _describe_situation(position)
-        if (situation, position.turns_left) not in visited:
-            visited.add((situation, position.turns_left))
+        exact_situation = _describe_exact_situation(position)
+        if exact_situation not in visited:
+            visited.add(exact_situation)
             start = Position(game.problem_name, {}, seed, setup.turns, setup.seats, tuple(actions))
+            best = int(np.argmax(values))
             for action, index in _find_losing_rules(position, choosers):
                 loss = float(values.max() - values[action])
                 label = position.labels[action]
-                yield (situation, action), Puzzle("", start, rules[index].text, label, loss)
+                yield (situation, action, best), Puzzle("", start, rules[index].text, label, loss)
         action = _choose_next_action(position, choosers[seed % len(choosers)])
         actions.append(game.problem.format_action(seat, action))
         session.advance([action if s == seat else None for s in range(len(game.problem.agents))])
@@ -218,11 +222,29 @@ def _describe_situation(position: ValuedPosition) -> object:
     """Return a key that is equal in positions that are nearly the same puzzle."""
     session, problem = position.session, position.problem
     if problem.partially_observable:
-        return tuple(np.round(session.view(position.seat).belief, 2))
+        if position.turns_left == 1:  # what is learned in the last turn is of no use
+            return "last turn"
+        return tuple(np.round(session.view(position.seat).belief, 1))
     if problem.state_count != 1:
         return position.position.question.players, problem.format_state(session.state)
-    values = position.values
-    return position.position.question.players, tuple(np.round(values - values.max(), 3))
+    players, policy = position.position.question.players, position.hint_agent.policy
+    predicted = [
+        policy.predict_actions(position.memory, other)
+        for other in range(len(problem.agents))
+        if other != position.seat
+    ]
+    predictions = tuple(() if p is None else tuple(np.round(p[0], 1)) for p in predicted)
+    return players, position.turns_left == 1, predictions
+
+
+def _describe_exact_situation(position: ValuedPosition) -> object:
+    """Return a key that is equal in positions whose values are equal."""
+    session, problem = position.session, position.problem
+    if problem.partially_observable:
+        return position.turns_left, session.view(position.seat).belief.tobytes()
+    if problem.state_count != 1:
+        return position.turns_left, problem.format_state(session.state)
+    return position.turns_left, position.values.tobytes()
 
 
 def _choose_next_action(position: ValuedPosition, choose: Chooser) -> int:
@@ -237,17 +259,25 @@ def _choose_next_action(position: ValuedPosition, choose: Chooser) -> int:
     return int(np.argmax(position.values)) if action is None or action not in legal else action
 
 
+def _select_different(candidates: Mapping[tuple[object, ...], Puzzle]) -> list[Puzzle]:
+    """Return the puzzles with the greatest losses, at most four similar ones."""
+    counts = Counter[object]()
+    selected = []
+    for (_, *similarity), puzzle in sorted(candidates.items(), key=lambda item: -item[1].loss):
+        key = tuple(similarity), tuple(puzzle.position.seats.items())
+        counts[key] += 1
+        if counts[key] <= MAX_SIMILAR:
+            selected.append(puzzle)
+    return selected
+
+
 def _alternate_rules(puzzles: Sequence[Puzzle]) -> list[Puzzle]:
-    """Return the puzzles with the greatest losses of each rule first; the rules take turns."""
+    """Return the puzzles such that the rules of thumb take turns, each in the same order."""
     by_rule: dict[str, list[Puzzle]] = {}
-    for puzzle in sorted(puzzles, key=lambda puzzle: -puzzle.loss):
+    for puzzle in puzzles:
         by_rule.setdefault(puzzle.rule, []).append(puzzle)
-    ranks = [
-        (rank, -puzzle.loss, puzzle)
-        for group in by_rule.values()
-        for rank, puzzle in enumerate(group)
-    ]
-    return [puzzle for _, _, puzzle in sorted(ranks, key=lambda row: row[:2])]
+    ranks = [(rank, puzzle) for group in by_rule.values() for rank, puzzle in enumerate(group)]
+    return [puzzle for _, puzzle in sorted(ranks, key=lambda pair: (pair[0], -pair[1].loss))]
 
 
 def choose_puzzle(name: str, today: date, *, trusted: bool = False) -> Puzzle:
@@ -297,7 +327,7 @@ def make_exercise(puzzle: Puzzle, *, trusted: bool = False) -> Exercise:
     learned = (
         f"Rule of thumb: {puzzle.rule}. Here it says {puzzle.rule_action} and loses {loss}.",
     )
-    introduction = (*question.describe_game(), question.describe_history())
+    introduction = tuple(filter(None, [question.describe_history()]))
     return Exercise(
         _key_of(puzzle),
         f"puzzle {puzzle.code}",

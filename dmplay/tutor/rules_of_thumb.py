@@ -12,6 +12,7 @@ from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.session import SeatedPolicy
 from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.shared.hexgrid import move_destinations, path_lengths
 from dmplay.registry import agents
 from dmplay.registry.problems import builtin_stem
@@ -40,8 +41,8 @@ AGENT_RULES: Mapping[str, Mapping[str, str]] = {
         "feed-when-crying": "feed the baby if it cries, and ignore it if it is quiet",
     },
     "predator_prey": {
-        "chase": "step towards the other animal",
-        "flee": "step away from the other animal",
+        "chase": "step towards the prey",
+        "flee": "step away from the predator",
     },
     "prisoners_dilemma": {
         "always-cooperate": "cooperate, whatever the other does",
@@ -65,6 +66,8 @@ def list_rules(problem: Problem, seat: int) -> list[RuleOfThumb]:
     """Return the rules of thumb for a seat: those of the problem first, then the general ones."""
     roster = agents.load_roster(problem, seat).agents
     texts = dict(AGENT_RULES.get(builtin_stem(problem), {}))
+    if isinstance(problem, PredatorPrey):
+        del texts["flee" if seat in problem.predator_seats else "chase"]
     if problem.partially_observable and "qmdp" in roster:
         texts["qmdp"] = QMDP_TEXT
     rules = [
@@ -198,8 +201,11 @@ def _walk_to_exit(position: ValuedPosition, rank_exit: Callable[[float, float], 
         here = int(position.session.state)
         if not exits or here in [index for index, _ in exits]:
             return None
-        goal, _ = min(exits, key=lambda pair: rank_exit(lengths[here, pair[0]], pair[1]))
-        return _find_single_best(-lengths[destinations[here], goal].astype(float))
+        ranks = [rank_exit(lengths[here, index], pay) for index, pay in exits]
+        goal = _find_single_best(-np.array(ranks, float))
+        if goal is None:
+            return None
+        return _find_single_best(-lengths[destinations[here], exits[goal][0]].astype(float))
 
     return choose
 

@@ -53,7 +53,7 @@ class QuestionDialog(LineDialog):
 
     def __init__(self, terminal: Terminal, stdin: TextIO) -> None:
         super().__init__(terminal, stdin)
-        self._printed_lines = set[str]()  # the rules of a game are printed only once
+        self._printed_rules: list[str] = []  # the rules of the last game are not printed again
 
     def ask_all(self, exercises: Sequence[Exercise]) -> int:
         """Ask all questions, and return the exit code."""
@@ -81,12 +81,13 @@ class QuestionDialog(LineDialog):
     def _ask(self, run: ExerciseRun) -> bool:
         """Ask one question until it is answered or skipped; return whether it is answered."""
         exercise = run.exercise
-        for line in exercise.introduction:
-            if line not in self._printed_lines:
-                self._print(line)
-                self._printed_lines.add(line)
-        self._print_exercise_board(exercise)
         question = exercise.question
+        rules = question.describe_game()
+        if rules != self._printed_rules:
+            self._print(*rules)
+            self._printed_rules = rules
+        self._print(*exercise.introduction)
+        self._print_exercise_board(exercise)
         self._print(question.ask(), f"type {question.expected_answer}.")
         while True:
             line = self._read("answer> ")
@@ -104,7 +105,7 @@ class QuestionDialog(LineDialog):
             case "" | "help" | "?":
                 return TutorReply((QUESTION_HELP,))
             case "look":
-                self._print(*run.exercise.introduction)
+                self._print(*run.exercise.question.describe_game(), *run.exercise.introduction)
                 self._print_exercise_board(run.exercise)
                 return TutorReply(())
             case "show":
