@@ -9,7 +9,12 @@ from dmplay import __version__
 from dmplay.core.text import escape_unprintable
 from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
-from dmplay.game.command_line_results import LearnCommand, PlayCommand, ShellCommand
+from dmplay.game.command_line_results import (
+    LearnCommand,
+    MistakesCommand,
+    PlayCommand,
+    ShellCommand,
+)
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
 from dmplay.game.saves import SaveRemoval
@@ -46,11 +51,11 @@ def play_game(table: GameController, command: PlayCommand) -> int:
     code, has_invalid_line = 0, False
     with _end_game_on_exit(table, quiet=quiet):
         if terminal.full_screen and not quiet:
-            code = run_full_screen(
-                PlayScreen(table, terminal, command.speed, command.realtime_rate)
-            )
+            screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
+            code = run_full_screen(screen)
             table.end_game("interrupted" if code else "quit")
             print(table.game.narrator.describe_result())
+            code = code or _learn_from_game(screen)
         else:
             reporter = (
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
@@ -121,11 +126,27 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
         return _run_gallery_lesson(shell, gallery, words[1])
     else:
         table.run_cli_words(words)
-        code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))
+        screen = PlayScreen(table, shell.terminal, shell.speed)
+        code = run_full_screen(screen)
+        table.end_game("interrupted" if code else "quit")
+        if screen.learns_from_game:
+            code = _learn_from_game(screen)
+            read_line("Enter goes back to the list of problems> ", sys.stdin)
     table.end_game("interrupted" if code else "quit")
     if table.has_game:
         gallery.return_from_game(table.game)
     return code
+
+
+def _learn_from_game(screen: PlayScreen) -> int:
+    """Ask for better actions if the player left the screen for that; return the exit code."""
+    path = screen.game.transcript_path
+    if not screen.learns_from_game or path is None:
+        return 0
+    from dmplay.ui.lessons.question_player import play_mistakes
+
+    # This process has already run the code that the transcript names.
+    return play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
 
 
 def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:

@@ -197,8 +197,10 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
         return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)
+    if game.human_seats and not (game.session.over and game.session.turns):
+        return ()
     if game.human_seats:
-        return ("Enter look back", "PgUp log") if game.session.over and game.session.turns else ()
+        return ("Enter look back", "PgUp log", *["M mistakes"] * game.has_known_mistakes)
     if isinstance(game, Playback):
         return ("← → turns", "P play", "X worst", "Enter play from here")
     return () if is_game_over else ("Space step", "P play")

@@ -11,6 +11,7 @@ from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
     GAME_OVER_MESSAGE,
     change_speed,
+    leave_to_learn,
     play_action,
     quit_game,
     start_clock,
@@ -283,6 +284,13 @@ SCREEN_KEYS = (
         "slower",
         "let the agents play slower",
         lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
+    ),
+    ScreenKey(
+        ("M",),
+        "M",
+        "mistakes",
+        "after the game: find better actions than those that lost most",
+        leave_to_learn,
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),
     ScreenKey(("q",), "q", "quit", "", quit_game),

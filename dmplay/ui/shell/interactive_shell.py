@@ -149,7 +149,9 @@ def _show_full_screen(shell: Shell) -> str:
 
     Ctrl-C (SIGINT) does not raise it.
     """
-    code = run_full_screen(PlayScreen(shell.controller, shell.terminal, shell.speed))
+    screen = PlayScreen(shell.controller, shell.terminal, shell.speed)
+    code = run_full_screen(screen)
     if code > 128 and code != 128 + signal.SIGINT:
         raise SystemExit(code)
-    return ""
+    path = screen.game.transcript_path
+    return f"dmplay learn from {path} asks for better actions." * screen.learns_from_game
