@@ -116,9 +116,6 @@ def puzzle(
     solution: Annotated[
         bool, typer.Option("--solution", help="with --json, print the solution too")
     ] = False,
-    trust: Annotated[
-        bool, typer.Option("--trust", help="run problems and agents that are code outside dmplay")
-    ] = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
@@ -137,12 +134,12 @@ def puzzle(
     if terminal_options.json:
         from dmplay.output.question_report import report_puzzle
 
-        return report_puzzle(code, with_solution=solution, trusted=trust)
+        return report_puzzle(code, with_solution=solution)
     if solution:
         raise BadParameter("--solution: expected --json too; in a dialog, type show")
     from dmplay.game.command_line_results import PuzzleCommand
 
-    return PuzzleCommand(code, terminal_options, trust)
+    return PuzzleCommand(code, terminal_options)
 
 
 @learn_app.command("from")

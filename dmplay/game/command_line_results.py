@@ -88,7 +88,6 @@ class PuzzleCommand(NamedTuple):
 
     code: str  # a problem, or a problem and a number; '' for the puzzle of the day
     terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
-    trusted: bool = False  # whether code outside dmplay may be run
 
 
 class MistakesCommand(NamedTuple):

@@ -9,15 +9,13 @@ from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.exercise import Exercise, current_day
 
 
-def report_puzzle(code: str, *, with_solution: bool, trusted: bool) -> str:
+def report_puzzle(code: str, *, with_solution: bool) -> str:
     """Return a puzzle as JSON; its solution only if `with_solution`."""
     name, number = puzzles.split_code(code)
     puzzle = (
-        puzzles.choose_puzzle(name, current_day(), trusted=trusted)
-        if number is None
-        else puzzles.find_puzzle(code, trusted=trusted)
+        puzzles.choose_puzzle(name, current_day()) if number is None else puzzles.find_puzzle(code)
     )
-    exercise = puzzles.make_exercise(puzzle, trusted=trusted)
+    exercise = puzzles.make_exercise(puzzle)
     position = puzzle.position
     data = {
         "puzzle": puzzle.code,
@@ -53,8 +51,9 @@ def report_mistakes(paths: Sequence[Path], *, trusted: bool) -> str:
 def _describe_exercise(exercise: Exercise) -> dict[str, object]:
     """Return the text and the legal actions of an exercise as data."""
     question = exercise.question
+    situation = [question.describe_situation()] if question.shows_board else []
     return {
-        "text": [*question.describe_game(), *exercise.introduction, question.ask()],
+        "text": [*question.describe_game(), *exercise.introduction, *situation, question.ask()],
         "actions": question.legal_labels,
     }
 

@@ -107,6 +107,11 @@ class ActionQuestion:
         )
         return f"{limit}{weight} What do you do?"
 
+    def describe_situation(self) -> str:
+        """Return the situation in sentences, for a reader who does not see the board."""
+        view = self.position.session.view(self.seat)
+        return load_view_module(self.problem).describe_situation(view)
+
     def describe_history(self) -> str:
         """Return the turns so far as the player saw them; '' if the board shows all that counts."""
         session, problem = self.position.session, self.problem

@@ -84,10 +84,10 @@ class Puzzle(NamedTuple):
         return ANSWER_TOLERANCE_SHARE * self.loss
 
 
-def find_puzzle(code: str, *, trusted: bool = False) -> Puzzle:
+def find_puzzle(code: str) -> Puzzle:
     """Return the puzzle of a code such as `catch:7`; raise BadParameter if there is none."""
     name, number = split_code(code)
-    puzzles = list_puzzles(name, trusted=trusted)
+    puzzles = list_puzzles(name)
     if number is None or not 1 <= number <= len(puzzles):
         raise BadParameter(f"puzzle {code}: expected {name}:1 to {name}:{len(puzzles)}")
     return puzzles[number - 1]
@@ -106,40 +106,44 @@ def find_puzzle_of_the_day(day: date) -> Puzzle:
     return puzzles[round_number % len(puzzles)]
 
 
-def list_puzzles(name: str, *, trusted: bool = False) -> list[Puzzle]:
+def list_puzzles(name: str) -> list[Puzzle]:
     """Return the puzzles of a problem, in the order of their numbers.
 
     For each rule of thumb the greatest losses come first, and the rules take turns. Raise
     BadParameter if no exact values are known, or no rule of thumb loses anything.
     """
-    return list(_mine_puzzles(name, trusted))
+    return list(_mine_puzzles(name))
 
 
 @lru_cache(maxsize=len(PUZZLE_PROBLEMS))
-def _mine_puzzles(name: str, trusted: bool) -> tuple[Puzzle, ...]:
+def _mine_puzzles(name: str) -> tuple[Puzzle, ...]:
     """Return the puzzles of a problem, mined in games with fixed seeds."""
-    loaded = resolve_problem(name, {}, trusted=trusted)
+    loaded = resolve_problem(name, {}, trusted=True)  # the player typed its name
     candidates: dict[tuple[object, ...], Puzzle] = {}
     is_exact = False
     for setup in _list_setups(loaded.problem):
-        miner = _open_game(loaded.name, setup, 0, trusted=trusted)
+        miner = _open_game(loaded.name, setup, 0)
         hint_agent = find_exact_agent(loaded.problem, miner.question)
         if hint_agent is None:
             continue
         is_exact = True
         visited: set[object] = set()
         for seed in range(GAMES_PER_SETUP):
-            game = _open_game(loaded.name, setup, seed, trusted=trusted)
+            game = _open_game(loaded.name, setup, seed)
             for key, puzzle in _mine_game(game, hint_agent, setup, seed, visited):
                 if key not in candidates or candidates[key].loss < puzzle.loss:
                     candidates[key] = puzzle
     if not candidates:
-        reason = "no rule of thumb loses in it" if is_exact else "its exact values are not known"
+        reason = (
+            "no rule of thumb loses in it"
+            if is_exact
+            else "no agent knows the exact value of each action"
+        )
         known = ", ".join(PUZZLE_PROBLEMS)
         raise BadParameter(f"{name} has no puzzles, because {reason}; puzzles: {known}")
     ordered = _alternate_rules(_select_different(candidates))[:MAX_PUZZLES]
     return tuple(
-        puzzle._replace(code=f"{name}:{number}") for number, puzzle in enumerate(ordered, 1)
+        puzzle._replace(code=f"{loaded.name}:{number}") for number, puzzle in enumerate(ordered, 1)
     )
 
 
@@ -154,10 +158,10 @@ def _list_setups(problem: Problem) -> Sequence[GameSetup]:
     return [*setups, *(setup._replace(turns=SHORT_GAME_TURNS) for setup in setups)]
 
 
-def _open_game(name: str, setup: GameSetup, seed: int, *, trusted: bool) -> PositionInGame:
+def _open_game(name: str, setup: GameSetup, seed: int) -> PositionInGame:
     """Return the start of a game with this seed."""
     position = Position(name, seed=seed, turns=setup.turns, seats=setup.seats)
-    return open_position(position, CURRENT_FOLDER, trusted=trusted)
+    return open_position(position, CURRENT_FOLDER, trusted=True)
 
 
 def _mine_game(
@@ -280,7 +284,7 @@ def _alternate_rules(puzzles: Sequence[Puzzle]) -> list[Puzzle]:
     return [puzzle for _, puzzle in sorted(ranks, key=lambda pair: (pair[0], -pair[1].loss))]
 
 
-def choose_puzzle(name: str, today: date, *, trusted: bool = False) -> Puzzle:
+def choose_puzzle(name: str, today: date) -> Puzzle:
     """Return the puzzle that a player should solve next.
 
     Of a problem, or of all problems if `name` is empty, it is one that was missed and is due. Else
@@ -300,7 +304,7 @@ def choose_puzzle(name: str, today: date, *, trusted: bool = False) -> Puzzle:
         if own_codes:
             return find_puzzle(own_codes[0])
         name = split_code(puzzle.code)[0]
-    puzzles = list_puzzles(name, trusted=trusted)
+    puzzles = list_puzzles(name)
     due = [puzzle for puzzle in puzzles if puzzle.code in due_codes]
     new = [puzzle for puzzle in puzzles if _key_of(puzzle) not in progress]
     return [*due, *new, *puzzles][0]
@@ -311,9 +315,9 @@ def _key_of(puzzle: Puzzle) -> str:
     return f"{KEY_PREFIX}{puzzle.code}"
 
 
-def make_exercise(puzzle: Puzzle, *, trusted: bool = False) -> Exercise:
+def make_exercise(puzzle: Puzzle) -> Exercise:
     """Return the exercise of a puzzle."""
-    position = open_position(puzzle.position, CURRENT_FOLDER, trusted=trusted)
+    position = open_position(puzzle.position, CURRENT_FOLDER, trusted=True)
     hint_agent = find_exact_agent(position.problem, position.question)
     assert hint_agent is not None  # a puzzle has exact values
     labels = position.session.action_labels(position.seat)

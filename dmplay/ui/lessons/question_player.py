@@ -25,11 +25,11 @@ def play_puzzle(terminal: Terminal, command: PuzzleCommand) -> int:
     """Ask a puzzle, and return the exit code."""
     name, number = puzzles.split_code(command.code)
     puzzle = (
-        puzzles.choose_puzzle(name, current_day(), trusted=command.trusted)
+        puzzles.choose_puzzle(name, current_day())
         if number is None
-        else puzzles.find_puzzle(command.code, trusted=command.trusted)
+        else puzzles.find_puzzle(command.code)
     )
-    exercise = puzzles.make_exercise(puzzle, trusted=command.trusted)
+    exercise = puzzles.make_exercise(puzzle)
     dialog = QuestionDialog(terminal, sys.stdin)
     code = dialog.ask_all([exercise])
     if not code and name:
