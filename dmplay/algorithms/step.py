@@ -78,7 +78,7 @@ class Step:
 
 @dataclass(frozen=True)
 class WatchRequest:
-    """What is watched: a problem, a seat, and the game whose position or turns are used."""
+    """The problem and the seat that are watched, and the game whose position or turns are used."""
 
     problem: Problem
     seat: int = 0

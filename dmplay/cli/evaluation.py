@@ -19,7 +19,7 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="where the games run: dask, dask:tcp://HOST:PORT, or a FUNCTION of MODULE or FILE.py",
+        help="where the games run: dask, dask:tcp://HOST:PORT, MODULE:FUNCTION or FILE.py:FUNCTION",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -107,8 +107,8 @@ def run(
     The return of a game is the sum of its discounted rewards. The report shows the
     mean return, its standard error, and the distribution of the returns. A seed gives
     the same games on every machine, with any number of workers.
-    You can give a parameter a list of numbers: dmplay runs each of them, and all
-    combinations of several lists.
+    A parameter can have several values, such as slip=0.1,0.2. dmplay then plays the
+    games for each value, or for each combination of the values of several parameters.
 
     \b
       dmplay run hexworld --agent optimal
@@ -146,7 +146,7 @@ def compare(
         typer.Option(
             "--decide",
             metavar="P",
-            help="stop once one of two agents is better, with error probability at most P",
+            help="stop when it is clear which agent is better; error probability at most P",
         ),
     ] = None,
     bounds: Annotated[
@@ -154,20 +154,21 @@ def compare(
         typer.Option(
             "--bounds",
             metavar="LOW,HIGH",
-            help="smallest and largest return of a game, for --decide, if dmplay cannot tell",
+            help="smallest and largest return of a game, if --decide asks for them",
         ),
     ] = "",
     asymptotic: Annotated[
         bool,
         typer.Option(
-            "--asymptotic", help="use --decide without bounds; P is then right only for many games"
+            "--asymptotic",
+            help="use --decide without --bounds; P then holds only if many games are played",
         ),
     ] = False,
     *,
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Compare agents in the first seat on the same random numbers.
+    """Compare agents as the first player, on the same random numbers.
 
     The report shows the mean return of each agent, and the difference between two
     agents with its standard error and confidence interval.
@@ -217,8 +218,8 @@ def tournament(
     Every agent plays every agent, also itself, in every order of the seats. The
     report shows the mean returns and the best reply to each agent. It also shows an
     equilibrium of the game in which each player chooses an agent. In an equilibrium,
-    no player gains by changing its own choice alone. The regret of an agent is what a
-    player loses by choosing it against that equilibrium.
+    no player gains by changing its own choice alone. The regret of an agent is how
+    much less it earns against that equilibrium than the best agent does.
 
     The option value `--seats given` plays each combination in one order only. The report then
     shows only the mean returns.

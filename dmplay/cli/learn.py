@@ -87,9 +87,9 @@ def lesson(
     A lesson begins with its first open step. You can leave it at any time with 'quit'.
 
     \b
-      dmplay learn 9
-      dmplay learn ./week3/ 2
-      printf '0.5\\n' | dmplay learn first-walk
+      dmplay learn lesson 9
+      dmplay learn lesson ./week3/ 2
+      dmplay learn lesson ./week3/01-cries.toml
     """
     from dmplay.game.command_line_results import LearnCommand
     from dmplay.output.lesson_report import format_lesson_list
@@ -181,14 +181,14 @@ def _split_words(words: list[str]) -> tuple[str, str]:
         raise BadParameter(f"got {words[2]!r}, expected at most a folder and a lesson")
     if not words:
         return "", ""
-    names_path = os.sep in words[0] or words[0] in {os.curdir, os.pardir}
-    if not names_path:
-        if len(words) == 2:
-            raise BadParameter(f"got {words[0]!r}, expected a folder, such as ./{words[0]}/")
-        return "", words[0]
-    if os.path.isfile(words[0]):
-        folder, stem = os.path.split(os.path.splitext(words[0])[0])
-        return f"{folder}{os.sep}", stem
-    if not os.path.isdir(words[0]):
-        raise BadParameter(f"{words[0]}: no such folder of lessons")
-    return words[0], words[1] if len(words) == 2 else ""
+    first, *others = words
+    names_path = os.sep in first or first.endswith(".toml") or first == os.curdir
+    if not names_path and not (others and os.path.isdir(first)):
+        if others:
+            raise BadParameter(f"got {first!r}, expected a folder of lessons")
+        return "", first
+    if os.path.isfile(first):
+        return first, os.path.basename(os.path.splitext(first)[0])
+    if not os.path.isdir(first):
+        raise BadParameter(f"{first}: no such folder or lesson")
+    return first, "".join(others)

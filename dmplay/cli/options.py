@@ -188,7 +188,9 @@ JsonLinesFlag = Annotated[
 ]
 Trust = Annotated[
     bool,
-    typer.Option("--trust", help="run user code: import the problems and agents that FILE names"),
+    typer.Option(
+        "--trust", help="run user code: import the problems and agents that a transcript names"
+    ),
 ]
 TrustAssignment = Annotated[
     bool,
@@ -198,7 +200,11 @@ TrustAssignment = Annotated[
 ]
 KeyPreset = Annotated[
     Literal["vi", "left", "arrows", "digits"] | None,
-    _shared_option("keys", "keys: vi (hjklyubn), left (wasdezx), arrows or digits", metavar="NAME"),
+    _shared_option(
+        "keys",
+        "keys: vi (hjklyubn), left (wasdezx, for the left hand), arrows or digits",
+        metavar="NAME",
+    ),
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
@@ -220,7 +226,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="which game of the seed to play; one seed gives many games, numbered from 0",
+        help="number of the game, from 0; with one seed, each number gives another game",
     ),
 ]
 TurnLimit = Annotated[

@@ -83,7 +83,7 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="planning effort if values can only be bounded; 2: twice the default",
+            help="planning effort, if dmplay finds only bounds on the values; 2: twice the default",
         ),
     ] = None,
     *,

@@ -20,16 +20,16 @@ def verify(
         bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
     frames: Annotated[
-        bool, typer.Option("--frames/--no-frames", help="compare the recorded pictures of turns")
+        bool, typer.Option("--frames/--no-frames", help="compare the recorded drawings of turns")
     ] = True,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
     quiet: options.Quiet = False,
 ) -> object:
-    """Compute recorded games again, and report differences.
+    """Check that recorded games follow the rules, by computing them again.
 
     dmplay computes every result again from the recorded actions and random numbers.
-    It also draws the random numbers again from the seed, and asks the built-in agents
+    It also generates the random numbers again from the seed, and asks the built-in agents
     for their actions again. If a transcript differs, the exit code is 3.
 
     A transcript may hold a drawing of each turn. Another version of dmplay may
@@ -69,7 +69,8 @@ def export(
         typer.Option("--height", metavar="N", help="height of the screen in rows", min=1),
     ] = None,
     hint: Annotated[
-        bool, typer.Option("--hint", help="show a hint for the player to move, with --svg")
+        bool,
+        typer.Option("--hint", help="with --svg: also show a hint for the player whose turn it is"),
     ] = False,
     output: options.OutputPath = None,
     force: options.Force = False,
@@ -81,7 +82,7 @@ def export(
 ) -> object:
     """Export a recorded game as a picture, recording, text or data.
 
-    Choose one format, from --svg to --json.
+    Choose exactly one format.
 
     \b
       dmplay export game.dmt --svg -o game.svg
@@ -117,8 +118,7 @@ def review(
 ) -> object:
     """Show the best action and the regret of each choice.
 
-    The regret of an action is how much lower its expected return is than that of
-    the best action.
+    Regret = expected return of the best action - expected return of the chosen action.
 
     \b
       dmplay review game.dmt

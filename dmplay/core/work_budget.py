@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from contextvars import ContextVar
 from dataclasses import dataclass
-from time import monotonic
+from time import thread_time
 
 from dmplay.errors import BudgetExceeded
 
@@ -123,15 +123,16 @@ def report_progress_to(callback: ProgressCallback) -> Iterator[None]:
 def stop_after(seconds: float) -> Iterator[None]:
     """Run the block, and raise ComputationStopped when it reports progress after that time.
 
-    For results that can be omitted; an outer callback is still called.
+    It is processor time of this thread, so a busy machine does not change what is printed. For
+    results that can be omitted; an outer callback is still called.
     """
-    outer_callback, deadline = _progress_callback.get(), monotonic() + seconds
+    outer_callback, deadline = _progress_callback.get(), thread_time() + seconds
 
     def check_time(share: float) -> None:
         """Report progress to the outer callback, and stop after the deadline."""
         if outer_callback:
             outer_callback(share)
-        if monotonic() > deadline:
+        if thread_time() > deadline:
             raise ComputationStopped
 
     token = _progress_callback.set(check_time)

@@ -24,7 +24,8 @@ class TaskInfo(NamedTuple):
 
     message: str  # such as "optimal is thinking"
     is_agent_move: bool = False  # An agent's move blocks everything else.
-    is_after_game: bool = False  # The review of a finished game.
+    is_after_game: bool = False  # A part of the verdict on a finished game.
+    can_be_skipped: bool = False  # A part whose result is not needed for the keys after a game.
 
 
 class TaskCancelled(KeyboardInterrupt):

@@ -33,7 +33,7 @@ from dmplay.registry.problem_name_kinds import names_bot
 COMPARED_GAMES = 100  # games of each agent that the score is compared with
 COMPARISON_SEED = 1_000_003
 MAX_COMPARED_TURNS = 2000  # turns after which a game of an agent must be over
-MAX_SECONDS = 1.0  # seconds of each part of a verdict that nobody waits for
+MAX_SECONDS = 1.0  # seconds of processor time of each part of a verdict that nobody waits for
 COMPARISON_TASK = TaskInfo("comparing your score with other games", is_after_game=True)
 RETURN_TOLERANCE = 1e-9  # differences of returns that count as equal
 RANDOM_AGENT = "random"
@@ -206,15 +206,13 @@ def iter_verdicts(
         except DmplayError as error:
             verdict = Verdict(error="" if max_seconds else str(error))
     yield verdict
-    ghost_line = ""
-    with _omit_after(max_seconds):
-        ghost_line = describe_ghost_result(session, questions, ghost)
-    verdict = replace(verdict, ghost_line=ghost_line)
+    comparisons = run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions))
+    verdict = replace(verdict, comparisons=comparisons)
     yield verdict
-    yield replace(
-        verdict,
-        comparisons=run_cancellable(COMPARISON_TASK, lambda: compare_score(session, questions)),
-    )
+    ghost_line = ""
+    with _omit_after(max_seconds):  # Last, because it may take long, and players may skip it.
+        ghost_line = describe_ghost_result(session, questions, ghost)
+    yield replace(verdict, ghost_line=ghost_line)
 
 
 @contextmanager

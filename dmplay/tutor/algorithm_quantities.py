@@ -125,7 +125,7 @@ def straight_way_loss(position: PositionInGame, state: str) -> Truth:
     q, action = compute_q(position, state), straight_way_action(position, state)
 
     def explain(_: str) -> str:
-        """Return where the straight step leads."""
+        """Return the outcomes of the straight step."""
         outcomes = list_outcomes(position, action, find_state(position, state))
         listed = ", ".join(f"{name} with {format_number(p)}" for name, p in outcomes.items())
         return f"straight on is {action}, to {listed}"
@@ -185,7 +185,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
     share = sum(is_wrong) / SEARCH_RUNS
 
     def explain(_: str) -> str:
-        """Return how the searches chose."""
+        """Return the number of searches that chose each action."""
         tally = ", ".join(f"{labels.count(label)} chose {label}" for label in dict.fromkeys(labels))
         return f"of {SEARCH_RUNS} searches with {simulations} simulations: {tally}"
 

@@ -28,15 +28,23 @@ class AnswerCheck(NamedTuple):
     reason: str
 
 
-def describe_expected_answer(position: PositionInGame, prediction: Prediction) -> str:
+def compute_prediction(position: PositionInGame, prediction: Prediction) -> Truth | None:
+    """Return the truth that the player predicts; None if it depends on what the player types."""
+    return None if prediction.asks else compute_truth(position, prediction.quantity)
+
+
+def describe_expected_answer(
+    position: PositionInGame, prediction: Prediction, truth: Truth | None
+) -> str:
     """Return the kind of answer to type, for example `a number` or `e, ne, nw, w, sw or se`."""
-    if prediction.asks:
+    if truth is None:
         parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
         annotation = parameters[prediction.asks].annotation
         if prediction.asks == "action":
             return _list_labels(position.problem.actions[position.seat].labels)
+        if prediction.asks == "state":
+            return f"a state, such as {position.problem.format_state(position.session.state)}"
         return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
-    truth = compute_truth(position, prediction.quantity)
     if isinstance(truth.value, Mapping):
         example = truth.labels[: min(2, len(truth.labels))]
         pairs = " ".join(f"{label} 0.5" for label in example)
@@ -46,11 +54,12 @@ def describe_expected_answer(position: PositionInGame, prediction: Prediction) -
     return _list_labels(truth.labels) if isinstance(truth.value, frozenset) else "a number"
 
 
-def check_answer(position: PositionInGame, prediction: Prediction, text: str) -> AnswerCheck:
+def check_answer(
+    position: PositionInGame, prediction: Prediction, truth: Truth | None, text: str
+) -> AnswerCheck:
     """Return whether a typed answer is right; raise BadParameter if it cannot be read."""
-    if prediction.asks:
+    if truth is None:
         return _check_typed_argument(position, prediction, text)
-    truth = compute_truth(position, prediction.quantity)
     match truth.value:
         case Mapping():
             return _check_distribution(truth, prediction, text)
@@ -69,11 +78,10 @@ def check_answer(position: PositionInGame, prediction: Prediction, text: str) ->
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
 
 
-def describe_truth(position: PositionInGame, prediction: Prediction) -> str:
+def describe_truth(truth: Truth | None) -> str:
     """Return the right answer as text; '' if the player chooses among many."""
-    if prediction.asks:
+    if truth is None:
         return ""
-    truth = compute_truth(position, prediction.quantity)
     match truth.value:
         case Mapping():
             return ", ".join(f"{label} {format_number(p)}" for label, p in truth.value.items())

@@ -125,7 +125,7 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
         raise BadParameter(f"{action} is not best with 1 to {MAX_COMPARED_TURNS} turns left")
 
     def explain(answer: str) -> str:
-        """Return what the action is worth, and what the best one is worth, with these turns."""
+        """Return the values of the action and of the best one with this many turns."""
         typed = min(max(round(float(answer)), 1), MAX_COMPARED_TURNS)
         own_value, best = (
             format_number(float(v)) for v in (q[typed - 1][index], q[typed - 1].max())

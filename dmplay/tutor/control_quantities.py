@@ -16,8 +16,8 @@ def linear_policy_value(
 ) -> Truth:
     """Return the expected return of the policy a = theta1 s from a number."""
     value = _evaluate(position, theta1, state, turns_left)
-    kept = format_number(1.0 + theta1)
-    return Truth(value, lambda _: f"each turn keeps {kept} of the number")
+    factor = format_number(1.0 + theta1)
+    return Truth(value, lambda _: f"each turn keeps {factor} of the number")
 
 
 def linear_policy_loss(
@@ -26,8 +26,8 @@ def linear_policy_loss(
     """Return the expected return that a = theta1 s loses against the best policy."""
     best = _evaluate(position, OPTIMAL_POLICY.theta1, state, turns_left)
     loss = best - _evaluate(position, theta1, state, turns_left)
-    kept = format_number(1.0 + theta1)
-    return Truth(loss, lambda _: f"each turn then keeps {kept} of the number")
+    factor = format_number(1.0 + theta1)
+    return Truth(loss, lambda _: f"each turn then keeps {factor} of the number")
 
 
 def noise_cost(position: PositionInGame, turns_left: int) -> Truth:

@@ -116,7 +116,8 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
     total = sum(discount ** (move.turn - 1) * (move.regret or 0.0) for move in moves)
     count = sum(move.chosen in move.best for move in moves)
     text = f"best action {count} of {format_count(len(moves), 'time')}, "
-    text += f"regret {format_number(total)} of at most {regret_at_most:g}"
+    kind = "discounted regret" if discount < 1.0 else "regret"
+    text += f"{kind} {format_number(total)} of at most {regret_at_most:g}"
     if total <= regret_at_most + TOLERANCE:
         return AnswerCheck(True, text)
     return AnswerCheck(False, f"{text}. {describe_worst_choice(moves)}")

@@ -70,7 +70,7 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     index = _index(position, action)
 
     def explain(answer: str) -> str:
-        """Return what the other agent can gain if the player mixes as typed."""
+        """Return the gain of the other agent if the player mixes as typed."""
         typed = min(max(parse_number(answer), 0.0), 1.0)
         mix = np.full(len(nash), (1.0 - typed) / max(len(nash) - 1, 1))
         mix[index] = typed

@@ -10,6 +10,7 @@ from dmplay.tutor.lesson import TutorLesson, name_of_file
 
 BUILTIN_FOLDER = Path(__file__).parent / "lessons"
 LESSON_SUFFIX = ".toml"
+SETTINGS_FILE = "dmplay.toml"  # may be in a folder of lessons, and is none
 
 
 class LessonOutline(NamedTuple):
@@ -52,15 +53,20 @@ def load_folder(folder: Path) -> list[TutorLesson]:
     """
     from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
 
-    paths = sorted(folder.glob(f"*{LESSON_SUFFIX}"))
+    paths = sorted({*folder.glob(f"*{LESSON_SUFFIX}")} - {folder / SETTINGS_FILE})
     if not paths:
         raise BadParameter(f"{folder}: expected lessons, files that end with {LESSON_SUFFIX}")
     return [read_lesson(path, _number_of(path, order)) for order, path in enumerate(paths, 1)]
 
 
 def load_lessons(source: str) -> list[TutorLesson]:
-    """Return the lessons of a source: '' for the built-in ones, else the path of a folder."""
-    return load_folder(Path(source)) if source else load_builtin_lessons()
+    """Return the lessons of a source: '' for the built-in ones, else a folder or a file."""
+    from dmplay.tutor.lesson_reader import read_lesson  # imports the solvers
+
+    if not source:
+        return load_builtin_lessons()
+    path = Path(source)
+    return [read_lesson(path, _number_of(path, 1))] if path.is_file() else load_folder(path)
 
 
 def find_lesson(lessons: Sequence[TutorLesson], word: str) -> TutorLesson:

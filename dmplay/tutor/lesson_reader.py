@@ -4,6 +4,7 @@ import inspect
 import re
 import tomllib
 from collections.abc import Callable, Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 
 from dmplay.core import safe_files
@@ -52,7 +53,9 @@ class TableReader:
         """Return a text; raise BadParameter if it is missing and has no default."""
         value = self.take(key, str, "a text")
         if value is None and default is None:
-            raise self.error(key, "missing, expected a text")
+            similar = get_close_matches(key, self._table, 1)
+            misspelled = f"; got the key {similar[0]!r}" if similar else ""
+            raise self.error(key, f"missing, expected a text{misspelled}")
         return str(default if value is None else value).strip()
 
     def lines(self, key: str) -> tuple[str, ...]:

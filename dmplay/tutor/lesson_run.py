@@ -1,17 +1,19 @@
 """The course of a lesson: its current step, the tries, and what is said about each answer."""
 
-from collections.abc import Collection
+from collections.abc import Collection, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
-from dmplay.errors import BadParameter
+from dmplay.errors import BadParameter, DmplayError
 from dmplay.tutor import answers, game_checks, progress
 from dmplay.tutor.lesson import GameTask, LessonStep, Position, Prediction, TutorLesson
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.progress import PASSED, REVEALED, StepRecord
+from dmplay.tutor.truth import Truth
 
 TRIES_BEFORE_ANSWER = 3  # wrong tries after which the answer may be shown
 
@@ -46,6 +48,8 @@ class LessonRun:
         self.wrong_count = 0
         self.is_hint_given = False
         self._cached_position: PositionInGame | None = None
+        self._truth: Truth | None = None
+        self._is_truth_known = False
 
     @property
     def is_over(self) -> bool:
@@ -70,11 +74,31 @@ class LessonRun:
         return self._cached_position
 
     def _open(self, position: Position) -> PositionInGame:
-        """Return the game at a position; errors name the file of the lesson."""
-        try:
+        """Return the game at a position."""
+        with self._name_faulty_step():
             return open_position(position, self.lesson.path.parent, trusted=self.trusted)
-        except ValueError as error:
+
+    @contextmanager
+    def _name_faulty_step(self) -> Iterator[None]:
+        """Run the block; its errors, faults of the lesson, name the file and the step."""
+        try:
+            yield
+        except DmplayError as error:
             raise BadParameter(f"{self.lesson.path}: steps[{self.index + 1}]: {error}") from None
+
+    @property
+    def truth(self) -> Truth | None:
+        """The truth that the player predicts in the current step, computed once.
+
+        None for a game, and for a question with many right answers.
+        """
+        task = self.step.task
+        if not self._is_truth_known and isinstance(task, Prediction):
+            position = self.position
+            with self._name_faulty_step():
+                self._truth = answers.compute_prediction(position, task)
+            self._is_truth_known = True
+        return self._truth
 
     @property
     def expected_answer(self) -> str:
@@ -82,20 +106,22 @@ class LessonRun:
         task = self.step.task
         if isinstance(task, GameTask):
             return task.goal
-        return answers.describe_expected_answer(self.position, task)
+        return answers.describe_expected_answer(self.position, task, self.truth)
 
     def check_answer(self, text: str) -> TutorReply:
         """Return the reply to a typed answer; raise BadParameter if it cannot be read."""
         task = self.step.task
         assert isinstance(task, Prediction)
-        return self._reply_to(answers.check_answer(self.position, task, text))
+        return self._reply_to(answers.check_answer(self.position, task, self.truth, text))
 
     def check_game(self, session: Session) -> TutorReply:
         """Return the reply to a game that was played for the current step."""
         task = self.step.task
         assert isinstance(task, GameTask)
         position = replace(self.position, session=session)
-        return self._reply_to(game_checks.check_game(position, task))
+        with self._name_faulty_step():
+            check = game_checks.check_game(position, task)
+        return self._reply_to(check)
 
     def is_game_of_step(self, session: Session) -> bool:
         """Return whether a session is the game of the current step: its draws and first turns."""
@@ -149,7 +175,7 @@ class LessonRun:
         text = (
             game_checks.describe_model_game(self.position)
             if isinstance(task, GameTask)
-            else answers.describe_truth(self.position, task)
+            else answers.describe_truth(self.truth)
         )
         sentence = f"answer: {text}." if text else "answer: many are right; see the hint."
         return self._finish(REVEALED, (sentence, self._describe_learned()))

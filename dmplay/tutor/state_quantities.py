@@ -55,7 +55,7 @@ def best_action(
     best = frozenset(names[index] for index in np.flatnonzero(mark_best_actions(values)))
 
     def explain(answer: str) -> str:
-        """Return what a wrong action loses, and where it leads."""
+        """Return the loss of a wrong action, and its outcomes."""
         loss = format_number(max(q.values()) - q[answer])
         consequences = describe_consequences(position, answer, state, history, turns_left)
         return f"with {answer} you give up {loss} against the best action; {consequences}"
@@ -105,7 +105,7 @@ def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
     probabilities = list_outcomes(position, label, s)
 
     def explain(_: str) -> str:
-        """Return how many outcomes there are, and the probability of the likeliest one."""
+        """Return the number of outcomes, and the probability of the likeliest one."""
         return (
             f"there are {len(probabilities)} outcomes with a positive probability; "
             f"the likeliest has {format_number(max(probabilities.values()))}"

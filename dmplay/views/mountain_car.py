@@ -8,7 +8,6 @@
 
 import math
 from collections.abc import Iterator
-from functools import lru_cache
 from typing import NamedTuple
 
 from rich.text import Text
@@ -153,9 +152,8 @@ def _draw_state_numbers(
     canvas.write_text(0, y, named_numbers if options.allow_large else short_numbers, "bold")
 
 
-@lru_cache(16)
 def _draw_hill(scale: NumberLine, layout: HillLayout, blocks: str) -> Canvas:
-    """Return a canvas with the left wall and the hill; cached, because they never change."""
+    """Return a canvas with the left wall and the hill."""
     canvas = Canvas()
     for y in range(layout.sky_rows + layout.hill_rows):
         canvas.write_text(0, y, "│", "dim")

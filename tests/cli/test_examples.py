@@ -72,6 +72,10 @@ def test_an_example_runs_without_an_error(line: str, tmp_path: Path) -> None:
     (tmp_path / "commands.txt").write_text(COMMAND_SCRIPT)
     for name in ("tiger.py", "shop.py"):
         (tmp_path / name).write_text(extract_file(read_topic("problems"), name))
+    (tmp_path / "week3").mkdir()
+    for name in ("01-cries.toml", "02-more-cries.toml"):
+        lesson = extract_file(read_topic("lessons"), "01-cries.toml")
+        (tmp_path / "week3" / name).write_text(lesson)
     problem_lines = writer.iter_problem_lines(
         make_cheese_maze(), ".pomdp", "Rooms that look alike."
     )

@@ -85,7 +85,7 @@ def test_luck_and_regret_in_hexworld_are_those_of_backward_induction(seed: int) 
     assert choices.regret == pytest.approx(regret)
     assert choices.luck == pytest.approx(luck)
     assert choices.start_value == pytest.approx(q[4][indices[0]].max())
-    assert choices.score == pytest.approx(choices.start_value - regret + luck)
+    assert choices.score == pytest.approx(q[4][indices[0]].max() - regret + luck)
 
 
 def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs() -> None:

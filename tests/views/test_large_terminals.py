@@ -1,10 +1,14 @@
 """Tests of what boards add on large terminals, and of coordinates and legends on request."""
 
+from typing import cast
+
 import pytest
 from rich.text import Text
 
+from dmplay.core.session import View
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
+from dmplay.problems.shared.matrix_game import MatrixGame
 from dmplay.terminal.capabilities import Terminal
 from dmplay.ui.screen.key_handlers import handle_key
 from dmplay.ui.screen.play_screen import PlayScreen
@@ -81,7 +85,7 @@ def test_replies_of_the_other_agent_are_counted_after_each_joint_action() -> Non
     game = make_game("prisoners-dilemma", "human", "tit-for-tat")
     play_keys(game, "c", "d", "c")
     canvas = Canvas()
-    draw_reply_counts(game.view(), canvas, 0)
+    draw_reply_counts(cast(View[MatrixGame], game.view()), canvas, 0)
     assert canvas.to_text().plain.split("\n") == [
         "agent2 chose                 cooperate     defect",
         "in all rounds                        2          1",

@@ -189,7 +189,9 @@ def describe_ghost_result(
         opponent = ghost or create_best_ghost(session, questions)
         if opponent is None:
             return ""
-        task_info = TaskInfo(f"{opponent.name} is playing the same game", is_after_game=True)
+        task_info = TaskInfo(
+            f"{opponent.name} is playing the same game", is_after_game=True, can_be_skipped=True
+        )
         run_cancellable(task_info, opponent.play_to_end)
     except DmplayError:
         return ""

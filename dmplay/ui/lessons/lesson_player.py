@@ -90,7 +90,8 @@ class LessonPlayer(LineDialog):
         self._print(
             f"lesson {lesson.number} is not finished: {done}. dmplay learn {word} continues."
         )
-        return 0 if self._terminal.is_interactive else NOT_FINISHED_EXIT_CODE
+        is_script = not self._terminal.is_interactive and self._stdin.line_count > 0
+        return NOT_FINISHED_EXIT_CODE if is_script else 0
 
     def _play_step(self) -> None:
         """Print the current step and run it until it is finished or skipped."""

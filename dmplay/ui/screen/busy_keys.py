@@ -10,7 +10,7 @@ CANCEL_KEYS = ("c-c", "escape")
 STOP_MOVE_KEYS = ("backspace", "P", "A")
 
 
-# keys that a finished game offers; pressed during its review, they wait for it
+# keys that a finished game offers
 AFTER_GAME_KEYS = ("enter", "left", "pageup", "pagedown", "home", "end", "?")
 
 
@@ -23,16 +23,26 @@ class BusyKeyAction(Enum):
     CANCEL_THEN_RUN = auto()  # cancel the task, then handle the key
 
 
+def is_shell_key(key: str) -> bool:
+    """Return whether a key is a command in every game: capitals and punctuation are."""
+    return len(key) == 1 and not (key.islower() or key.isdigit())
+
+
 def classify_busy_key(key: str, task_info: TaskInfo, trigger_key: str) -> BusyKeyAction:
     """Return the effect of a key pressed while a background task runs.
 
     The cancel keys cancel any task. While an agent chooses, only the quit keys have another effect.
-    While a finished game is reviewed, its keys wait. Otherwise, as for a hint, every key but
-    `trigger_key`, which started the task, cancels it and runs.
+    While a finished game is reviewed, its keys wait, or skip a part that can be skipped, and keys
+    of actions, which a fast player pressed too late, have no effect. Otherwise, as for a hint,
+    every key but `trigger_key`, which started the task, cancels it and runs.
     """
     if key in CANCEL_KEYS or (task_info.is_agent_move and key in STOP_MOVE_KEYS):
         return BusyKeyAction.CANCEL
     if task_info.is_after_game and key in AFTER_GAME_KEYS:
-        return BusyKeyAction.RUN_LATER
-    is_ignored = key not in QUIT_KEYS if task_info.is_agent_move else key == trigger_key
+        can_skip = task_info.can_be_skipped
+        return BusyKeyAction.CANCEL_THEN_RUN if can_skip else BusyKeyAction.RUN_LATER
+    if task_info.is_agent_move or (task_info.is_after_game and not is_shell_key(key)):
+        is_ignored = key not in QUIT_KEYS
+    else:
+        is_ignored = key == trigger_key
     return BusyKeyAction.IGNORE if is_ignored else BusyKeyAction.CANCEL_THEN_RUN

@@ -1,7 +1,6 @@
 """The last row of the play screen: the keys that work now."""
 
 from collections.abc import Iterable, Iterator, Sequence
-from functools import cache, lru_cache
 from itertools import product
 from typing import NamedTuple
 
@@ -78,9 +77,8 @@ def format_footer(
     )
 
 
-@lru_cache(16)
 def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:
-    """Return the footer with only the command keys; cached, so callers must not modify it."""
+    """Return the footer with only the command keys."""
     return _fit_footer([Text("")], command_rows, viewport)
 
 
@@ -171,7 +169,6 @@ def _iter_ranked_keys(actions: Sequence[ActionKey], hint: Hint | None) -> Iterat
         yield ranked
 
 
-@lru_cache(16)
 def _format_command_tails(
     navigation_keys: Sequence[str], skipped_count: int, excluded_command: str, *, is_game_over: bool
 ) -> tuple[str, ...]:
@@ -206,7 +203,6 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
     return () if is_game_over else ("Space step", "P play")
 
 
-@cache
 def _format_command_key(command_name: str) -> str:
     """Return the key and name of a command, such as 'Bksp undo'."""
     return f"{find_command(command_name).key_label} {command_name}"

@@ -1,7 +1,6 @@
 """The play screen as rows of text: title, goal, board and side panel, log, message and keys."""
 
 from collections.abc import Sequence
-from functools import lru_cache
 from itertools import chain
 from typing import NamedTuple
 
@@ -417,18 +416,19 @@ def _layout_log_below(
     )
 
 
-@lru_cache(1024)
 def _join_board_and_panel(
     plain: str, spans: tuple[Span, ...], panel_facts: PanelFacts, width: int, max_rows: int
 ) -> tuple[Text, ...]:
     """Return the rows of a drawing with the panel at its right.
 
-    A panel longer than the drawing has at most `max_rows` rows. The result is cached: a game shows
-    few different drawings, and each of them many times.
+    A panel longer than the drawing has at most `max_rows` rows.
     """
     rows, facts = split_styled_rows(plain, spans), format_panel(panel_facts, width)
     panel_column = max(map(len, rows)) + 2
     rows += [Text("") for _ in range(len(rows), min(len(facts), max_rows))]
+    if len(facts) > len(rows) > 1:
+        omitted_count = len(facts) - len(rows) + 1
+        facts = (*facts[: len(rows) - 1], Text(f"({omitted_count} more)", "dim"))
     for row, fact in zip(rows, facts, strict=False):
         row.append(" " * (panel_column - len(row))).append(fact)
     return tuple(rows)

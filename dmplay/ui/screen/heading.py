@@ -1,7 +1,6 @@
 """The first rows of the play screen: the title with the game's status, and the goal."""
 
 from collections.abc import Iterator, Sequence
-from functools import lru_cache
 
 from dmplay.core.problem_summary import score_label
 from dmplay.core.session import DEFAULT_TURN_LIMIT
@@ -63,7 +62,6 @@ def _title_facts(
     return facts
 
 
-@lru_cache(16)  # Players seldom change.
 def _format_players(
     agents: Sequence[str], player_names: Sequence[str], own_seat: int | None, *, is_short: bool
 ) -> tuple[str, ...]:

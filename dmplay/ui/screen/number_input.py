@@ -15,6 +15,7 @@ class NumberInput:
 
     def __init__(self) -> None:
         self.text = ""
+        self._is_stepped = False  # whether the text was chosen by steps; a digit then replaces it
 
     def handle_key(self, game: Game, key: str) -> bool:
         """Handle a key that types, steps or erases the number; return whether the key was used.
@@ -24,9 +25,9 @@ class NumberInput:
         """
         keyboard = game.keyboard
         if key in keyboard.number_steps:
-            self.text = self._nudge(game, keyboard.number_steps[key])
+            self.text, self._is_stepped = self._nudge(game, keyboard.number_steps[key]), True
         elif keyboard.is_number_entry(game.viewing_seat) and key in NUMBER_KEYS:
-            self.text += key
+            self.text, self._is_stepped = ("" if self._is_stepped else self.text) + key, False
         elif key == "backspace" and self.text:
             self.text = self.text[:-1]
         else:

@@ -32,6 +32,7 @@ class GameTimeline(Game):
     ) -> None:
         self.finished_game = game
         self._reviewed_seats = reviewed_seats  # those of people if None
+        self.shown_worst_turn: int | None = None  # the bad choice that a replay went to last
         self.turn_count = len(game.session.turns)
         self._moves_by_turn: list[list[ReviewedAction]] = [
             [] for _ in range(self.turn_count)

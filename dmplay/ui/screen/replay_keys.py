@@ -81,8 +81,9 @@ def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
         screen.message = "no choice of this game has a known regret"
         return
     current = len(playback.session.turns) + 1
-    index = worst_turns.index(current) + 1 if current in worst_turns else 0
-    turn = worst_turns[index % len(worst_turns)]
+    is_repeated = timeline.shown_worst_turn == current
+    index = worst_turns.index(current) + 1 if is_repeated else 0
+    turn = timeline.shown_worst_turn = worst_turns[index % len(worst_turns)]
     playback.go_to_turn(turn - 1)
     timeline.go_to_turn(turn - 1)
     screen.message = timeline.describe_next_choices()

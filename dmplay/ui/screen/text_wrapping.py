@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Sequence
-from functools import lru_cache
 
 from rich.text import Text
 
@@ -18,7 +17,6 @@ def wrap_lines(lines: Sequence[str], viewport: Viewport) -> list[str]:
     return [row for line in lines for row in wrap_line(line, viewport.width)]
 
 
-@lru_cache(256)  # Many frames show the same lines.
 def wrap_line(line: str, width: int) -> Sequence[str]:
     """Wrap one line; continuation rows are indented to its last column if that is wide enough."""
     if len(line) <= width - 4:
@@ -44,7 +42,6 @@ def _split_words(line: str, max_width: int) -> list[str]:
     ]
 
 
-@lru_cache(256)
 def format_panel(facts: tuple[tuple[str, str], ...], width: int) -> tuple[Text, ...]:
     """Return panel facts as rows of label and value; a long value is wrapped below."""
     label_width = max(

@@ -6,7 +6,6 @@ Another action without regret than the suggested one is `equal`.
 
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
 from itertools import chain
 from textwrap import wrap
 
@@ -50,28 +49,20 @@ def list_action_keys(keys: Mapping[str, str], options: DrawOptions) -> list[str]
 
 
 def sort_regrets(options: DrawOptions) -> Mapping[int, float]:
-    """Return the regret of each legal action, best first; empty without a hint."""
-    return (
-        {}
-        if options.regret is None
-        else _sort_regrets_cached((*options.regret.tolist(),), options.suggested_action)
-    )
-
-
-@lru_cache(16)
-def _sort_regrets_cached(
-    regret: Sequence[float], suggested_action: float | None
-) -> Mapping[int, float]:
-    """Compute `sort_regrets`; cached, so callers must not modify the result.
+    """Return the regret of each legal action, best first; empty without a hint.
 
     Regrets below REGRET_TOLERANCE count as 0. Of equal regrets the suggested action comes first.
     """
+    if options.regret is None:
+        return {}
     legal = {
         a: value * (value > REGRET_TOLERANCE)
-        for a, value in enumerate(regret)
+        for a, value in enumerate(options.regret.tolist())
         if not math.isnan(value)
     }
-    return dict(sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != suggested_action)))
+    return dict(
+        sorted(legal.items(), key=lambda pair: (pair[1], pair[0] != options.suggested_action))
+    )
 
 
 def rank_actions(options: DrawOptions, action_count: int) -> list[int]:

@@ -7,7 +7,6 @@
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -106,8 +105,7 @@ def iter_maps(
 
     The large sizes are drawn only if `options.allow_large` is set and they fit. In each size, the
     map comes with the first caption that is no wider than it, if any, then without a caption. A
-    smaller size that does not fit is yielded as blank text of the same extent. The texts are
-    cached: do not change them.
+    smaller size that does not fit is yielded as blank text of the same extent.
     """
     half_columns = [2 * q + r for q, r in hexes]
     hex_rows = [r for _, r in hexes]
@@ -168,14 +166,10 @@ def draw_map(
     return _draw_cells(hexes, [make_cell(hex_, size) for hex_ in hexes], size)
 
 
-@lru_cache(256)
 def _draw_captioned_map(
     hexes: tuple[Hex, ...], cells: tuple[HexCell, ...], size: HexSize, captions: tuple[str, ...]
 ) -> tuple[Text, ...]:
-    """Return the map with the first caption that is no wider than it, if any, and without one.
-
-    Results are cached, because a game draws few different maps many times.
-    """
+    """Return the map with the first caption that is no wider than it, if any, and without one."""
     map_text = _draw_cells(hexes, cells, size)
     width = measured(map_text)[0]
     caption = next((candidate for candidate in captions if 0 < len(candidate) <= width), "")

@@ -89,7 +89,7 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
         (
             "collaborative-predator-prey",
             None,
-            "hint (qmdp, assuming a visible state from the next turn on, infinite horizon): ",
+            "hint (qmdp, if partners see the state now, you from the next turn on, ",
         ),
         (
             "prisoners-dilemma",

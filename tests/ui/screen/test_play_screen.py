@@ -559,6 +559,7 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     ("name", "keys", "message"),
     [
         ("catch", "6", "6 (60 m): caught 39%, expected reward 23   Enter plays it"),
+        ("catch", "right 6", "6 (60 m): caught 39%, expected reward 23   Enter plays it"),
         ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
         ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),

@@ -73,6 +73,12 @@ def test_x_goes_to_the_worst_choices_in_order(screen: PlayScreen) -> None:
     assert press(screen, "X") == 4
 
 
+def test_x_goes_to_the_worst_choice_even_from_its_own_position(screen: PlayScreen) -> None:
+    assert press(screen, "4", "enter") == 4  # before turn 5, the worst choice
+    assert press(screen, "X") == 4
+    assert press(screen, "X") == 2
+
+
 def test_a_replay_of_undone_turns_can_be_jumped_through(tmp_path: Path) -> None:
     path = tmp_path / "undone.dmt"
     game = start_new_game(GameRequest("hexworld", seed=7, record_path=path))

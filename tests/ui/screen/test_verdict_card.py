@@ -73,6 +73,18 @@ def test_the_keys_that_a_finished_game_offers_wait_for_its_review(key: str) -> N
     assert classify_busy_key("N", review, "h") is BusyKeyAction.CANCEL_THEN_RUN
 
 
+@pytest.mark.parametrize("key", ["h", "3", "up", "space"])
+def test_an_action_key_pressed_too_late_does_not_cancel_the_review(key: str) -> None:
+    review = TaskInfo("reviewing your actions", is_after_game=True)
+    assert classify_busy_key(key, review, "h") is BusyKeyAction.IGNORE
+
+
+def test_a_key_of_a_finished_game_skips_the_game_of_another_agent() -> None:
+    ghost = TaskInfo("optimal is playing the same game", is_after_game=True, can_be_skipped=True)
+    assert classify_busy_key("enter", ghost, "h") is BusyKeyAction.CANCEL_THEN_RUN
+    assert classify_busy_key("h", ghost, "h") is BusyKeyAction.IGNORE
+
+
 def test_the_hidden_facts_of_two_agents_are_a_table_of_one_row_per_turn(tmp_path: Path) -> None:
     screen = play_to_end("multicaregiver-crying-baby", tmp_path)
     assert screen.game.narrator.debrief_table() == [

@@ -1,0 +1,179 @@
+"""Tests of the lesson files of teachers: good ones, and one clear line for each fault."""
+
+from pathlib import Path
+
+import pytest
+
+from dmplay.errors import BadFile, DmplayError
+from dmplay.guide.topics import read_topic
+from dmplay.tutor.lesson_list import find_lesson, load_folder
+from dmplay.tutor.lesson_reader import read_lesson
+from dmplay.tutor.lesson_run import LessonRun
+from dmplay.tutor.quantity import QUANTITIES
+from tests.support.document_examples import extract_file
+
+LESSON = """\
+title = "Cries"
+[position]
+problem = "crying-baby"
+turns = 10
+
+[[steps]]
+text = "The baby cries. Is it hungry?"
+hint = "Use Bayes' rule."
+learned = "A cry is a clue."
+[steps.predict]
+quantity = "belief"
+state = "hungry"
+history = ["ignore crying"]
+tolerance = 0.01
+"""
+PLAY_STEP = """
+[[steps]]
+text = "Play."
+hint = "Feed."
+learned = "Good."
+[steps.play]
+goal = "ten turns"
+regret_at_most = 2
+"""
+
+
+def write_lesson(folder: Path, text: str, name: str = "01-cries.toml") -> Path:
+    """Write a lesson file and return its path."""
+    path = folder / name
+    path.write_text(text)
+    return path
+
+
+def test_a_teachers_lesson_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    lesson = read_lesson(write_lesson(tmp_path, LESSON + PLAY_STEP), 1)
+    run = LessonRun(lesson)
+    assert run.check_answer("0.907").finishes_step
+    assert run.expected_answer == "ten turns"
+
+
+def test_the_lesson_of_the_guide_is_valid(tmp_path: Path) -> None:
+    path = write_lesson(tmp_path, extract_file(read_topic("lessons"), "01-cries.toml"))
+    assert read_lesson(path, 1).steps
+
+
+def test_the_guide_names_every_quantity() -> None:
+    page = read_topic("lessons")
+    missing = [name for name in QUANTITIES if f"`{name}`" not in page]
+    assert not missing
+
+
+def test_every_quantity_has_a_description() -> None:
+    assert all((function.__doc__ or "").startswith("Return ") for function in QUANTITIES.values())
+
+
+def test_lessons_of_a_folder_are_numbered_by_their_file_names(tmp_path: Path) -> None:
+    for name in ("03-cries.toml", "bayes.toml", "11-more-cries.toml"):
+        write_lesson(tmp_path, LESSON, name)
+    lessons = load_folder(tmp_path)
+    assert [(lesson.number, lesson.name) for lesson in lessons] == [
+        (3, "cries"),
+        (11, "more-cries"),
+        (3, "bayes"),
+    ]
+    assert find_lesson(lessons, "11").name == "more-cries"
+    with pytest.raises(LookupError, match="unknown lesson 'cry'; did you mean cries"):
+        find_lesson(lessons, "cry")
+
+
+def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
+    (tmp_path / "tiger.py").write_text(extract_file(read_topic("problems"), "tiger.py"))
+    text = LESSON.replace('"crying-baby"', '"./tiger.py"').replace("turns = 10\n", "")
+    lesson = read_lesson(write_lesson(tmp_path, text), 1)
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        _ = LessonRun(lesson).position
+    assert LessonRun(lesson, trusted=True).position.problem.partially_observable
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('title = "Cries"', "title = 5", "title: got 5, expected a text"),
+        ('title = "Cries"\n', "", "title: missing, expected a text"),
+        ('title = "Cries"', 'titel = "Cries"', "title: missing, expected a text; got the key"),
+        ('title =', 'titel = 1\ntitle =', "unknown key 'titel'; did you mean title"),
+        ("turns = 10", "turns = 0", "steps[1].position.turns: got 0, expected 1 or more"),
+        ("turns = 10", "turns = true", "turns: got True, expected a whole number, 1 or more"),
+        ('problem = "crying-baby"\n', "", "steps[1].position.problem: missing"),
+        ('hint = "Use Bayes\' rule."\n', "", "steps[1].hint: missing, expected a text"),
+        ('text = "The', 'texts = "The', "steps[1].text: missing, expected a text"),
+        ('"belief"', '"belif"', "quantity: unknown quantity 'belif'; did you mean belief"),
+        ('state = "hungry"\n', "", "state: missing, expected an argument of the quantity"),
+        ("tolerance = 0.01", 'tolerance = "x"', "predict.tolerance: got 'x', expected a number"),
+        ("tolerance = 0.01", "tolerence = 0.01", "unknown key 'tolerence'; did you mean tolerance"),
+        ("tolerance = 0.01", 'asks = "stat"', "asks: unknown parameter 'stat'; did you mean state"),
+        ('state = "hungry"', 'asks = "state"', "asks: expected at_least or at_most too"),
+        ('["ignore crying"]', '"ignore"', "history: got 'ignore', expected a list of texts"),
+        ("[steps.predict]", "[steps.guess]", "expected one of the tables predict and play"),
+        ("[[steps]]", "[steps]", "steps: got {'text': "),
+        ("is it hungry?", "?" * 90, "text: line 1: got"),
+        ('"A cry is a clue."', f'"{"a" * 161}"', "learned: got 161 characters, expected 1 to 160"),
+    ],
+)  # fmt: skip
+def test_a_faulty_lesson_gets_one_clear_line(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    text = LESSON.replace("Is it hungry?", "is it hungry?")
+    assert old in text
+    path = write_lesson(tmp_path, text.replace(old, new))
+    with pytest.raises(DmplayError) as error:
+        read_lesson(path, 1)
+    assert str(error.value).startswith(f"{path}: ")
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_step_needs_a_condition(tmp_path: Path) -> None:
+    text = LESSON + PLAY_STEP.replace("regret_at_most = 2\n", "")
+    with pytest.raises(ValueError, match=r"steps\[2\].play: expected a condition, such as ends"):
+        read_lesson(write_lesson(tmp_path, text), 1)
+
+
+def test_a_return_of_zero_is_a_condition(tmp_path: Path) -> None:
+    text = LESSON + PLAY_STEP.replace("regret_at_most = 2", "return_at_least = 0")
+    assert len(read_lesson(write_lesson(tmp_path, text), 1).steps) == 2
+
+
+def test_a_file_that_is_not_toml_names_line_and_column(tmp_path: Path) -> None:
+    path = write_lesson(tmp_path, 'title = "Cries\n')
+    with pytest.raises(BadFile, match=rf"{path}:1:15: "):
+        read_lesson(path, 1)
+
+
+def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
+    with pytest.raises(ValueError, match=r"absent\.toml: No such file or directory"):
+        read_lesson(tmp_path / "absent.toml", 1)
+    (tmp_path / "binary.toml").write_bytes(b"\xff\xfe")
+    with pytest.raises(ValueError, match=r"binary.toml: got bytes that are not UTF-8"):
+        read_lesson(tmp_path / "binary.toml", 1)
+    with pytest.raises(ValueError, match=r"expected lessons, files that end with .toml"):
+        load_folder(tmp_path / "empty")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"crying-baby"', '"crying-bab"', "unknown problem 'crying-bab'; did you mean crying-baby"),
+        ('"ignore crying"', '"ignore smiling"', "smiling"),
+        ('"ignore crying"', '"crying"', "expected an action and an observation"),
+        ('"hungry"', '"hungri"', "unknown answer 'hungri'; did you mean hungry"),
+        ("turns = 10", 'seats = { nurse = "random" }', "unknown seat 'nurse'"),
+        ("turns = 10", 'after = ["dance"]', "unknown action 'dance'"),
+        ("turns = 10", "parameters = { hunger = 1 }", "unknown parameter 'hunger'"),
+    ],
+)
+def test_faults_that_only_the_problem_shows_name_the_step(
+    tmp_path: Path, old: str, new: str, message: str
+) -> None:
+    lesson = read_lesson(write_lesson(tmp_path, LESSON.replace(old, new)), 1)
+    with pytest.raises(DmplayError) as error:
+        LessonRun(lesson).check_answer("0.5")
+    assert str(error.value).startswith(f"{lesson.path}: steps[1]: ")
+    assert message in str(error.value)

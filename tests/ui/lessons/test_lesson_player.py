@@ -1,0 +1,190 @@
+"""Tests of the front end of lessons: scripts, the command line, and the terminal."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from dmplay.tutor.lesson_list import load_builtin_lessons
+from tests.support.programs import run_dmplay
+from tests.support.terminals import Terminal
+from tests.tutor.lesson_scripts import RIGHT_ANSWERS, list_lines
+
+NUMBERS = {lesson.name: lesson.number for lesson in load_builtin_lessons()}
+LESSON = """\
+title = "Cries"
+[position]
+problem = "crying-baby"
+turns = 2
+[[steps]]
+text = "Play two turns."
+hint = "Feed."
+learned = "Good."
+[steps.play]
+goal = "two turns"
+turns_at_least = 2
+"""
+
+
+def make_script(name: str) -> str:
+    """Return the script of a lesson with its right answers, one a line."""
+    return "\n".join(line for answer in RIGHT_ANSWERS[name] for line in list_lines(answer)) + "\n"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", NUMBERS)
+def test_each_lesson_passes_as_a_script(name: str, tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "learn", str(NUMBERS[name]), stdin=make_script(name))
+    assert (result.returncode, result.stderr) == (0, "")
+    assert "not yet" not in result.stdout
+    assert result.stdout.endswith(
+        f"lesson {NUMBERS[name]} is finished: all {len(RIGHT_ANSWERS[name])} steps done.\n"
+    )
+
+
+def test_a_wrong_game_is_judged_and_played_again(tmp_path: Path) -> None:
+    script = "\n".join(["defect", *["defect"] * 10, "again", *["cooperate"] * 10, "quit"])
+    result = run_dmplay(tmp_path, "learn", "rounds-matter", stdin=script)
+    assert "not yet. You scored -27, and -10 is needed." in result.stdout
+    assert "right. You scored -10, and -10 is needed." in result.stdout
+    assert result.returncode == 1
+
+
+def test_a_lesson_gives_no_verdict_on_a_wrong_game(tmp_path: Path) -> None:
+    script = "nw\n(2,0)\n(4,2)\nw\nw\nw\nw\nw\n"
+    result = run_dmplay(tmp_path, "learn", "4", stdin=script)
+    assert "not yet." in result.stdout
+    assert "worst:" not in result.stdout
+    assert "more" not in result.stdout.partition("not yet.")[2]
+
+
+def test_the_next_run_goes_on_with_the_first_open_step(tmp_path: Path) -> None:
+    first = run_dmplay(tmp_path, "learn", "greedy-is-wrong", stdin="nw\nquit\n")
+    assert first.returncode == 1
+    assert "1 of 4 steps done. dmplay learn 4 continues." in first.stdout
+    second = run_dmplay(tmp_path, "learn", "4")
+    assert "step 2 of 4." in second.stdout
+    assert "step 1 of 4." in run_dmplay(tmp_path, "learn", "4", "--restart").stdout
+
+
+def test_the_list_shows_the_progress_and_the_next_lesson(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "learn", "1", stdin=make_script("first-walk"))
+    rows = run_dmplay(tmp_path, "learn").stdout.splitlines()
+    assert rows[1].split() == ["1", "First", "walk", "MDP", "3/3", "6", "done"]
+    assert rows[2].split() == ["2", "Discount", "MDP", "0/3", "7"]
+    assert rows[-1] == "1 of 17 done. next: dmplay learn 2 (Discount)"
+
+
+def test_the_progress_is_printed_as_json(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "learn", "1", stdin="(8,2) 1\n" + make_script("first-walk"))
+    data = json.loads(run_dmplay(tmp_path, "learn", "--json").stdout)
+    assert data["next"] == 2
+    first = data["lessons"][0]
+    assert (first["number"], first["name"], first["done"]) == (1, "first-walk", True)
+    assert first["steps"][0] == {"result": "passed", "tries": 2, "hints": 0}
+    assert data["lessons"][1]["steps"] == [None, None, None]
+
+
+def test_hint_skip_look_and_help_work_at_each_question(tmp_path: Path) -> None:
+    script = "help\nhint\nlook\nskip\nskip\n"
+    result = run_dmplay(tmp_path, "learn", "watch-v-converge", stdin=script)
+    assert "type an answer, or: hint" in result.stdout
+    assert "hint: After sweep 1, V is" in result.stdout
+    assert result.stdout.count("skipped; the step stays open.") == 2
+    assert "step 3 of 4." in result.stdout
+
+
+def test_an_answer_that_cannot_be_read_ends_a_script(tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "learn", "3", stdin="# a comment\nfive\n")
+    expected = "error: line 2: got 'five', expected a number, such as 0.15\n"
+    assert (result.returncode, result.stderr) == (2, expected)
+
+
+def test_an_illegal_action_ends_a_script_with_the_number_of_its_line(tmp_path: Path) -> None:
+    script = "(8,2) 0.7 (7,2) 0.15 (8,1) 0.15\ne\njump\n"
+    result = run_dmplay(tmp_path, "learn", "1", stdin=script)
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: line 3: unknown action 'jump'")
+
+
+def test_a_game_that_was_left_is_no_try(tmp_path: Path) -> None:
+    (tmp_path / "cries.toml").write_text(LESSON)
+    result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin="feed\nquit\n\nfeed\nfeed\n")
+    assert "the game was left before its end." in result.stdout
+    assert "right. The game lasted 2 turns; 2 are needed." in result.stdout
+    assert result.returncode == 0
+
+
+def test_another_game_does_not_count(tmp_path: Path) -> None:
+    (tmp_path / "cries.toml").write_text(LESSON)
+    result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin="new\nfeed\nfeed\n")
+    assert "this was another game than the one of this step." in result.stdout
+
+
+def test_a_folder_of_lessons_is_listed_and_opened(tmp_path: Path) -> None:
+    (tmp_path / "week3").mkdir()
+    (tmp_path / "week3" / "07-cries.toml").write_text(LESSON)
+    listed = run_dmplay(tmp_path, "learn", "./week3/").stdout
+    assert listed.endswith("0 of 1 done. next: dmplay learn ./week3/ 7 (Cries)\n")
+    assert run_dmplay(tmp_path, "learn", "./week3/", "7", stdin="feed\nfeed\n").returncode == 0
+    assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries.")
+    assert "1 of 1 done." in run_dmplay(tmp_path, "learn", "./week3").stdout
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("99",), "unknown lesson '99'; did you mean 9?"),
+        (("frist-walk",), "unknown lesson 'frist-walk'; did you mean first-walk"),
+        (("./week9/",), "./week9/: no such folder or lesson"),
+        (("week9", "2"), "got 'week9', expected a folder of lessons"),
+        (("1", "2", "3"), "got '3', expected at most a folder and a lesson"),
+        (("1", "--json"), "--json: prints the list of lessons; leave out the lesson"),
+    ],
+)
+def test_wrong_words_get_one_line(words: tuple[str, ...], message: str, tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "learn", *words)
+    assert result.returncode == 2
+    assert result.stderr.startswith("error: ")
+    assert message in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+@pytest.mark.slow
+def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
+    with Terminal("learn", "first-walk", folder=tmp_path) as terminal:
+        terminal.until("answer>")
+        terminal.press("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15\r")
+        terminal.until("Enter starts the game>")
+        terminal.press("\r")
+        terminal.until("goal: leave by +10")
+        for key in "nnn":
+            terminal.press(key)
+        terminal.until("Enter back to the lesson")
+        assert "expected at best" not in terminal.text
+        terminal.press("\r")
+        terminal.until("step 3 of 3.")
+        terminal.press("quit\r")
+        terminal.until("2 of 3 steps done")
+
+
+@pytest.mark.slow
+def test_a_wrong_line_on_a_terminal_is_asked_again(tmp_path: Path) -> None:
+    with Terminal("learn", "3", folder=tmp_path) as terminal:
+        terminal.until("answer>")
+        terminal.press("five\r")
+        terminal.until("error: got 'five', expected a number")
+        terminal.press("0\r")
+        terminal.until("not yet.")
+        terminal.press("0\r0\rshow\r")
+        terminal.until("answer: -0.3.")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("size", [(50, 14), (80, 24), (200, 60)])
+def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path: Path) -> None:
+    with Terminal("learn", "4", folder=tmp_path, size=size) as terminal:
+        terminal.until("answer>")
+        terminal.press("w\r")
+        terminal.until("Try again; hint gives you a hint.")
+        assert "-10; with 0.15" in terminal.text.replace("\n", " ")
