@@ -128,7 +128,7 @@ def puzzle(
     \b
       dmplay learn puzzle
       dmplay learn puzzle crying-baby
-      echo ignore | dmplay learn puzzle crying-baby:2
+      printf 'nw\\n' | dmplay learn puzzle hexworld:2
       dmplay learn puzzle catch:7 --json --solution
     """
     if terminal_options.json:

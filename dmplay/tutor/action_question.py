@@ -129,16 +129,16 @@ class ActionQuestion:
         """Return the player's action in a turn, and what the player perceived."""
         session, problem, seat = self.position.session, self.problem, self.seat
         turn = session.turns[number - 1]
-        own = problem.format_action(seat, turn.actions[seat])
+        own_action = problem.format_action(seat, turn.actions[seat])
         if problem.partially_observable:
             observation = problem.observations[seat].format_observation(turn.observations[seat])
-            return f"{own}, then {observation}"
+            return f"{own_action}, then {observation}"
         others = [
             f"{agent} {problem.format_action(other, turn.actions[other])}"
             for other, agent in enumerate(problem.agents)
             if other != seat
         ]
-        return ", ".join([f"you {own}", *others])
+        return ", ".join([f"you {own_action}", *others])
 
     def parse_answer(self, text: str) -> int:
         """Return the legal action that a text names; raise UnknownName with the nearest names."""
@@ -231,7 +231,7 @@ class ActionQuestion:
 
 
 def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
-    """Return what an agent does, in brackets after a space; '' if that is unknown."""
+    """Return the description of an agent as a clause after a comma; '' if there is none."""
     agent_class = load_roster(position.problem, seat).agents.get(name.partition(":")[0])
     sentence = (agent_class.__doc__ or "").partition("\n\n")[0] if agent_class else ""
     text = " ".join(sentence.split()).rstrip(".")
@@ -240,14 +240,14 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
 
 def _merge_outcomes(outcomes: Sequence[ActionOutcome]) -> ActionOutcome:
     """Return all outcomes but the likeliest ones as one, with their mean reward and value."""
-    rest = outcomes[MAX_LISTED_OUTCOMES - 1 :]
-    total = sum(item.probability for item in rest)
+    remaining = outcomes[MAX_LISTED_OUTCOMES - 1 :]
+    total = sum(item.probability for item in remaining)
     return ActionOutcome(
         total,
-        f"one of {len(rest)} other outcomes, on average",
-        sum(item.probability * item.reward for item in rest) / total,
-        sum(item.probability * item.value_after for item in rest) / total,
-        all(item.ends_game for item in rest),
+        f"one of {len(remaining)} other outcomes, on average",
+        sum(item.probability * item.reward for item in remaining) / total,
+        sum(item.probability * item.value_after for item in remaining) / total,
+        all(item.ends_game for item in remaining),
     )
 
 

@@ -100,8 +100,7 @@ def choose_mistakes(paths: Sequence[Path], today: date, *, trusted: bool = False
     progress = load_question_progress()
     if paths:
         exercises = [item for path in paths for item in list_mistakes(path, trusted=trusted)]
-        is_open = [_is_open(progress.get(item.key), today) for item in exercises]
-        chosen = [item for item, asked in zip(exercises, is_open, strict=True) if asked]
+        chosen = [item for item in exercises if _is_open(progress.get(item.key), today)]
         return _put_due_first(chosen or exercises, progress)[:MAX_MISTAKES]
     due_keys = [key for key, entry in progress.items() if entry.is_due(today)]
     saves = list_saves()[:MAX_SEARCHED_GAMES]

@@ -139,8 +139,8 @@ def _mine_puzzles(name: str) -> tuple[Puzzle, ...]:
             if is_exact
             else "no agent knows the exact value of each action"
         )
-        known = ", ".join(PUZZLE_PROBLEMS)
-        raise BadParameter(f"{name} has no puzzles, because {reason}; puzzles: {known}")
+        problems = ", ".join(PUZZLE_PROBLEMS)
+        raise BadParameter(f"{name} has no puzzles, because {reason}; puzzles: {problems}")
     ordered = _alternate_rules(_select_different(candidates))[:MAX_PUZZLES]
     return tuple(
         puzzle._replace(code=f"{loaded.name}:{number}") for number, puzzle in enumerate(ordered, 1)
@@ -212,12 +212,12 @@ def _find_losing_rules(
     min_loss = max(MIN_LOSS, MIN_LOSS_SHARE * float(finite.max() - finite.min()))
     if finite.max() - finite.min() < min_loss:
         return
-    seen = set[int]()
+    tried_actions = set[int]()
     for index, choose in enumerate(choosers):
         action = choose()
-        if action is None or action in seen or not position.legal_actions_mask[action]:
+        if action is None or action in tried_actions or not position.legal_actions_mask[action]:
             continue
-        seen.add(action)
+        tried_actions.add(action)
         if values.max() - values[action] >= min_loss:
             yield action, index
 

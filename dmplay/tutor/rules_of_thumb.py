@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents._belief_policy import BeliefPolicy
+from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.core import belief as beliefs
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
@@ -165,7 +165,7 @@ def _trust_last_observation(position: ValuedPosition) -> Chooser:
 
 def _plans_by_belief(position: ValuedPosition) -> bool:
     """Return whether the values are those of a belief, the first array of the memory."""
-    return isinstance(position.hint_agent.policy, BeliefPolicy)
+    return isinstance(position.hint_agent.policy, GreedyBeliefPolicy)
 
 
 def _choose_nothing() -> None:
@@ -198,14 +198,14 @@ def _walk_to_exit(position: ValuedPosition, rank_exit: Callable[[float, float], 
     exits = [(problem.hexes.index(hex_), pay) for hex_, pay in problem.rewards if pay > 0]
 
     def choose() -> int | None:
-        here = int(position.session.state)
-        if not exits or here in [index for index, _ in exits]:
+        location = int(position.session.state)
+        if not exits or location in [index for index, _ in exits]:
             return None
-        ranks = [rank_exit(lengths[here, index], pay) for index, pay in exits]
+        ranks = [rank_exit(lengths[location, index], pay) for index, pay in exits]
         goal = _find_single_best(-np.array(ranks, float))
         if goal is None:
             return None
-        return _find_single_best(-lengths[destinations[here], exits[goal][0]].astype(float))
+        return _find_single_best(-lengths[destinations[location], exits[goal][0]].astype(float))
 
     return choose
 

@@ -116,12 +116,12 @@ class ExhaustiveValues:
                     zip(self.policies, particle.memories, strict=True)
                 )
             )
-            seen: object = (problem.format_state(row.state[0]), *joint)
+            percept: object = (problem.format_state(row.state[0]), *joint)
             if problem.partially_observable:
-                seen = int(row.observations[0, self.seat])
-            reward, later = result.get(seen, (0.0, []))
+                percept = int(row.observations[0, self.seat])
+            reward, later = result.get(percept, (0.0, []))
             reward += weight * chance * float(row.rewards[0, self.seat])
-            result[seen] = reward, [*later, Particle(weight * chance, row.state[0], memories)]
+            result[percept] = reward, [*later, Particle(weight * chance, row.state[0], memories)]
 
     def _describe(self, particles: list[Particle]) -> object:
         """Return a key that is equal for equal beliefs."""
@@ -131,7 +131,7 @@ class ExhaustiveValues:
             memories = tuple(a.tobytes() for memory in particle.memories for a in memory)
             key = self.problem.format_state(particle.state), memories
             weights[key] = weights.get(key, 0.0) + particle.weight / total
-        return tuple(sorted((key, round(weight, 10)) for key, weight in weights.items()))  # type: ignore[type-var]
+        return tuple(sorted((key, round(weight, 10)) for key, weight in weights.items()))
 
     def replay(self, session: Session) -> list[Particle]:
         """Return the particles after the history of the player's seat."""
@@ -145,10 +145,10 @@ class ExhaustiveValues:
             if weight > 0
         ]
         for turn in session.turns:
-            seen: object = (problem.format_state(turn.state), *map(int, turn.actions))
+            percept: object = (problem.format_state(turn.state), *map(int, turn.actions))
             if problem.partially_observable:
-                seen = int(turn.observations[self.seat])
-            _, particles = self.expand(particles, int(turn.actions[self.seat]))[seen]
+                percept = int(turn.observations[self.seat])
+            _, particles = self.expand(particles, int(turn.actions[self.seat]))[percept]
         return particles
 
     def _start_memories(self, state: Array) -> tuple[Memory, ...]:

@@ -43,9 +43,11 @@ def test_the_mistakes_are_those_of_the_review_worst_first(tmp_path: Path) -> Non
     path = play_walk(tmp_path)
     reviewed = sorted(review(path), key=lambda move: -(move.regret or 0.0))
     expected = [move for move in reviewed if move.regret]
-    found = list_mistakes(path)
-    assert [item.title for item in found] == [f"turn {move.turn} of {path}" for move in expected]
-    for exercise, move in zip(found, expected, strict=True):
+    exercises = list_mistakes(path)
+    assert [item.title for item in exercises] == [
+        f"turn {move.turn} of {path}" for move in expected
+    ]
+    for exercise, move in zip(exercises, expected, strict=True):
         assert right_answer(exercise) in move.best
         assert exercise.question.labels[exercise.question.obvious_action or 0] == move.chosen
 
@@ -106,10 +108,10 @@ def test_all_saved_games_are_searched_and_due_mistakes_come_first(tmp_path: Path
     for number in (1, 2):
         shutil.copy(walk, games / f"{number:06}-hexworld.dmt")
     (games / "000003-hexworld.dmt").write_text("not a transcript")
-    found = choose_mistakes([], TODAY)
-    assert ["000002" in item.key for item in found] == [True, True, False, False]
-    save_answer(found[3].key, is_right=False, today=TODAY)
-    assert choose_mistakes([], TODAY + timedelta(1))[0].key == found[3].key
+    exercises = choose_mistakes([], TODAY)
+    assert ["000002" in item.key for item in exercises] == [True, True, False, False]
+    save_answer(exercises[3].key, is_right=False, today=TODAY)
+    assert choose_mistakes([], TODAY + timedelta(1))[0].key == exercises[3].key
 
 
 def test_at_most_five_mistakes_are_asked(tmp_path: Path) -> None:

@@ -132,11 +132,11 @@ def test_the_action_of_the_rule_is_legal_and_wrong_and_gets_a_reason(name: str) 
 
 @pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
 def test_no_puzzle_occurs_twice(name: str) -> None:
-    found = list_puzzles(name)
-    assert [puzzle.code for puzzle in found] == [
-        f"{name}:{number}" for number in range(1, len(found) + 1)
+    listed = list_puzzles(name)
+    assert [puzzle.code for puzzle in listed] == [
+        f"{name}:{number}" for number in range(1, len(listed) + 1)
     ]
-    assert len({str((puzzle.position, puzzle.rule_action)) for puzzle in found}) == len(found)
+    assert len({str((puzzle.position, puzzle.rule_action)) for puzzle in listed}) == len(listed)
 
 
 def test_a_code_names_the_same_puzzle_again() -> None:
@@ -215,10 +215,10 @@ def test_a_problem_file_of_a_user_has_puzzles(tmp_path: Path) -> None:
     path.write_text(
         "\n".join(writer.iter_problem_lines(make_tiger(), ".pomdp", "")), encoding="utf-8"
     )
-    found = list_puzzles(str(path))
-    oracle = ExhaustiveValues(make_exercise(found[0]).question.problem, 0, [None])
+    listed = list_puzzles(str(path))
+    oracle = ExhaustiveValues(make_exercise(listed[0]).question.problem, 0, [None])
     checked = 0
-    for puzzle in found:
+    for puzzle in listed:
         question = make_exercise(puzzle).question
         turns_left = question.valued_position.turns_left
         if turns_left is not None and turns_left <= 4:

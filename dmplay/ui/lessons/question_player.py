@@ -75,8 +75,9 @@ class QuestionDialog(LineDialog):
                 f"{finished_count} of {format_count(len(exercises), 'question')} answered, "
                 f"{right_count} at the first try. Those that you missed return tomorrow."
             )
+        is_unfinished_script = not self._terminal.is_interactive and bool(self._stdin.line_count)
         is_finished = finished_count == len(exercises)
-        return 0 if is_finished or self._terminal.is_interactive else NOT_FINISHED_EXIT_CODE
+        return NOT_FINISHED_EXIT_CODE if is_unfinished_script and not is_finished else 0
 
     def _ask(self, run: ExerciseRun) -> bool:
         """Ask one question until it is answered or skipped; return whether it is answered."""
