@@ -26,7 +26,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.errors import BadPolicy
 from dmplay.solvers.mdp import mdp_values
-from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 if TYPE_CHECKING:
@@ -206,6 +206,26 @@ class Qmdp(GreedyBeliefPolicy):
     def action_values(self, memory: Memory) -> Reals:
         """Return the mean of Q* over the belief."""
         return weighted_sum(memory[0], self._q)
+
+
+@dataclass(frozen=True)
+class FastInformedBound(GreedyBeliefPolicy):
+    """Assumes that it will see this turn's state before its next action (FIB, section 21.2).
+
+    It will not see the next turn's state, unlike QMDP. An observation can therefore be worth
+    something to it, and its values are closer to the optimal ones.
+    """
+
+    values_name = UPPER_BOUNDS
+
+    @cached_property
+    def _bound(self) -> Reals:
+        require_discount_below_one(self.problem)
+        return fast_informed_bound.compute_fast_informed_bound(self.problem)
+
+    def action_values(self, memory: Memory) -> Reals:
+        """Return the mean of the bound over the belief."""
+        return weighted_sum(memory[0], self._bound)
 
 
 @memoize

@@ -4,7 +4,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents._single_agent_planning import (
+    FastInformedBound,
+    PomdpOptimalPolicy,
+    Qmdp,
+    RecedingHorizonPolicy,
+)
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
 from dmplay.core.arrays import Array, Bools, Reals
@@ -33,6 +38,7 @@ def build_roster(problem: Problem, seat: int) -> Roster:
     return Roster(
         {
             "feed-when-crying": FeedWhenCrying,
+            "fib": FastInformedBound,
             "optimal": PomdpOptimalPolicy,
             "plan": RecedingHorizonPolicy,
             "qmdp": Qmdp,

@@ -18,7 +18,7 @@ from dmplay.core.problem import Problem
 from dmplay.core.tabular import tabulate
 from dmplay.problems.machine_replacement import MachineReplacement
 from dmplay.solvers.mdp import mdp_values
-from dmplay.solvers.pomdp import exact_pomdp
+from dmplay.solvers.pomdp import exact_pomdp, fast_informed_bound
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
 
 MANUFACTURE, EXAMINE, INTERRUPT, REPLACE = range(4)
@@ -99,10 +99,28 @@ class Qmdp(RemainingHorizonPolicy):
         return weighted_sum(b, self._q[left - 1])
 
 
+@dataclass(frozen=True)
+class FastInformedBoundByTurns(RemainingHorizonPolicy):
+    """Assumes that the state before each action is visible after it (FIB, section 21.2)."""
+
+    values_name = UPPER_BOUNDS
+
+    horizon: int = parameter(20, "number of turns of a game", 1, MAX_HORIZON)
+
+    @cached_property
+    def _bounds(self) -> list[Reals]:
+        """The bounds `[S, A]`, indexed by the number of turns left minus 1."""
+        return fast_informed_bound.compute_finite_horizon_bounds(self.problem, self.horizon)
+
+    def finite_horizon_values(self, b: Reals, left: int) -> Reals:
+        """Return the mean of the bound over each belief, `[B, A]`."""
+        return weighted_sum(b, self._bounds[left - 1])
+
+
 def build_roster(problem: Problem, seat: int) -> Roster:
     """Return the agents of the machine replacement problem."""
     return Roster(
-        {"always-manufacture": AlwaysManufacture, "optimal": Optimal, "qmdp": Qmdp,
-         "threshold": Threshold},
+        {"always-manufacture": AlwaysManufacture, "fib": FastInformedBoundByTurns,
+         "optimal": Optimal, "qmdp": Qmdp, "threshold": Threshold},
         hint_provider="optimal",
     )  # fmt: skip

@@ -65,7 +65,7 @@ def _build_repeated_game_roster(problem: Problem) -> Roster:
 
 def _list_belief_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
     """Return the agents, by name, that play by their belief over hidden states."""
-    from dmplay.agents._single_agent_planning import Qmdp, RecedingHorizonPolicy
+    from dmplay.agents._single_agent_planning import FastInformedBound, Qmdp, RecedingHorizonPolicy
     from dmplay.agents.point_based import (
         MAX_EXACT_STATES,
         PointBasedOptimalPolicy,
@@ -80,4 +80,4 @@ def _list_belief_policies(problem: Problem) -> dict[str, type[SeatPolicy]]:
     if problem.state_count > MAX_EXACT_STATES or not succeeds(lambda: tabulate(problem)):
         return agents
     agents["plan"] = RecedingHorizonPolicy
-    return agents | ({"qmdp": Qmdp} if problem.discount < 1.0 else {})
+    return agents | ({"fib": FastInformedBound, "qmdp": Qmdp} if problem.discount < 1.0 else {})

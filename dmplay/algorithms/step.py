@@ -95,3 +95,4 @@ class Algorithm(NamedTuple):
     source: str  # section and equation or algorithm of the book
     find_obstacle: Callable[[Problem], str]  # why it does not fit a problem; '' if it fits
     iterate_steps: Callable[[WatchRequest], Iterator[Step]]
+    shows_actions: bool = True  # whether it shows good actions, which counts as a hint in a game

@@ -8,7 +8,7 @@ os.environ.setdefault("TYPER_USE_RICH", "0")  # Rich's help takes longer than th
 
 import typer
 
-from dmplay.cli import evaluation, games, grading, learn, reports, transcripts
+from dmplay.cli import evaluation, games, grading, learn, reports, transcripts, watching
 from dmplay.cli.command_group import CommandGroup, refuse_infinite_numbers
 
 app = typer.Typer(
@@ -24,6 +24,7 @@ app = typer.Typer(
   dmplay verify game.dmt                 check every number of the recording
   dmplay crying-baby --agent random      watch an agent play
   dmplay list                            list all problems
+  dmplay learn                           learn by short lessons
   dmplay guide                           list the topics of the guide
   dmplay                                 choose a problem from a list and play
 
@@ -46,6 +47,7 @@ app.command()(games.mcp)
 app.command("list")(reports.list_)
 app.command()(reports.records)
 app.command()(reports.solve)
+app.command()(watching.watch)
 app.command()(reports.convert)
 app.command()(evaluation.run)
 app.command()(evaluation.compare)

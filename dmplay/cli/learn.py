@@ -1,6 +1,7 @@
 """The commands of lessons: `dmplay learn`."""
 
 import os
+from glob import escape, glob
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -47,7 +48,11 @@ your own lessons.
 
 
 def _complete_lessons(incomplete: str) -> list[str]:
-    """Return the numbers and names of the built-in lessons, for completion."""
+    """Return the lessons, or the folders and files of lessons, that complete a word."""
+    if os.sep in incomplete:
+        paths = sorted(glob(f"{escape(incomplete)}*"))
+        folders = [f"{path}{os.sep}" for path in paths if os.path.isdir(path)]
+        return [*folders, *(path for path in paths if path.endswith(".toml"))]
     from dmplay.tutor.lesson_list import list_builtin_paths
 
     stems = [path.stem.partition("-") for path in list_builtin_paths()]

@@ -22,6 +22,7 @@ from dmplay.game.command_line_results import (
     PuzzleCommand,
     ShellCommand,
     TutorCommand,
+    WatchCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
 
@@ -47,28 +48,32 @@ def execute_result(result: CliResult) -> int:
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | TutorCommand) -> int:
-    """Play a game or a lesson, ask questions, or run the shell; return the exit code.
+def _run_user_interface(result: PlayCommand | ShellCommand | TutorCommand | WatchCommand) -> int:
+    """Play a game or a lesson, ask questions, run the shell or show an algorithm.
 
-    The user interfaces are imported here, as a report does not need them.
+    Return the exit code. The user interfaces are imported here, as a report does not need them.
     """
-    if isinstance(result, LearnCommand):
-        from dmplay.ui.lessons.lesson_player import play_lesson
-
-        terminal = current_terminal(result.terminal_options)
-        return play_lesson(_make_controller(), terminal, result)
-    if isinstance(result, PuzzleCommand | MistakesCommand):
-        from dmplay.ui.lessons import question_player
-
-        terminal = current_terminal(result.terminal_options)
-        if isinstance(result, PuzzleCommand):
-            return question_player.play_puzzle(terminal, result)
-        return question_player.play_mistakes(terminal, result)
     from dmplay.ui import game_launcher
 
-    if isinstance(result, PlayCommand):
-        return game_launcher.play_game(_make_controller(), result)
-    return game_launcher.run_shell(_make_controller(), result)
+    match result:
+        case PlayCommand():
+            return game_launcher.play_game(_make_controller(), result)
+        case ShellCommand():
+            return game_launcher.run_shell(_make_controller(), result)
+        case LearnCommand():
+            from dmplay.ui.lessons.lesson_player import play_lesson
+
+            return play_lesson(current_terminal(result.terminal_options), result)
+        case PuzzleCommand():
+            from dmplay.ui.lessons.question_player import play_puzzle
+
+            return play_puzzle(current_terminal(result.terminal_options), result)
+        case MistakesCommand():
+            from dmplay.ui.lessons.question_player import play_mistakes
+
+            return play_mistakes(current_terminal(result.terminal_options), result)
+        case WatchCommand():
+            return game_launcher.show_algorithm(result)
 
 
 def _print_report(report: Printout) -> int:

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from rich.text import Text
 
@@ -15,6 +15,9 @@ from dmplay.game.launch_requests import (
     ReplayRequest,
 )
 from dmplay.terminal.capabilities import TerminalOptions
+
+if TYPE_CHECKING:  # A report does not need the algorithms.
+    from dmplay.game.watching import WatchedSteps
 
 DEFAULT_TERMINAL_OPTIONS = TerminalOptions()
 
@@ -98,6 +101,15 @@ class MistakesCommand(NamedTuple):
     trusted: bool = False  # whether code outside dmplay may be run
 
 
+class WatchCommand(NamedTuple):
+    """A request to show the steps of an algorithm on the full screen."""
+
+    watched: "WatchedSteps"
+    terminal_options: TerminalOptions
+    speed: float  # steps per second while playing
+    first_step: int = 0  # index of the step to begin with
+
+
 class BotServerConfig(NamedTuple):
     """A request to run an agent that plays over a pipe in a game of another program."""
 
@@ -127,7 +139,14 @@ class McpServerConfig(NamedTuple):
 
 TutorCommand = LearnCommand | PuzzleCommand | MistakesCommand
 CliResult = (
-    PlayCommand | ShellCommand | TutorCommand | BotServerConfig | McpServerConfig | Printout | str
+    PlayCommand
+    | ShellCommand
+    | TutorCommand
+    | WatchCommand
+    | BotServerConfig
+    | McpServerConfig
+    | Printout
+    | str
 )
 CliInterpreter = Callable[
     [Sequence[str]], PlayCommand | str

@@ -5,6 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from itertools import count
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
@@ -17,6 +18,9 @@ from dmplay.game.game_setup import start_game, start_new_game
 from dmplay.game.launch_requests import GameRequest
 from dmplay.transcript.concealment import GameKey, make_game_key
 from dmplay.transcript.recorder import Recorder
+
+if TYPE_CHECKING:  # Most games need no algorithms.
+    from dmplay.game.watching import WatchedSteps
 
 NO_ALIASES: Mapping[str, str] = {}
 NUMBERED_STEM = re.compile(r"(.*)-(\d+)")
@@ -37,6 +41,8 @@ class GameController:
         self._previous_recorders: list[Recorder] = []  # the previous game's transcript, if saved
         self.save_removal = saves.SaveRemoval()  # old saves deleted for these games
         self.open_screen: Callable[[], str] | None = None  # set if a full screen is available
+        # shows the steps of an algorithm and returns a reply; set if a full screen is available
+        self.open_viewer: Callable[[WatchedSteps], str] | None = None
         self.aliases = aliases
         self.on_intermediate_turn: Callable[[], object] = lambda: (
             None

@@ -2,7 +2,7 @@
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from importlib.resources import files
 from itertools import chain
 from string import Template
@@ -84,11 +84,11 @@ class PageSteps:
 
 def render_page(game: Playback, turn: int | None, options: DrawOptions) -> Iterator[str]:
     """Yield the page, open at a turn or the last; raise BadParameter if there is no such turn."""
-    with _spooled_file() as log, _spooled_file() as data:
+    with open_spooled_file() as log, open_spooled_file() as data:
         yield from _render_parts(game, PageSteps(turn, log, data), options)
 
 
-def _spooled_file() -> IO[str]:
+def open_spooled_file() -> IO[str]:
     """Return a temporary file that is held in memory until it is long."""
     return SpooledTemporaryFile(MAX_MEMORY_CHARACTERS, "w+", encoding="utf-8", newline="")
 
@@ -105,13 +105,22 @@ def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Ite
         _render_plot(f"{score_label(game.problem)} so far", returns),
         _render_plot("belief", beliefs),
     ]
-    facts = steps.open_content.panel
+    goal = "; ".join(game.view_module.goal_lines(game.view(0)))
+    result = f"over: {game.narrator.describe_result()}"
+    yield from fill_page(steps, f"dmplay {game.problem_name}", goal, result, filter(None, plots))
+
+
+def fill_page(
+    steps: PageSteps, title: str, goal: str, result: str, plots: Iterable[str] = ()
+) -> Iterator[str]:
+    """Yield the page of these steps, part by part."""
     panel = (
-        f"<dt>{escape_html(label)}</dt><dd>{escape_html(content)}</dd>" for label, content in facts
+        f"<dt>{escape_html(label)}</dt><dd>{escape_html(content)}</dd>"
+        for label, content in steps.open_content.panel
     )
     fields = {
-        "title": escape_html(f"dmplay {game.problem_name}"),
-        "goal": escape_html("; ".join(game.view_module.goal_lines(game.view(0)))),
+        "title": escape_html(title),
+        "goal": escape_html(goal),
         "light": LIGHT_THEME_CSS,
         "dark": DARK_THEME_CSS,
         "words": STYLE_CLASS_CSS,
@@ -119,8 +128,8 @@ def _render_parts(game: Playback, steps: PageSteps, options: DrawOptions) -> Ite
         "board": "\n".join(steps.open_content.board),
         "said": escape_html(steps.open_text),
         "panel": "".join(panel),
-        "plots": "\n".join(filter(None, plots)),
-        "result": escape_html(f"over: {game.narrator.describe_result()}"),
+        "plots": "\n".join(plots),
+        "result": escape_html(result),
         "last": steps.count - 1,
         "at": steps.open_step,
     }

@@ -3,7 +3,8 @@
 Source: appendix F.9; Catch.jl. Decisions: A throw pays its distance if it is caught, else nothing.
 The observation is whether it is caught, so the reward adds no information. The proficiency of the
 catcher never changes; at the start each is equally likely. A game has ten throws; the book says
-only that there are few.
+only that there are few. The variant `sharp` is dmplay's own: throws fail just beyond the
+proficiency, so that each one tells much about it.
 """
 
 from dataclasses import dataclass
@@ -21,7 +22,6 @@ from dmplay.core.tabular import Tables, Tabular
 CAUGHT, DROPPED = 0, 1
 PROFICIENCIES = (20, 40, 60, 80)  # metres: the distance at which half of the throws are caught
 DISTANCES = np.arange(10.0, 101.0, 10.0)
-CATCH_FALLOFF_METRES = 15.0  # metres over which the probability of a catch falls off
 
 
 @dataclass(frozen=True)
@@ -29,6 +29,7 @@ class Catch(Tabular):
     """Throws to a catcher of unknown proficiency."""
 
     discount: float = parameter(0.9, "factor on the rewards of each later turn", 0.0, 1.0)
+    falloff: float = parameter(15.0, "metres over which the probability of a catch falls off", 1.0)
 
     actions = (Labels(f"{distance:.0f}" for distance in DISTANCES),)
     observations = (Labels(("caught", "dropped")),)
@@ -42,7 +43,7 @@ class Catch(Tabular):
     def catch_probabilities(self) -> Reals:
         """The probability `[S, A]` of a catch (F.10)."""
         excess_distance = DISTANCES - np.array(PROFICIENCIES)[:, None]
-        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-excess_distance / CATCH_FALLOFF_METRES)))
+        return np.asarray(1.0 - 1.0 / (1.0 + np.exp(-excess_distance / self.falloff)))
 
     @cached_property
     def tables(self) -> Tables:
@@ -64,3 +65,6 @@ class Catch(Tabular):
         """Return the outcome: a catch pays its distance, and the event is observed."""
         observations = events[0][:, None]
         return Outcome(s, np.where(observations == CAUGHT, DISTANCES[a], 0.0), observations)
+
+
+VARIANTS = {"sharp": Catch(falloff=1.0)}

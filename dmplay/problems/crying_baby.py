@@ -2,7 +2,8 @@
 
 Source: appendix F.7; CryingBaby.jl. Decisions: The reward depends on the state before the action,
 the observation on the state after it. The baby is hungry at the start with probability 0.5, because
-the book gives no start.
+the book gives no start. The variant `seldom-cries` is dmplay's own: a hungry baby seldom cries
+unless it hears singing.
 """
 
 from dataclasses import dataclass
@@ -25,3 +26,6 @@ class CryingBaby(BabyCare):
     def action_rewards(self) -> tuple[tuple[float, ...], ...]:
         """The reward of each action."""
         return ((self.feed_reward, self.sing_reward, 0.0),)
+
+
+VARIANTS = {"seldom-cries": CryingBaby(cries_hungry=0.3)}

@@ -6,19 +6,18 @@ from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
+from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
-from dmplay.game.hints.ghost_agent import create_ghost
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.shared.hexgrid import Hex, hex_distance, hex_neighbours
-from dmplay.registry import agents
 from dmplay.registry.problems import with_parameters
 from dmplay.solvers.mdp.mdp_values import (
     compute_action_values,
     compute_finite_horizon_values,
     compute_optimal_q,
 )
-from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
 from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
 
@@ -76,8 +75,9 @@ def last_policy_change(position: PositionInGame) -> Truth:
         if not 1 <= typed <= len(wrong_counts):
             return f"the first {len(wrong_counts)} sweeps are enough to see it"
         if typed > last_wrong:
-            return f"after sweep {typed - 1} it is optimal already" * (typed - 1 > last_wrong)
-        return f"after sweep {typed}, {wrong_counts[typed - 1]} states have another greedy action"
+            return "the greedy policy is optimal earlier"
+        states = format_count(wrong_counts[typed - 1], "state")
+        return f"after sweep {typed}, {states} had another greedy action"
 
     return Truth(float(last_wrong + 1), explain)
 
@@ -171,7 +171,7 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
     problem = position.problem
     if not 1 <= simulations <= MAX_SIMULATIONS:
         raise BadParameter(f"got {simulations} simulations, expected 1 to {MAX_SIMULATIONS}")
-    policy = agents.load_agent(problem, position.seat, f"search:simulations={simulations}")
+    policy = load_agent(position, position.seat, f"search:simulations={simulations}")
     s = find_state(position, state)
     memory = policy.initial_memory(np.repeat(s[None], SEARCH_RUNS, axis=0))
     source = SeededUniforms(0)
@@ -193,9 +193,8 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
 
 
 def agent_return(position: PositionInGame, agent: str) -> Truth:
-    """Return the return of an agent that plays the game from its start, with the same draws."""
-    ghost = create_ghost(position.session, [position.seat], agent)
-    ghost.play_to_end()
+    """Return the return of a game that an agent plays on from the position, with its draws."""
+    ghost = play_ghost(position, agent)
     turns = len(ghost.session.turns)
     return Truth(ghost.score, lambda _: f"{agent} plays {turns} turns")
 

@@ -66,7 +66,7 @@ def check_answer(
         case frozenset():
             label = find_label(text, truth.labels)
             is_right = label in truth.value
-            return AnswerCheck(is_right, "" if is_right else truth.explain(label))
+            return AnswerCheck(is_right, truth.comparison if is_right else truth.explain(label))
         case tuple():
             return _check_order(truth, text)
     number = parse_number(text)
@@ -74,7 +74,7 @@ def check_answer(
         exact = format_number(truth.value)
         return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))
     direction = "high" if number > truth.value else "low"
-    explanation = truth.explain(text)
+    explanation = truth.explain(str(number))
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
 
 
@@ -146,7 +146,7 @@ def _check_order(truth: Truth, text: str) -> AnswerCheck:
     if sorted(names) != sorted(truth.labels):
         raise BadParameter(f"got {text!r}, expected each of {' '.join(sorted(truth.labels))} once")
     explanation = truth.explain(" ".join(names))
-    return AnswerCheck(not explanation, explanation)
+    return AnswerCheck(not explanation, explanation or truth.comparison)
 
 
 def _list_labels(labels: tuple[str, ...]) -> str:

@@ -17,7 +17,7 @@ def linear_policy_value(
     """Return the expected return of the policy a = theta1 s from a number."""
     value = _evaluate(position, theta1, state, turns_left)
     factor = format_number(1.0 + theta1)
-    return Truth(value, lambda _: f"each turn keeps {factor} of the number")
+    return Truth(value, lambda _: f"each turn multiplies the number by {factor}")
 
 
 def linear_policy_loss(
@@ -27,7 +27,7 @@ def linear_policy_loss(
     best = _evaluate(position, OPTIMAL_POLICY.theta1, state, turns_left)
     loss = best - _evaluate(position, theta1, state, turns_left)
     factor = format_number(1.0 + theta1)
-    return Truth(loss, lambda _: f"each turn then keeps {factor} of the number")
+    return Truth(loss, lambda _: f"each turn then multiplies the number by {factor}")
 
 
 def noise_cost(position: PositionInGame, turns_left: int) -> Truth:

@@ -2,18 +2,18 @@
 
 from collections import Counter
 from collections.abc import Iterator
+from itertools import groupby
 
 from dmplay.agents.base import EXACT_VALUES
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
-from dmplay.game.hints.ghost_agent import create_ghost
 from dmplay.game.hints.review import ReviewedAction, run_review
 from dmplay.registry import agents
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.lesson import GameTask
-from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.positions import PositionInGame, play_ghost
 from dmplay.tutor.truth import format_number
 
 TOLERANCE = 1e-9
@@ -86,8 +86,7 @@ def _check_visit(session: Session, state_text: str) -> AnswerCheck:
 
 def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck:
     """Return whether the return is at least that of an agent on the same draws."""
-    ghost = create_ghost(position.session, [position.seat], task.beats)
-    ghost.play_to_end()
+    ghost = play_ghost(position, task.beats)
     is_enough = ghost.player_lead >= -task.margin - TOLERANCE
     score = format_number(position.session.seat_return(position.seat))
     margin = (
@@ -158,10 +157,12 @@ def describe_model_game(position: PositionInGame) -> str:
     if provider is None:
         return ""
     name = provider.name.partition(":")[0]
-    ghost = create_ghost(position.session, [position.seat], provider.name)
-    ghost.play_to_end()
+    ghost = play_ghost(position, provider.name)
     seat = position.seat
-    actions = [
-        position.problem.format_action(seat, turn.actions[seat]) for turn in ghost.session.turns
+    labels = [
+        position.problem.format_action(seat, turn.actions[seat])
+        for turn in ghost.session.turns[position.first_turn :]
     ]
-    return f"with the same draws, {name} plays {' '.join(actions)}: {format_number(ghost.score)}"
+    runs = [(label, len([*group])) for label, group in groupby(labels)]
+    actions = ", ".join(f"{count} x {label}" if count > 1 else label for label, count in runs)
+    return f"with the same draws, {name} plays {actions}, and scores {format_number(ghost.score)}"

@@ -15,9 +15,9 @@ from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.solvers.games.bimatrix_game import build_payoffs
 from dmplay.tutor.beliefs import describe_belief, remember_history
-from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.positions import PositionInGame, load_agent
 from dmplay.tutor.state_quantities import find_action, find_state
-from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
@@ -48,7 +48,8 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         value = format_number(float(values[index]))
         return f"{answer} pays {value} on average, {loss} less than a best reply"
 
-    return Truth(best, explain, labels)
+    comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
+    return Truth(best, explain, labels, comparison)
 
 
 def level_k_action(position: PositionInGame, level: int) -> Truth:
@@ -110,7 +111,7 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     """
     session = _replay_rounds(position, rounds)
     seat = 1 - position.seat
-    policy = agents.load_agent(position.problem, seat, agent)
+    policy = load_agent(position, seat, agent)
     choice = SeatedPolicy(session, seat, policy).choose()
     label = position.problem.format_action(seat, choice)
     rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
@@ -175,7 +176,7 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
 
 def _find_mismatch(position: PositionInGame, rounds: Sequence[str], agent: str, seat: int) -> str:
     """Return the first round in which an agent would have played another action; '' if none."""
-    policy = agents.load_agent(position.problem, seat, agent)
+    policy = load_agent(position, seat, agent)
     for number, text in enumerate(rounds, 1):
         session = _replay_rounds(position, rounds[: number - 1])
         choice = SeatedPolicy(session, seat, policy).choose()
@@ -218,7 +219,7 @@ def _nash(position: PositionInGame) -> list[Reals]:
     """Return the mixed strategy of each agent in a Nash equilibrium."""
     strategies = []
     for seat in range(2):
-        policy = agents.load_agent(position.problem, seat, "nash")
+        policy = load_agent(position, seat, "nash")
         memory = policy.initial_memory(position.session.state[None])
         assert isinstance(policy, SeatPolicy)
         probabilities = policy.choice_probabilities(memory)

@@ -40,6 +40,7 @@ class Prediction:
     at_most: float | None = None
     result: str = ""  # the beginning of the sentence with the value, if `asks` is set
     shows_board: bool = True
+    watch: str = ""  # an algorithm to watch after the answer
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ class GameTask:
     choices: Mapping[str, int] = field(default_factory=dict)  # minimum number of each action
     choices_at_most: Mapping[str, int] = field(default_factory=dict)  # maximum number of each
     strict: bool = False  # whether undo and new random numbers are forbidden
+
+    @property
+    def strictness(self) -> bool | str:
+        """The strictness of the game: "hints" if no hint is allowed, which forbids undo as well."""
+        return "hints" if self.hints_at_most == 0 else self.strict
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 
+from dmplay.algorithms import registry
 from dmplay.core import safe_files
 from dmplay.errors import BadFile, BadParameter, UnknownName
 from dmplay.tutor.lesson import (
@@ -224,16 +225,18 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     tolerance = table.number("tolerance") or 0.0
     at_least, at_most = table.number("at_least"), table.number("at_most")
     result, shows_board = table.text("result", ""), table.switch("board", default=True)
+    watch = table.text("watch", "")
     try:
         function = find_quantity(name)
+        if watch:
+            registry.find_algorithm(watch)
     except UnknownName as error:
-        raise BadParameter(f"{location}.quantity: {error}") from None
+        raise BadParameter(f"{location}: {error}") from None
     arguments = _read_arguments(table, function, asks)
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
-    return Prediction(
-        QuantityCall(name, arguments), asks, tolerance, at_least, at_most, result, shows_board
-    )
+    call = QuantityCall(name, arguments)
+    return Prediction(call, asks, tolerance, at_least, at_most, result, shows_board, watch)
 
 
 def _read_arguments(

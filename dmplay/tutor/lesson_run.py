@@ -1,4 +1,4 @@
-"""The course of a lesson: its current step, the tries, and what is said about each answer."""
+"""The course of a lesson: its current step, the tries, and the replies to the answers."""
 
 from collections.abc import Collection, Iterator
 from contextlib import contextmanager
@@ -195,8 +195,10 @@ class LessonRun:
         return TutorReply(lines, finishes_step=True)
 
     def _go_on(self) -> None:
-        """Make the next step the current one."""
+        """Make the next step that is not finished the current one."""
         self.index += 1
+        while self.index in self.finished_steps:
+            self.index += 1
         self._start_step()
 
     def _describe_learned(self) -> str:

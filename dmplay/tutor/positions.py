@@ -4,13 +4,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from dmplay.agents.base import AdviceQuestion
+from dmplay.core.policy import Policy
 from dmplay.core.problem import Problem, find_seat
 from dmplay.core.session import Session
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
+from dmplay.game.hints.ghost_agent import Ghost, create_ghost
 from dmplay.game.launch_requests import GameRequest, format_settings
 from dmplay.game.seats import HUMAN, make_seat_policy
 from dmplay.registry import agents
+from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.transcript.format import resolve_turn_limit
 from dmplay.tutor.lesson import Position
@@ -24,6 +27,7 @@ class PositionInGame:
     session: Session
     question: AdviceQuestion
     first_turn: int = 0  # number of turns before the position
+    is_trusted: bool = False  # whether agents outside dmplay may run
 
     @property
     def problem(self) -> Problem:
@@ -56,7 +60,32 @@ def open_position(position: Position, folder: Path, *, trusted: bool = False) ->
         actions[seat] = problem.parse_action(seat, action_text)
         session.advance(actions)
     question = AdviceQuestion.about(session, seat, players)
-    return PositionInGame(loaded.name, session, question, len(session.turns))
+    return PositionInGame(loaded.name, session, question, len(session.turns), trusted)
+
+
+def check_agent_trusted(problem: Problem, seat: int, name: str, *, trusted: bool) -> None:
+    """Raise BadParameter if an agent is code or a program outside dmplay that is not trusted."""
+    is_outside = names_bot(name) or agents.names_user_code(problem, seat, name)
+    if is_outside and not trusted:
+        raise BadParameter(f"agent {name!r} is code outside dmplay; if you trust it, add --trust")
+
+
+def load_agent(position: PositionInGame, seat: int, name: str) -> Policy:
+    """Return the agent of this name for a seat; raise BadParameter if it is not trusted."""
+    check_agent_trusted(position.problem, seat, name, trusted=position.is_trusted)
+    return agents.load_agent(position.problem, seat, name)
+
+
+def play_ghost(position: PositionInGame, name: str) -> Ghost:
+    """Return the finished game of an agent that plays on from the position, with the same draws.
+
+    Raise BadParameter if the agent is not trusted.
+    """
+    check_agent_trusted(position.problem, position.seat, name, trusted=position.is_trusted)
+    ghost = create_ghost(position.session, [position.seat], name)
+    ghost.session.append_turns(position.session.turns[: position.first_turn])
+    ghost.play_to_end()
+    return ghost
 
 
 def load_players(
@@ -67,10 +96,7 @@ def load_players(
     problem = loaded.problem
     named = {find_seat(problem, name): agent for name, agent in position.seats.items()}
     for seat, agent in named.items():
-        if agents.names_user_code(problem, seat, agent) and not trusted:
-            raise BadParameter(
-                f"agent {agent!r} is code outside dmplay; if you trust it, add --trust"
-            )
+        check_agent_trusted(problem, seat, agent, trusted=trusted)
     own_seat = next((seat for seat in range(len(problem.agents)) if seat not in named), None)
     if own_seat is None:
         raise BadParameter("seats: every seat has an agent, expected one seat for the player")
@@ -89,7 +115,7 @@ def load_players(
 
 
 def make_game_request(
-    position: Position, folder: Path, *, strict: bool = False, trusted: bool = False
+    position: Position, folder: Path, *, strict: bool | str = False, trusted: bool = False
 ) -> GameRequest:
     """Return the request for a game with the problem, players and seed of a position."""
     loaded, players = load_players(position, folder, trusted=trusted)

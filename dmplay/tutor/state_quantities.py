@@ -13,7 +13,7 @@ from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.tutor.beliefs import describe_belief, remember_history
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.truth import Truth, format_number, list_values
 
 MAX_NAMED_OUTCOMES = 3  # outcomes in an explanation
 
@@ -60,7 +60,7 @@ def best_action(
         consequences = describe_consequences(position, answer, state, history, turns_left)
         return f"with {answer} you give up {loss} against the best action; {consequences}"
 
-    return Truth(best, explain, tuple(names))
+    return Truth(best, explain, tuple(names), list_values(q))
 
 
 def action_loss(
@@ -95,7 +95,7 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
         return ""
 
     ranked = sorted(values, key=lambda name: -values[name])
-    return Truth(tuple(ranked), explain, tuple(values))
+    return Truth(tuple(ranked), explain, tuple(values), list_values(values))
 
 
 def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
@@ -137,7 +137,9 @@ def find_state(position: PositionInGame, text: str) -> Array:
     problem = position.problem
     try:
         state = problem.parse_state(text)
-        is_valid = state.shape == current.shape
+        is_valid = state.shape == current.shape and (
+            state.dtype.kind != "f" or bool(np.isfinite(state).all())
+        )
     except (ValueError, LookupError):
         is_valid = False
     if not is_valid:

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+MAX_LISTED_VALUES = 6
 NEGLIGIBLE = 1e-9  # rounding errors below this are printed as 0
 MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
 
@@ -18,12 +19,21 @@ class Truth:
 
     It is a number, a set of labels that are all right, labels in their right order, or a
     distribution. `explain` returns the reason for a wrong answer in numbers, without the value; for
-    an order, '' if the answer is right.
+    an order, '' if the answer is right. `comparison` is shown after a right answer.
     """
 
     value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
     explain: Callable[[str], str] = _explain_nothing
     labels: tuple[str, ...] = ()  # the labels that an answer may name
+    comparison: str = ""  # the numbers that make the answer right
+
+
+def list_values(values: Mapping[str, float]) -> str:
+    """Return labels with their values, the greatest first; only the first ones of many."""
+    ranked = sorted(values, key=lambda label: -values[label])
+    listed = [f"{label} {format_number(values[label])}" for label in ranked[:MAX_LISTED_VALUES]]
+    more = ", ..." if len(ranked) > MAX_LISTED_VALUES else ""
+    return f"the values are {', '.join(listed)}{more}"
 
 
 def format_number(value: float) -> str:

@@ -14,6 +14,7 @@ from dmplay.game.command_line_results import (
     MistakesCommand,
     PlayCommand,
     ShellCommand,
+    WatchCommand,
 )
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import format_resume_command, start_game
@@ -94,6 +95,15 @@ def run_shell(table: GameController, command: ShellCommand) -> int:
     return code or _report_faults(table, has_invalid_line=has_invalid_line)
 
 
+def show_algorithm(command: WatchCommand) -> int:
+    """Show an algorithm step by step on the full screen, and return the exit code."""
+    from dmplay.ui.watch.step_viewer import StepViewer  # Games need no algorithms.
+
+    terminal = current_terminal(command.terminal_options)
+    viewer = StepViewer(command.watched, terminal, command.speed, command.first_step)
+    return run_full_screen(viewer)
+
+
 def _run_gallery(shell: Shell, message: str) -> int:
     """Show the gallery and run each choice until the player leaves; return the exit code.
 
@@ -153,7 +163,7 @@ def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:
     """Run a lesson and wait for Enter, so that its last lines can be read; return the exit code."""
     from dmplay.ui.lessons.lesson_player import play_lesson
 
-    code = play_lesson(shell.controller, shell.terminal, LearnCommand(number))
+    code = play_lesson(shell.terminal, LearnCommand(number))
     read_line("Enter goes back to the list of problems> ", sys.stdin)
     gallery.return_from_lesson()
     return code

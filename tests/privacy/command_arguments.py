@@ -43,6 +43,7 @@ QUERY_ARGUMENTS: Arguments = {
     "values": ("",),
     "whatif": ("", "{action}", "nonsense"),
     "assume": ("", "random", "actual", "nonsense"),
+    "watch": ("", "belief-update", "tree-search", "alpha-vectors", "nonsense"),
 }
 
 # These do not change it either; they are also commands of the program.
@@ -126,6 +127,7 @@ PROGRAM_ARGUMENTS: Mapping[str, Sequence[str]] = {
     "convert": ("crying-baby -o out.pomdp --force",),
     "compare": ("{problem} random random --episodes 3 --turns 2 --csv",),
     "figure": ("F.2", ""),
+    "watch": ("", "belief-update {problem}", "belief-update {file}", "tree-search {file} --json"),
     "agents": ("{problem}", "{problem} --json"),
     "info": ("{problem}", "{problem} --json"),
     "check": ("{problem}", "{problem} --json"),

@@ -9,8 +9,11 @@ from dmplay.agents.catch import Greedy, Optimal, ThompsonSampling
 from dmplay.core import belief
 from dmplay.core.policy import Percept
 from dmplay.core.session import Session
+from dmplay.core.tabular import tabulate
 from dmplay.game.hints.hint_provider import HintProvider
 from dmplay.problems.catch import CAUGHT, DROPPED, Catch
+from dmplay.solvers.pomdp.bounded_search import BoundedSearch
+from tests.support.belief_trees import compute_exact_return
 from tests.support.returns import assert_policy_earns
 
 CATCH = Catch()
@@ -151,3 +154,20 @@ def test_the_hint_before_twenty_throws_has_the_values_of_twenty_throws() -> None
     session = Session(Catch(), dmplay.SeededUniforms(1), turn_limit=20)
     hint = HintProvider(session, AdviceQuestion.about(session, 0)).create_hint()
     assert hint.startswith("hint (optimal, 20 turns left): 50. exact values: 10 215.82, 20 223.41")
+
+
+def test_greedy_earns_less_than_the_optimum_if_throws_are_sharp() -> None:
+    sharp = dmplay.load_problem("catch:sharp")
+    for problem, greedy_return, optimum in [
+        (sharp, 212.4441, 232.0166),
+        (CATCH, 171.1766, 171.1791),
+    ]:
+        earned = compute_exact_return(problem, Greedy(problem, 0), UNIFORM_BELIEF[0], 10)
+        assert earned == pytest.approx(greedy_return, abs=1e-3)
+        q = BoundedSearch(tabulate(problem), 0.9).compute_action_values(UNIFORM_BELIEF, 10)
+        assert q.max() == pytest.approx(optimum, abs=1e-3)
+
+
+def test_a_sharp_throw_tells_on_which_side_of_it_the_proficiency_is() -> None:
+    probabilities = Catch(falloff=1.0).catch_probabilities
+    assert probabilities[1, [2, 3, 4]] == pytest.approx([1, 0.5, 0], abs=1e-4)  # 30, 40 and 50 m

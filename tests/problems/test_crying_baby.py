@@ -2,13 +2,21 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._single_agent_planning import PomdpOptimalPolicy, Qmdp, RecedingHorizonPolicy
+from dmplay.agents._single_agent_planning import (
+    FastInformedBound,
+    PomdpOptimalPolicy,
+    Qmdp,
+    RecedingHorizonPolicy,
+)
 from dmplay.core.policy import Percept
+from dmplay.core.tabular import tabulate
 from dmplay.errors import BadParameter, BadPolicy
 from dmplay.problems.crying_baby import CryingBaby
 from dmplay.registry.agents import load_roster
 from dmplay.simulation.rollouts import rollout
 from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from tests.support.belief_trees import compute_exact_return
 
 BABY = CryingBaby()
 FEED, SING, IGNORE = range(3)
@@ -100,3 +108,24 @@ def test_the_optimal_caregiver_earns_its_estimated_value() -> None:
     returns = rollout(BABY, [policy], episodes=1000, turn_limit=150, seed=8).returns[:, 0]
     (value,) = PomdpOptimalPolicy(BABY, 0).action_values(make_beliefs(0.5)).max(axis=1)
     assert abs(returns.mean() - value) < 4 * returns.std() / np.sqrt(1000)
+
+
+def test_qmdp_earns_less_than_the_optimum_if_the_baby_seldom_cries() -> None:
+    baby = dmplay.load_problem("crying-baby:seldom-cries")
+    stages = exact_pomdp.solve_finite_horizon(tabulate(baby), baby.discount, 20)
+    optimum = exact_pomdp.compute_action_values(stages[-1], make_beliefs(0.5)[0]).max()
+    assert optimum == pytest.approx(-23.3521, abs=1e-3)  # with the turns left in mind
+    returns = [
+        compute_exact_return(baby, policy, np.array([0.5, 0.5]), 20)
+        for policy in (Qmdp(baby, 0), FastInformedBound(baby, 0), PomdpOptimalPolicy(baby, 0))
+    ]
+    assert returns == pytest.approx([-28.2504, -23.5645, -23.5645], abs=1e-3)
+
+
+def test_only_qmdp_never_sings_to_a_baby_that_seldom_cries() -> None:
+    baby = dmplay.load_problem("crying-baby:seldom-cries")
+    beliefs = make_beliefs(*np.linspace(0, 1, 101))
+    no_uniforms = np.zeros((101, 0))
+    assert SING not in Qmdp(baby, 0).choose(beliefs, None, no_uniforms)
+    for policy in (FastInformedBound(baby, 0), PomdpOptimalPolicy(baby, 0)):
+        assert SING in policy.choose(beliefs, None, no_uniforms)

@@ -166,7 +166,7 @@ def make_game(problem: dmplay.Problem, limit: int | None = None) -> Game:
     ("problem", "fitting", "hint"),
     [
         (Tiger(), ["optimal", "point-based", "plan"], "optimal"),
-        (EndlessTiger(), ["optimal", "point-based", "plan", "qmdp"], "optimal"),
+        (EndlessTiger(), ["optimal", "point-based", "plan", "fib", "qmdp"], "optimal"),
         (CoinFlip(), ["optimal", "point-based"], "optimal"),
         (Lamp(), ["optimal"], "optimal"),
         (Lamp(discount=1.0), ["plan"], "search"),
@@ -231,7 +231,7 @@ class JammedLever(Tabular):
         return np.tile([False, True, True], (len(s), 1, 1))
 
 
-@pytest.mark.parametrize("name", ["optimal", "plan:horizon=3", "qmdp"])
+@pytest.mark.parametrize("name", ["optimal", "plan:horizon=3", "fib", "qmdp"])
 def test_only_legal_actions_are_chosen_with_hidden_states(name: str) -> None:
     result = dmplay.rollout(
         JammedLever(), [dmplay.load_agent(JammedLever(), 0, name)], episodes=1, turn_limit=3

@@ -73,7 +73,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "watch-v-converge": (
         WrongAnswer(1, "0", "0.3 to (5,0) with reward -1 and V 0 from sweep 0"),
         WrongAnswer(2, "6.3", "0.7 to (6,0) with reward 0 and V 10 from sweep 1"),
-        WrongAnswer(3, "3", "After sweep 3, 2 states have another greedy action"),
+        WrongAnswer(3, "3", "After sweep 3, 2 states had another greedy action"),
     ),
     "greedy-is-wrong": (
         WrongAnswer(1, "w", "with 0.15 to (2,0), worth -10"),

@@ -104,8 +104,9 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
         ('problem = "crying-baby"\n', "", "steps[1].position.problem: missing"),
         ('hint = "Use Bayes\' rule."\n', "", "steps[1].hint: missing, expected a text"),
         ('text = "The', 'texts = "The', "steps[1].text: missing, expected a text"),
-        ('"belief"', '"belif"', "quantity: unknown quantity 'belif'; did you mean belief"),
+        ('"belief"', '"belif"', "predict: unknown quantity 'belif'; did you mean belief"),
         ('state = "hungry"\n', "", "state: missing, expected an argument of the quantity"),
+        ("tolerance = 0.01", 'watch = "sweeps"', "predict: unknown algorithm 'sweeps'"),
         ("tolerance = 0.01", 'tolerance = "x"', "predict.tolerance: got 'x', expected a number"),
         ("tolerance = 0.01", "tolerence = 0.01", "unknown key 'tolerence'; did you mean tolerance"),
         ("tolerance = 0.01", 'asks = "stat"', "asks: unknown parameter 'stat'; did you mean state"),
@@ -155,6 +156,21 @@ def test_files_that_cannot_be_read_are_named(tmp_path: Path) -> None:
         read_lesson(tmp_path / "binary.toml", 1)
     with pytest.raises(ValueError, match=r"expected lessons, files that end with .toml"):
         load_folder(tmp_path / "empty")
+
+
+@pytest.mark.parametrize("agent", ["./spy.py:Spy", "bot:touch spied"])
+def test_an_agent_outside_dmplay_needs_trust(tmp_path: Path, agent: str) -> None:
+    play_step = PLAY_STEP.replace("regret_at_most = 2", f'beats = "{agent}"')
+    run = LessonRun(read_lesson(write_lesson(tmp_path, LESSON + play_step), 1), 1)
+    session = run.position.session
+    for _ in range(10):
+        session.advance([0])
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        run.check_game(session)
+    seated = LESSON.replace('"crying-baby"', '"multicaregiver-crying-baby"')
+    seated = seated.replace("turns = 10", f'seats = {{ caregiver2 = "{agent}" }}')
+    with pytest.raises(ValueError, match="is code outside dmplay; if you trust it, add --trust"):
+        _ = LessonRun(read_lesson(write_lesson(tmp_path, seated), 1)).position
 
 
 @pytest.mark.parametrize(

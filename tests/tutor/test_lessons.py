@@ -3,13 +3,20 @@
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from dmplay.algorithms.registry import find_algorithm
+from dmplay.core.tabular import tabulate
+from dmplay.errors import DmplayError
+from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
-from dmplay.tutor.lesson import GameTask, TutorLesson
+from dmplay.tutor.lesson import GameTask, Position, QuantityCall, TutorLesson
 from dmplay.tutor.lesson_list import load_builtin_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
+from dmplay.tutor.positions import open_position
 from dmplay.tutor.progress import PASSED, load_progress
+from dmplay.tutor.quantity import compute_truth
 from tests.tutor.lesson_scripts import RIGHT_ANSWERS, WRONG_ANSWERS, WrongAnswer, list_lines
 
 LESSONS = {lesson.name: lesson for lesson in load_builtin_lessons()}
@@ -104,6 +111,17 @@ def test_each_sentence_of_a_lesson_is_short(lesson: TutorLesson) -> None:
         assert max(len(sentence.split()) for sentence in sentences) <= 25
 
 
+def test_the_algorithms_to_watch_fit_their_positions() -> None:
+    watched = set()
+    for lesson in LESSONS.values():
+        for index, step in enumerate(lesson.steps):
+            if not isinstance(step.task, GameTask) and step.task.watch:
+                problem = LessonRun(lesson, index).position.problem
+                assert not find_algorithm(step.task.watch).find_obstacle(problem)
+                watched.add((lesson.number, index))
+    assert watched == {(3, 1), (3, 3), (5, 0), (11, 1), (14, 3), (16, 2)}
+
+
 @pytest.mark.parametrize("lesson", LESSONS.values(), ids=LESSONS)
 def test_an_unplayed_game_passes_no_check(lesson: TutorLesson) -> None:
     for index, step in enumerate(lesson.steps):
@@ -123,6 +141,28 @@ def test_the_answer_is_shown_only_after_the_hint_and_three_wrong_tries() -> None
     assert run.show_answer().lines[0] == "answer: nw."
     (step, *_) = load_progress(run.lesson).steps
     assert step == ("revealed", 3, 1)
+
+
+def test_the_answer_of_a_game_is_how_the_best_agent_plays() -> None:
+    run = LessonRun(LESSONS["rounds-matter"], 2)
+    for _ in range(3):
+        game = LessonRun(run.lesson, 2).position.session
+        for _ in range(10):
+            game.advance([0, None])
+        run.check_game(game)
+    assert run.show_answer().lines[0] == (
+        "answer: with the same draws, plan-rounds plays 9 x cooperate, defect, and scores -9."
+    )
+
+
+def test_steps_that_are_finished_are_not_repeated() -> None:
+    run = LessonRun(LESSONS["watch-v-converge"], 0, {1})
+    run.check_answer("-0.3")
+    assert run.index == 2
+    run.skip()
+    run.check_answer("9")
+    assert run.is_over
+    assert not run.is_passed
 
 
 def test_the_second_wrong_try_gives_the_hint() -> None:
@@ -145,3 +185,121 @@ def test_a_game_with_other_draws_or_undone_first_turns_is_not_the_game_of_the_st
     rerolled.append_turns(session.turns)
     rerolled.reroll()
     assert not run.is_game_of_step(rerolled)
+
+
+@pytest.mark.parametrize(
+    ("step", "throw", "fragment"),
+    [
+        (1, "50", "0.12, 0.34, 0.66 and 0.88"),
+        (2, "100", "0.005, 0.018, 0.065 and 0.209"),
+    ],
+)
+def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragment: str) -> None:
+    text = LESSONS["how-good-is-the-catcher"].steps[step - 1].text
+    assert fragment in " ".join(text)
+    problem = load_problem("catch")
+    action = problem.actions[0].parse_action(throw)
+    chances = tabulate(problem).observation_model[int(action), :, 0]
+    written = [float(number) for number in fragment.replace(" and", ",").split(", ")]
+    decimals = len(fragment.split(",", maxsplit=1)[0]) - 2
+    assert np.round(chances, decimals).tolist() == written
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "texts"),
+    [
+        ("hexworld", "discount", {"discount": "discount is 0.9"}),
+        (
+            "hexworld",
+            "watch-v-converge",
+            {"slip": "probability 0.3", "bump_cost": "a bump costs 1"},
+        ),
+        ("hexworld", "first-walk", {"slip": "probability 0.3", "bump_cost": "each bump costs 1"}),
+        (
+            "crying-baby",
+            "bayes-at-the-cradle",
+            {
+                "becomes_hungry": "become hungry with 0.1",
+                "cries_hungry": "cry with 0.8",
+                "cries_sated": "sated with 0.1",
+                "hungry_reward": "hungry turn costs 10",
+                "feed_reward": "feeding costs 5",
+            },
+        ),
+        ("crying-baby", "alpha-vectors", {"sing_reward": "Singing costs 0.5"}),
+        (
+            "simple-regulator",
+            "push-to-zero",
+            {"noise": "deviation is 0.1", "discount": "counts 0.9"},
+        ),
+        (
+            "multicaregiver-crying-baby",
+            "two-at-the-cradle",
+            {
+                "feed_reward1": "you 2.5",
+                "feed_reward2": "partner 5",
+                "hungry_reward": "both of you 10",
+            },
+        ),
+    ],
+)
+def test_the_parameters_in_the_text_are_those_of_the_problem(
+    problem: str, name: str, texts: dict[str, str]
+) -> None:
+    text = " ".join(" ".join([*step.text, step.hint]) for step in LESSONS[name].steps)
+    for parameter, fragment in texts.items():
+        value = getattr(load_problem(problem), parameter)
+        assert fragment in text
+        assert abs(value) == float(fragment.split()[-1]), parameter
+
+
+ODD_LINES = (
+    "nan", "inf", "-1e308", "1e999", "1/0", "1/3", "%", "50%", "0x10", "٣", "é", "\x00", "9" * 5000,
+    "-1", "0", "1", "2.5", "1000000", "a", "(8,2)", "(8,2) nan", "(8,2) 0.5 (8,2) 0.5", "( , )",
+    "(8,2) 2 (7,2) -1", "hungry 1", "hungry -1 sated 2", "hungry 0.5", "0 1 1 0 2 0", "1 2 3 4",
+    "0 0 0 1e9", "nan 0 0 0", "feed feed", "e ne", "=", "a=b", "🂡", "[]", "None", "--help",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("lesson", LESSONS.values(), ids=LESSONS)
+def test_odd_lines_are_answers_or_clear_errors(lesson: TutorLesson) -> None:
+    for index, step in enumerate(lesson.steps):
+        if isinstance(step.task, GameTask):
+            continue
+        run = LessonRun(lesson, index)
+        for line in ODD_LINES:
+            try:
+                reply = run.check_answer(line)
+                lines = reply.lines
+                run = LessonRun(lesson, index) if reply.finishes_step else run
+            except DmplayError as error:
+                lines = (str(error),)
+                assert str(lesson.path) not in lines[0]  # the line is at fault, not the lesson
+            assert all("\n" not in text for text in lines)
+
+
+@pytest.mark.parametrize("turns", [12, 20])
+def test_the_best_play_from_a_new_machine_never_examines(turns: int) -> None:
+    text = LESSONS["when-to-look"].steps[1].text
+    assert text[0].startswith("From a new machine, the best play never examines.")
+    position = open_position(Position("machine-replacement", turns=turns), Path())
+    history: list[str] = []
+    while len(history) < turns:
+        best = compute_truth(
+            position, QuantityCall("best-action", {"history": history} if history else {})
+        ).value
+        assert isinstance(best, frozenset)
+        assert "examine" not in best
+        history.append(f"{min(best)} nondefective")  # without an examination, nothing is seen
+
+
+def test_singing_never_pays_with_the_usual_costs() -> None:
+    assert "Here it never pays." in " ".join(LESSONS["alpha-vectors"].steps[3].text)
+    position = open_position(Position("crying-baby", turns=10), Path())
+    for turns in range(1, 11):
+        for percent in range(0, 101, 4):
+            belief = f"hungry {percent / 100} sated {1 - percent / 100}"
+            arguments = {"action": "sing", "belief": belief, "turns_left": turns}
+            loss = compute_truth(position, QuantityCall("belief-loss", arguments)).value
+            assert isinstance(loss, float)
+            assert loss > 0.03

@@ -36,6 +36,13 @@ def list_figures() -> list[str]:
     return [*registry.load_figures()]
 
 
+def list_algorithms() -> list[str]:
+    """Return the names of the algorithms that can be watched."""
+    from dmplay.algorithms.registry import load_algorithms
+
+    return [*load_algorithms()]
+
+
 def complete_transcripts(word: str = "") -> list[str]:
     """Return the transcripts and folders in the folder of a partial path; hidden ones are
     omitted.

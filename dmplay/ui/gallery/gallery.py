@@ -42,6 +42,7 @@ class Gallery:
 
     thinking_delay_seconds = 0.1  # seconds a key may take before progress is shown
     follow_up = None  # no key leaves work to do
+    speed, is_playing = 1.0, False  # nothing moves by itself
 
     def __init__(self, entries: list[ProblemEntry], terminal: Terminal, daily_seed: int) -> None:
         self.terminal = terminal

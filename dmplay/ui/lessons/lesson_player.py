@@ -17,7 +17,7 @@ from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.lesson import GameTask, Prediction
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
-from dmplay.tutor.positions import make_game_request
+from dmplay.tutor.positions import PositionInGame, make_game_request
 from dmplay.tutor.progress import LessonProgress, load_progress
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 from dmplay.ui.screen.full_screen import run_full_screen
@@ -32,7 +32,7 @@ ANSWER_HELP = (
 GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
 
 
-def play_lesson(controller: GameController, terminal: Terminal, command: LearnCommand) -> int:
+def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
     """Run a lesson with the front end that the terminal allows, and return the exit code.
 
     It begins with the first step that is not finished, or with the first one if all are.
@@ -43,7 +43,7 @@ def play_lesson(controller: GameController, terminal: Terminal, command: LearnCo
         results = LessonProgress((None,) * len(lesson.steps))
     finished = [index for index, step in enumerate(results.steps) if step]
     run = LessonRun(lesson, results.first_open_step, finished, trusted=command.trusted)
-    return LessonPlayer(controller, run, terminal, sys.stdin).play()
+    return LessonPlayer(run, terminal, sys.stdin).play()
 
 
 class LessonReporter(SentenceReporter):
@@ -55,19 +55,21 @@ class LessonReporter(SentenceReporter):
 
 
 class LessonPlayer(LineDialog):
-    """A player of one lesson: it prints the steps, reads answers and runs the games."""
+    """A player of one lesson: it prints the steps, reads answers and runs the games.
 
-    def __init__(
-        self, controller: GameController, run: LessonRun, terminal: Terminal, stdin: TextIO
-    ) -> None:
+    Its games do not count as records, because their random numbers are always the same.
+    """
+
+    def __init__(self, run: LessonRun, terminal: Terminal, stdin: TextIO) -> None:
         super().__init__(terminal, stdin)
-        self._controller = controller
+        self._controller = GameController()
         self._run = run
 
     def play(self) -> int:
         """Run the lesson from its current step, and return the exit code."""
         lesson = self._run.lesson
-        self._print(f"lesson {lesson.number}: {lesson.title}. about {lesson.minutes} minutes.")
+        minutes = format_count(lesson.minutes, "minute")
+        self._print_heading(f"lesson {lesson.number}: {lesson.title} (about {minutes})")
         try:
             with exit_on_signals():
                 while not self._run.is_over:
@@ -100,11 +102,33 @@ class LessonPlayer(LineDialog):
         self._print("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
-        self._print(f"{number}.", *step.text)
+        self._print_heading(f"{number}.")
+        self._print(*step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
+            position, index = run.position, run.index
             self._ask()
+            if step.task.watch and index in run.finished_steps:
+                self._offer_algorithm(step.task.watch, position)
+
+    def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
+        """Let the player watch an algorithm on the position, or print the command for it."""
+        if not self._terminal.full_screen:
+            self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
+            return
+        if self._read(f"w and Enter shows {name} step by step, Enter goes on> ") != "w":
+            return
+        from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
+        from dmplay.algorithms.step import WatchRequest
+        from dmplay.game.watching import WatchedSteps
+        from dmplay.ui.watch.step_viewer import StepViewer
+
+        request = WatchRequest(position.problem, position.seat, position.session)
+        watched = WatchedSteps(find_algorithm(name), request, position.problem_name)
+        code = run_full_screen(StepViewer(watched, self._terminal))
+        if code:
+            raise SystemExit(code)
 
     def _ask(self) -> None:
         """Read answers until the step is finished or skipped."""
@@ -166,7 +190,9 @@ class LessonPlayer(LineDialog):
         """Play one game and print what the lesson says about it; return whether it is passed."""
         run, step = self._run, self._run.step
         folder = run.lesson.path.parent
-        request = make_game_request(step.position, folder, strict=task.strict, trusted=run.trusted)
+        request = make_game_request(
+            step.position, folder, strict=task.strictness, trusted=run.trusted
+        )
         game = start_new_game(replace(request, lesson_goal=f"goal: {task.goal}"))
         for action in step.position.after:
             game.choose(game.problem.parse_action(game.viewing_seat, action))

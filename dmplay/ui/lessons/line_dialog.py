@@ -82,6 +82,8 @@ class LineDialog:
             if not self._terminal.is_interactive:
                 print(escape_unprintable(text))
             if not line:
+                if self._terminal.is_interactive:
+                    print()  # after the prompt
                 raise DialogLeft
             if text or not line.lstrip().startswith("#"):
                 return text
@@ -96,6 +98,11 @@ class LineDialog:
         """Print a reply; return whether the step is finished."""
         self._print(*reply.lines)
         return reply.finishes_step
+
+    def _print_heading(self, text: str) -> None:
+        """Print a heading, in bold if the terminal has colours."""
+        line = escape_unprintable(text)
+        print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
 
     def _print(self, *lines: str) -> None:
         """Print lines with unprintable characters escaped, wrapped if a person reads them."""

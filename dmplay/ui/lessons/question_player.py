@@ -65,7 +65,7 @@ class QuestionDialog(LineDialog):
                         self._print("")
                     run = ExerciseRun(exercise)
                     count_text = f"{number} of {len(exercises)}. " if len(exercises) > 1 else ""
-                    self._print(f"{count_text}{exercise.title}.")
+                    self._print_heading(f"{count_text}{exercise.title}.")
                     finished_count += self._ask(run)
                     right_count += not run.wrong_count
         except DialogLeft:

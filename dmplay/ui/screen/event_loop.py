@@ -394,7 +394,15 @@ class KeyDrivenEventLoop(ScreenEventLoop):
 
     def __init__(self, screen: KeyDrivenScreen, painter: Painter, input_: Input) -> None:
         super().__init__(screen, screen.handle_key, painter, input_)
+        self._key_screen = screen
         self._enqueue_event(partial(self._handle_key, ""))
+
+    def _iter_clocks(self) -> Iterator[Awaitable[None]]:
+        """Yield the clock that sends the empty key while the screen plays."""
+        screen = self._key_screen
+        yield self._run_clock(
+            lambda: screen.speed, partial(screen.handle_key, ""), lambda: screen.is_playing
+        )
 
     async def _open_command_prompt(self, ahead: list[KeyPress]) -> None:
         """Handle a colon as any other key; if it quits, keep the typeahead for the next reader."""
@@ -420,13 +428,18 @@ class PlayEventLoop(ScreenEventLoop):
         return await super().run(early_signals)
 
     def _iter_clocks(self) -> Iterator[Awaitable[None]]:
-        """Yield the clocks of autoplay and of real time."""
+        """Yield the clocks of autoplay, of a viewed algorithm, and of real time."""
         screen = self._play_screen
         on_beat, is_running = (
             partial(autoplay_turn, screen),
             lambda: screen.modes.play_mode is Mode.AUTOPLAY,
         )
         yield self._run_clock(partial(autoplay_rate, screen), on_beat, is_running)
+        yield self._run_clock(
+            lambda: screen.viewer.speed if screen.viewer else 1.0,
+            partial(screen.handle_viewer_key, ""),
+            lambda: screen.viewer is not None and screen.viewer.is_playing,
+        )
         if screen.realtime_rate:
             on_beat, is_running = partial(tick_clock, screen), lambda: screen.clock.is_started
             yield self._run_clock(partial(clock_rate, screen), on_beat, is_running)
@@ -449,7 +462,7 @@ class PlayEventLoop(ScreenEventLoop):
 
         Do nothing before a handover.
         """
-        if self._play_screen.controller.awaiting_handover:
+        if self._play_screen.controller.awaiting_handover or self._play_screen.viewer:
             return
         self._play_screen.animation.stop()
         from dmplay.ui.screen import (

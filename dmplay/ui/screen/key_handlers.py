@@ -41,6 +41,9 @@ def handle_key(screen: PlayScreen, key: str) -> None:
 
     Before a handover only Enter, Space and q work. On a page, keys turn the pages or close it.
     """
+    if screen.viewer:
+        screen.handle_viewer_key(key)
+        return
     screen.message = ""
     screen.animation.stop()
     if key != "q":

@@ -3,6 +3,7 @@
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from threading import Thread
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
@@ -27,7 +28,12 @@ from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.ui.screen.number_input import NumberInput
 from dmplay.ui.screen.post_game_timeline import GameTimeline, PostGameReview
 from dmplay.ui.screen.realtime_clock import CLOCK_START_HINT, RealtimeClock
+from dmplay.ui.screen.screen_protocols import KeyDrivenScreen
 from dmplay.ui.screen.turn_animation import TurnAnimation
+from dmplay.ui.shell.commands import PlayerQuit
+
+if TYPE_CHECKING:  # Most games need no algorithms.
+    from dmplay.game.watching import WatchedSteps
 
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
@@ -51,6 +57,8 @@ class PlayScreen:
         self.controller = controller
         controller.is_interactive = True
         controller.on_intermediate_turn = self.log_new_turns
+        controller.open_viewer = self.open_viewer
+        self.viewer: KeyDrivenScreen | None = None  # shows an algorithm in place of the game
         self.terminal = terminal
         self.speed = speed  # turns per second in autoplay
         self.realtime_rate = (
@@ -110,6 +118,9 @@ class PlayScreen:
 
     def paint(self, painter: Painter) -> None:
         """Paint the current screen onto the terminal."""
+        if self.viewer:
+            self.viewer.paint(painter)
+            return
         self._record_overlay_hint()
         self._report_write_notice()
         viewport = self.measure_viewport(painter)
@@ -294,6 +305,25 @@ class PlayScreen:
             )
             self.message = str(error) or "cancelled"
 
+    def open_viewer(self, watched: "WatchedSteps") -> str:
+        """Show the steps of an algorithm in place of the game, until the viewer is left."""
+        from dmplay.ui.watch.step_viewer import StepViewer
+
+        self.modes.handle_event(ModeEvent.STOPPED)  # agents and the clock wait
+        self.viewer = StepViewer(watched, self.terminal, self.speed)
+        self.viewer.handle_key("")
+        return ""
+
+    def handle_viewer_key(self, key: str) -> None:
+        """Pass a key, or '' for a beat of the clock, to the viewer; return to the game if it
+        quits.
+        """
+        if self.viewer:
+            try:
+                self.viewer.handle_key(key)
+            except PlayerQuit:
+                self.viewer = None
+
     def show_reply(self, reply: str) -> None:
         """Show a command's reply: in the message row, or as a page if it has several rows.
 
@@ -316,6 +346,8 @@ class PlayScreen:
 
     def may_take_long(self, key: str) -> bool:
         """Return whether a key does more than to play a turn of people in a built-in problem."""
+        if self.viewer:
+            return self.viewer.may_take_long(key)
         game = self.game
         is_people_only = len(game.human_seats) == len(game.player_names) and not game.ghost
         is_plain_turn = (
@@ -359,6 +391,9 @@ class PlayScreen:
 
     def show_progress(self, task_info: TaskInfo, progress: str) -> None:
         """Show a running task, its progress if motion is allowed, and the cancel key if it fits."""
+        if self.viewer:
+            self.viewer.show_progress(task_info, progress)
+            return
         message = f"{task_info.message} ... {progress if self.terminal.motion else ''}"
         cancel_help = "Ctrl-C cancels"
         self.progress_message = (
@@ -369,5 +404,7 @@ class PlayScreen:
 
     def abandon_task(self) -> None:
         """Abandon a task that was cancelled but does not stop, and recreate the game's agents."""
+        if self.viewer:
+            self.viewer.abandon_task()
         self.game.recreate_agents()
         self.message = "cancelled, but the computation still runs; it slows dmplay until you quit"

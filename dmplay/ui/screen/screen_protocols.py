@@ -34,7 +34,13 @@ class FullScreen(Protocol):
 
 
 class KeyDrivenScreen(FullScreen, Protocol):
-    """A full screen that handles every key itself and has no command row."""
+    """A full screen that handles every key itself and has no command row.
+
+    While it plays, a clock sends the empty key.
+    """
+
+    speed: float  # keys of the clock per second
+    is_playing: bool
 
     def handle_key(self, key: str) -> None:
         """Handle a key; raise PlayerQuit if it quits."""

@@ -273,6 +273,14 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _bind_to_game(of_game.assume_player),
         ),
         Command(
+            "watch",
+            "[NAME]",
+            "watch an algorithm work, one step at a key; NAME selects it",
+            of_table.watch_algorithm,
+            "G",
+            "G",
+        ),
+        Command(
             "policy",
             "",
             "show the suggested action without the values",

@@ -82,6 +82,7 @@ def complete_line(controller: GameController, text_before_cursor: str) -> list[s
         "seed": lambda: [*_list_current_seed(controller), *name_lists.list_saved_seeds()],
         "figure": name_lists.list_figures,
         "guide": lambda: [*list_topics()],
+        "watch": lambda: [] if arguments else name_lists.list_algorithms(),
         "list": lambda: [*name_lists.LIST_FILTERS],
         "help": lambda: [*COMMANDS_BY_TOPIC, *(entry.name for entry in COMMANDS)],
     }

@@ -7,6 +7,7 @@ from shlex import quote
 from dmplay.core.parameter_parsing import parse_whole_number
 from dmplay.core.problem import find_seat
 from dmplay.errors import BadParameter
+from dmplay.game.background_tasks import TaskInfo, run_cancellable
 from dmplay.game.command_reply import format_reply
 from dmplay.game.export_formats import EXPORT_FORMATS
 from dmplay.game.game_series import GameController
@@ -226,6 +227,27 @@ def export_game(controller: GameController, argument: str) -> str:
     elif "--peek" in words and controller.has_game and controller.game.is_concealed:
         raise BadParameter("export: --peek shows hidden states; finish this game first")
     return controller.run_cli_words(["export", *words]) or written
+
+
+def watch_algorithm(controller: GameController, argument: str) -> str:
+    """Show an algorithm on the position of the game, or on the typed problem.
+
+    On the full screen the steps are shown one at a key; elsewhere the last ones are returned.
+    """
+    words = split_words(argument)
+    if len(words) > 1 or not controller.has_game:
+        return controller.run_cli_words(["watch", *words, "--plain"])
+    from dmplay.game.watching import watch_game
+
+    watched = watch_game(controller.game, *words)
+    if controller.open_viewer:
+        return controller.open_viewer(watched)
+    from dmplay.ui.watch.step_lines import format_last_steps
+
+    return run_cancellable(
+        TaskInfo(f"running {watched.algorithm.name}"),
+        lambda: format_reply(format_last_steps(watched)),
+    )
 
 
 def open_screen(controller: GameController, argument: str) -> str:

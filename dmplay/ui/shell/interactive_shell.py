@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Iterable
 from functools import partial
+from typing import TYPE_CHECKING
 
 from prompt_toolkit import PromptSession
 from prompt_toolkit.application import get_app, get_app_session
@@ -28,6 +29,9 @@ from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.commands import PlayerQuit
 from dmplay.ui.shell.completer import CommandCompleter
 from dmplay.ui.shell.shell import Shell
+
+if TYPE_CHECKING:  # Most games need no algorithms.
+    from dmplay.game.watching import WatchedSteps
 
 MAX_STATE_CHARS = 24  # maximum characters of a state in the toolbar
 
@@ -74,6 +78,7 @@ def run_prompt(shell: Shell, input_: Input | None = None, output: Output | None 
     """Read and run lines until the player leaves; return the exit code."""
     session = _create_prompt_session(shell, input_, output)
     shell.controller.open_screen = lambda: _show_full_screen(shell)
+    shell.controller.open_viewer = lambda watched: _show_algorithm(shell, watched)
     warned = False
     while True:
         try:
@@ -149,9 +154,24 @@ def _show_full_screen(shell: Shell) -> str:
 
     Ctrl-C (SIGINT) does not raise it.
     """
+    open_viewer = shell.controller.open_viewer
     screen = PlayScreen(shell.controller, shell.terminal, shell.speed)
     code = run_full_screen(screen)
-    if code > 128 and code != 128 + signal.SIGINT:
-        raise SystemExit(code)
+    shell.controller.open_viewer = open_viewer  # The screen has shown algorithms itself.
+    _exit_on_signal(code)
     path = screen.game.transcript_path
     return f"dmplay learn from {path} asks for better actions." * screen.learns_from_game
+
+
+def _show_algorithm(shell: Shell, watched: "WatchedSteps") -> str:
+    """Show an algorithm on the full screen and return ""; raise SystemExit for a signal."""
+    from dmplay.ui.watch.step_viewer import StepViewer
+
+    _exit_on_signal(run_full_screen(StepViewer(watched, shell.terminal, shell.speed)))
+    return ""
+
+
+def _exit_on_signal(code: int) -> None:
+    """Raise SystemExit if the exit code is that of a signal, except for Ctrl-C."""
+    if code > 128 and code != 128 + signal.SIGINT:
+        raise SystemExit(code)

@@ -1,5 +1,7 @@
 """Figures F.10 to F.13: solutions of the partially observable problems over beliefs."""
 
+from functools import partial
+
 import numpy as np
 from rich.text import Text
 
@@ -12,6 +14,7 @@ from dmplay.problems.catch import DISTANCES
 from dmplay.registry.problems import load_problem
 from dmplay.solvers.pomdp import exact_pomdp
 from dmplay.solvers.pomdp.exact_pomdp import AlphaVectorStage
+from dmplay.views.toolkit.belief_triangle import draw_belief_triangle
 from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.plots import Axis, Plot
 
@@ -88,30 +91,15 @@ def _draw_belief_triangles(horizons: list[int], rows: int, column_count: int) ->
     for position, step in enumerate(horizons):
         x, y = position % column_count * (2 * rows + 3), position // column_count * (rows + 2)
         canvas.write_text(x, y, format_count(step, "step"), "bold")
-        _draw_belief_triangle(canvas, x, y + 1, rows, stages[step - 1])
+        draw_belief_triangle(canvas, x, y + 1, rows, partial(_mark_best_action, stages[step - 1]))
     return canvas.to_text()
 
 
-def _draw_belief_triangle(
-    canvas: Canvas, x: int, y: int, rows: int, stage: AlphaVectorStage
-) -> None:
-    """Draw a belief triangle, where each point shows the first letter of the best action there."""
-    for row in range(rows):
-        p_none = 1.0 - row / (rows - 1)
-        point_count = 2 * row + 1
-        for column in range(point_count):
-            p_both = (1.0 - p_none) * (column / (point_count - 1) if point_count > 1 else 0.0)
-            belief = np.array([[p_none, 1.0 - p_none - p_both, p_both]])
-            action = _find_best_first_action(stage, belief)
-            canvas.write_text(
-                x + rows - 1 - row + column, y + row, "meir"[action], ACTION_STYLES[action]
-            )
-
-
-def _find_best_first_action(stage: AlphaVectorStage, belief: Reals) -> int:
-    """Return the best first action at a belief `[1, S]`."""
-    best_vector = int(select_greedy_actions(stage.alpha_vectors @ belief[0]))
-    return int(np.argmax(stage.first_action_mask[best_vector]))
+def _mark_best_action(stage: AlphaVectorStage, belief: Reals) -> tuple[str, str]:
+    """Return the first letter of the best first action at a belief `[S]`, and its style."""
+    best_vector = int(select_greedy_actions(stage.alpha_vectors @ belief))
+    action = int(np.argmax(stage.first_action_mask[best_vector]))
+    return "meir"[action], ACTION_STYLES[action]
 
 
 def draw_catch_success_curves() -> Text:

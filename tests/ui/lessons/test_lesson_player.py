@@ -115,6 +115,12 @@ def test_a_game_that_was_left_is_no_try(tmp_path: Path) -> None:
     assert result.returncode == 0
 
 
+def test_a_game_without_hints_gives_none(tmp_path: Path) -> None:
+    script = "0.907\n0\nfeed\nhint\n"
+    result = run_dmplay(tmp_path, "learn", "bayes-at-the-cradle", stdin=script)
+    assert result.stderr == "error: line 4: hint: this game forbids hints (--strict=hints)\n"
+
+
 def test_another_game_does_not_count(tmp_path: Path) -> None:
     (tmp_path / "cries.toml").write_text(LESSON)
     result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin="new\nfeed\nfeed\n")
@@ -127,7 +133,7 @@ def test_a_folder_of_lessons_is_listed_and_opened(tmp_path: Path) -> None:
     listed = run_dmplay(tmp_path, "learn", "./week3/").stdout
     assert listed.endswith("0 of 1 done. next: dmplay learn ./week3/ 7 (Cries)\n")
     assert run_dmplay(tmp_path, "learn", "./week3/", "7", stdin="feed\nfeed\n").returncode == 0
-    assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries.")
+    assert run_dmplay(tmp_path, "learn", "week3", "cries").stdout.startswith("lesson 7: Cries (")
     assert "1 of 1 done." in run_dmplay(tmp_path, "learn", "./week3").stdout
 
 
@@ -166,6 +172,20 @@ def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
         terminal.until("step 3 of 3.")
         terminal.press("quit\r")
         terminal.until("2 of 3 steps done")
+
+
+@pytest.mark.slow
+def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
+    with Terminal("learn", "watch-v-converge", folder=tmp_path) as terminal:
+        terminal.until("answer>")
+        terminal.press("-0.3\r")
+        terminal.until("step 2 of 4.")
+        terminal.press("5.92\r")
+        terminal.until("w and Enter shows value-iteration step by step")
+        terminal.press("w\r")
+        terminal.until("value-iteration on hexworld:straight-line")
+        terminal.press("q")
+        terminal.until("step 3 of 4.")
 
 
 @pytest.mark.slow

@@ -208,13 +208,13 @@ def test_a_typed_action_closes_the_help() -> None:
 
 
 def test_help_longer_than_the_screen_is_split_into_parts() -> None:
-    result = play_keys(make_game("hexworld"), "?", *["space"] * 6, "h", size=(50, 14))
-    for number in range(1, 7):
-        prompt = "Space shows the next page" if number < 6 else "any key closes this page"
-        assert f"page {number} of 6; {prompt}" in result.frames[number]
-    parts = "".join(result.frames[1:7])
+    result = play_keys(make_game("hexworld"), "?", *["space"] * 7, "h", size=(50, 14))
+    for number in range(1, 8):
+        prompt = "Space shows the next page" if number < 7 else "any key closes this page"
+        assert f"page {number} of 7; {prompt}" in result.frames[number]
+    parts = "".join(result.frames[1:8])
     assert all(command.name in parts for command in COMMANDS)
-    assert "page" not in result.frames[7]
+    assert "page" not in result.frames[8]
     assert "turn 1 " in result.last
 
 

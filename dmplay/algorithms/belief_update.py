@@ -1,0 +1,256 @@
+"""Belief update: predict the next state, weigh it by the observation, and normalize.
+
+Source: section 19.2, Discrete State Filter. The belief b'(s') is proportional to
+O(o | a, s') sum_s T(s' | s, a) b(s).
+"""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.algorithms.formula_text import format_number, format_weighted_sum
+from dmplay.algorithms.step import Algorithm, BeliefTable, Step, WatchRequest
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.belief import initial_seat_belief
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session, View
+from dmplay.core.text import format_count, format_score
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.problems.collaborative_predator_prey import CollaborativePredatorPrey
+from dmplay.problems.shared.hexgrid import format_hex
+
+DEFAULT_TURNS = 4  # turns of the short game that is played if there is none
+MAX_ROWS = 24  # rows of a table; of more states, the likeliest are listed
+PREDICTED_COLUMNS, WEIGHED_COLUMNS, ALL_COLUMNS = 2, 4, 5  # columns after each of the three steps
+
+
+class BeliefUpdate(NamedTuple):
+    """The numbers of one update; the arrays are `[S]`."""
+
+    prior: Reals
+    predicted: Reals  # P(s'), before the observation is used
+    product: Reals  # P(o, s'), the likelihood of the observation times the predicted belief
+    evidence: float  # P(o)
+    posterior: Reals
+
+
+class TableRows(NamedTuple):
+    """The rows of a table: each stands for one state, or for the sum of several."""
+
+    labels: Sequence[str]
+    row_of_state: Ints  # [S]
+
+    def sum_rows(self, numbers: Reals) -> Reals:
+        """Return the sum `[R]` of numbers `[S]` in each row."""
+        return np.bincount(self.row_of_state, numbers, len(self.labels)).astype(float)
+
+
+def update_belief(
+    problem: Problem, prior: Reals, seat: int, action: int, observation: int
+) -> BeliefUpdate:
+    """Return the update of a seat's belief `[S]` by its action and its observation.
+
+    The dynamics give P(o, s'), the sum over s of O(o | a, s') T(s' | s, a) b(s). The actions of
+    other agents are unknown, and therefore taken to be uniformly random.
+    """
+    actions: list[int | None] = [None] * len(problem.agents)
+    observations = actions.copy()
+    actions[seat] = action
+    predicted = problem.joint_belief_update(prior, actions, observations)
+    observations[seat] = observation
+    product = problem.joint_belief_update(prior, actions, observations)
+    evidence = float(product.cumsum()[-1])
+    return BeliefUpdate(prior, predicted, product, evidence, product / evidence)
+
+
+def find_obstacle(problem: Problem) -> str:
+    """Return why the belief update does not fit a problem; '' if it fits."""
+    if not problem.partially_observable:
+        return "a belief update needs hidden states, but here every agent sees the state"
+    if not Session(problem, SeededUniforms(0)).has_visible_beliefs:
+        return "a belief update needs few enough states to list, and observations with names"
+    return ""
+
+
+def iterate_steps(request: WatchRequest) -> Iterator[Step]:
+    """Yield the first belief, and three steps for each turn of the game."""
+    problem, seat, session = request.problem, request.seat, request.session
+    origin = "These are the turns of your game."
+    if session is None or not session.turns:
+        session = play_randomly(problem, request.seed, request.iterations or DEFAULT_TURNS)
+        turns = format_count(len(session.turns), "turn")
+        origin = f"A random policy has played this game of {turns}, with the seed {request.seed}."
+    view = session.view(seat)
+    first_turn = max(view.turns_played - (request.iterations or view.turns_played), 0) + 1
+    belief = initial_seat_belief(problem, seat, view.observations[0])
+    for turn in range(1, first_turn):
+        belief = _update_after_turn(view, turn, belief).posterior
+    yield _describe_start(view, first_turn, belief, origin)
+    for turn in range(first_turn, view.turns_played + 1):
+        update = _update_after_turn(view, turn, belief)
+        yield from _describe_update(view, turn, update)
+        belief = update.posterior
+
+
+def _update_after_turn(view: View[Problem], turn: int, belief: Reals) -> BeliefUpdate:
+    """Return the update of the belief `[S]` before a turn by its action and observation."""
+    action, observation = int(view.actions[turn - 1]), int(view.observations[turn])
+    return update_belief(view.problem, belief, view.seat, action, observation)
+
+
+def play_randomly(problem: Problem, seed: int, turns: int) -> Session:
+    """Return a game of at most this many turns, in which all agents act at random."""
+    source = SeededUniforms(seed)
+    session = Session(problem, source, turn_limit=turns)
+    while not session.over:
+        actions: list[float] = []
+        for seat, action_set in enumerate(problem.actions):
+            u = source.generate_uniforms(1 + seat, len(session.turns) + 1, 0, 1)[0]
+            legal = session.legal_actions_mask(seat)
+            legal_row = None if legal is None else legal[None]
+            actions.append(float(action_set.sample_actions(u, legal_row)[0]))
+        session.advance(actions)
+    return session
+
+
+def list_table_rows(problem: Problem, seat: int, beliefs: Sequence[Reals]) -> list[TableRows]:
+    """Return the rows of the tables for these beliefs `[S]`: all states, or the likeliest.
+
+    The belief of the collaborative hunt is about the hexes of all walkers together, which are too
+    many to list. Each walker has a table of its own: the prey, the seat, and then its partners.
+    """
+    states = problem.enumerate_states()
+    if isinstance(problem, CollaborativePredatorPrey):
+        hexes = [format_hex(hex_) for hex_ in problem.hexes]
+        names = (*problem.agents, "prey")
+        order = dict.fromkeys((len(problem.agents), seat, *range(len(problem.agents))))
+        return [TableRows([f"{names[w]} {hex_}" for hex_ in hexes], states[:, w]) for w in order]
+    if len(states) <= MAX_ROWS:
+        return [TableRows([problem.format_state(s) for s in states], np.arange(len(states)))]
+    likeliest = np.argsort(-np.max(beliefs, axis=0), kind="stable")[: MAX_ROWS - 1]
+    row_of_state = np.full(len(states), len(likeliest))
+    row_of_state[likeliest] = np.arange(len(likeliest))
+    labels = [problem.format_state(states[i]) for i in likeliest]
+    return [TableRows([*labels, "other states"], row_of_state)]
+
+
+def _describe_start(view: View[Problem], turn: int, belief: Reals, origin: str) -> Step:
+    """Return the step that shows the belief before the first turn shown."""
+    tables = [
+        BeliefTable(rows.labels, (("prior", rows.sum_rows(belief)),))
+        for rows in list_table_rows(view.problem, view.seat, [belief])
+    ]
+    agent = view.problem.agents[view.seat]
+    sentences = [
+        f"A belief is a probability for each hidden state; this one is {agent}'s.",
+        origin,
+        "It uses only what this agent has done and observed.",
+    ]
+    if len(tables) > 1:
+        sentences.append("The belief is about all walkers together; each table shows one of them.")
+    title = f"start of turn {turn}" if turn > 1 else "start"
+    return Step(title, tuple(sentences), pictures=tuple(tables))
+
+
+def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> Iterator[Step]:
+    """Yield the three steps of a turn; the formulas are about the state that is now likeliest."""
+    problem, seat = view.problem, view.seat
+    agent = problem.agents[seat]
+    tables = list_table_rows(problem, seat, [update.prior, update.posterior])
+    rows = tables[0]
+    posterior = rows.sum_rows(update.posterior)
+    focus = int(np.argmax(posterior))
+    predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
+    observation = problem.observations[seat].format_observation(view.observations[turn])
+    evidence = format_score(update.evidence)
+
+    sentences = [
+        f"{agent} chose {_format_action(view, turn)}.",
+        "Each term is the probability of the transition times the prior of the earlier state.",
+    ]
+    if others := [name for name in problem.agents if name != agent]:
+        sentences.insert(1, f"{' and '.join(others)}: taken to act uniformly at random.")
+    transitions, priors = _list_transitions(view, turn, rows, focus, update.prior)
+    yield Step(
+        f"turn {turn}: predict",
+        tuple(sentences),
+        f"predicted({rows.labels[focus]}) = {format_weighted_sum(transitions, priors)} "
+        f"= {format_score(float(predicted[focus]))}",
+        tuple(_build_table(table, update, PREDICTED_COLUMNS) for table in tables),
+    )
+    possible = predicted > 0
+    likelihood = product[possible] / predicted[possible]
+    sentences = [
+        f"{agent} observed {observation}.",
+        "The likelihood is the probability of this observation in each next state.",
+        f"The products sum to the evidence {evidence}, the probability of the observation.",
+    ]
+    if not possible.all():
+        sentences[2:2] = ["It has no number in a state that cannot be the next one."]
+    yield Step(
+        f"turn {turn}: observe",
+        tuple(sentences),
+        f"P({observation}) = {format_weighted_sum(likelihood, predicted[possible])} = {evidence}",
+        tuple(_build_table(table, update, WEIGHED_COLUMNS) for table in tables),
+    )
+    yield Step(
+        f"turn {turn}: normalize",
+        (
+            "The posterior, which is the new belief, is each product divided by the evidence.",
+            f"The likeliest is now {rows.labels[focus]}, with probability {posterior[focus]:.3g}.",
+        ),
+        f"b({rows.labels[focus]}) = {format_number(float(product[focus]))} / {evidence} "
+        f"= {format_score(float(posterior[focus]))}",
+        tuple(_build_table(table, update, ALL_COLUMNS) for table in tables),
+    )
+
+
+def _format_action(view: View[Problem], turn: int) -> str:
+    """Return the label of a seat's action in a turn."""
+    if view.past_action_labels:
+        return view.past_action_labels[turn - 1]
+    return view.problem.format_action(view.seat, view.actions[turn - 1])
+
+
+def _list_transitions(
+    view: View[Problem], turn: int, rows: TableRows, focus: int, prior: Reals
+) -> tuple[list[float], list[float]]:
+    """Return the probability of a transition to the focus from each possible row, and its prior."""
+    actions: list[int | None] = [None] * len(view.problem.agents)
+    unknown = actions.copy()
+    actions[view.seat] = int(view.actions[turn - 1])
+    priors = rows.sum_rows(prior)
+    transitions = []
+    for row in np.flatnonzero(priors):
+        part = np.where(rows.row_of_state == row, prior, 0.0)
+        next_states = view.problem.joint_belief_update(part, actions, unknown)
+        transitions.append(float(rows.sum_rows(next_states)[focus] / priors[row]))
+    return transitions, priors[priors > 0].tolist()
+
+
+def _build_table(rows: TableRows, update: BeliefUpdate, column_count: int) -> BeliefTable:
+    """Return the first columns of a table.
+
+    The likelihood of a row that the action cannot lead to is NaN: no number is known for it.
+    """
+    predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
+    undefined = np.full(len(predicted), np.nan)
+    columns = (
+        ("prior", rows.sum_rows(update.prior)),
+        ("predicted", predicted),
+        ("likelihood", np.divide(product, predicted, out=undefined, where=predicted > 0)),
+        ("product", product),
+        ("posterior", rows.sum_rows(update.posterior)),
+    )
+    return BeliefTable(rows.labels, columns[:column_count])
+
+
+ALGORITHM = Algorithm(
+    "belief-update",
+    "compute the probabilities of the hidden states after each observation",
+    "section 19.2, Discrete State Filter",
+    find_obstacle,
+    iterate_steps,
+    shows_actions=False,
+)

@@ -1,0 +1,121 @@
+"""One round of a matrix game: its payoffs, and best responses to mixed strategies.
+
+Source: sections 24.1 and 24.2, Simple Games and Response Models. A mixed strategy is a probability
+for each action of an agent.
+"""
+
+from collections.abc import Sequence
+from math import prod
+
+import numpy as np
+
+from dmplay.algorithms.formula_text import format_weighted_sum
+from dmplay.algorithms.step import StrategyMixes
+from dmplay.core.arrays import Ints, Reals
+from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.chance import FINITE_CHANCE_TYPES
+from dmplay.core.problem import Problem, enumerate_outcomes
+from dmplay.core.tabular import joint_actions
+from dmplay.core.text import format_score
+
+MAX_JOINT_ACTIONS = 2**16
+ONE_ROUND_SENTENCE = "This is one round: it says nothing about repeating the game."
+
+
+def find_game_obstacle(problem: Problem, algorithm: str) -> str:
+    """Return why a problem is not a matrix game that can be listed; '' if it is one."""
+    joint_action_count = prod(problem.action_counts)
+    mismatch = ""
+    if len(problem.agents) < 2:
+        mismatch = "at least two agents, but this problem has one"
+    elif problem.partially_observable or problem.state_count != 1:
+        mismatch = "a game of one state, played in rounds, but this problem has more states"
+    elif not joint_action_count:
+        mismatch = "actions with names, but some actions of this game are real numbers"
+    elif joint_action_count > MAX_JOINT_ACTIONS:
+        limit = f"{MAX_JOINT_ACTIONS:,}"
+        mismatch = f"at most {limit} joint actions, but this game has {joint_action_count:,}"
+    elif not _has_listed_payoffs(problem):
+        mismatch = "payoffs of all joint actions, but this game cannot list them"
+    return mismatch and f"{algorithm} needs {mismatch}"
+
+
+def _has_listed_payoffs(problem: Problem) -> bool:
+    """Return whether all actions are legal and no chance draws real numbers."""
+    state = problem.enumerate_states()
+    legal = problem.legal_actions_mask(state)
+    chances = problem.chance(state, joint_actions(problem)[:1])
+    return (legal is None or bool(legal.all())) and all(
+        isinstance(chance, FINITE_CHANCE_TYPES) for chance in chances
+    )
+
+
+def compute_payoffs(problem: Problem) -> Reals:
+    """Return the expected payoffs `[A1, ..., An, n]` of one round."""
+    actions = joint_actions(problem)
+    states = np.repeat(problem.enumerate_states(), len(actions), axis=0)
+    p, outcome = enumerate_outcomes(problem, states, actions)
+    expected = np.einsum("bk,bkn->bn", p, outcome.rewards)
+    return np.asarray(expected.reshape(*problem.action_counts, len(problem.agents)))
+
+
+def compute_response_values(payoffs: Reals, mixes: Sequence[Reals], seat: int) -> Reals:
+    """Return the expected payoff `[A]` of each action of a seat against the mixes of the others."""
+    own_payoffs, weights = _list_terms(payoffs, mixes, seat)
+    return np.asarray((own_payoffs * weights).sum(axis=1))
+
+
+def choose_best_responses(payoffs: Reals, mixes: Sequence[Reals]) -> list[int]:
+    """Return the best response of each agent to the mixes of the others; the first if several."""
+    return [
+        int(np.argmax(mark_best_actions(compute_response_values(payoffs, mixes, seat)[None])[0]))
+        for seat in range(len(mixes))
+    ]
+
+
+def compute_largest_gain(payoffs: Reals, mixes: Sequence[Reals]) -> float:
+    """Return the most that an agent gains by a best response; 0 in a Nash equilibrium."""
+    values = [compute_response_values(payoffs, mixes, seat) for seat in range(len(mixes))]
+    return max(float(v.max() - mix @ v) for v, mix in zip(values, mixes, strict=True))
+
+
+def make_pure_mixes(problem: Problem, actions: Sequence[int]) -> list[Reals]:
+    """Return the mixed strategies in which each agent always plays one action."""
+    return [np.eye(count)[a] for count, a in zip(problem.action_counts, actions, strict=True)]
+
+
+def format_actions(problem: Problem, actions: Sequence[int] | Ints) -> str:
+    """Return the actions of all agents as text: "agent1 rock, agent2 paper"."""
+    return ", ".join(
+        f"{agent} {problem.format_action(seat, action)}"
+        for seat, (agent, action) in enumerate(zip(problem.agents, actions, strict=True))
+    )
+
+
+def format_response_value(
+    problem: Problem, payoffs: Reals, mixes: Sequence[Reals], seat: int, action: int
+) -> str:
+    """Return the expected payoff of a seat's action as a formula with its numbers."""
+    own_payoffs, weights = _list_terms(payoffs, mixes, seat)
+    value = compute_response_values(payoffs, mixes, seat)[action]
+    terms = format_weighted_sum(weights.tolist(), own_payoffs[action].tolist())
+    name = f"U({problem.agents[seat]} {problem.format_action(seat, action)})"
+    return f"{name} = {terms} = {format_score(float(value))}"
+
+
+def picture_mixes(
+    problem: Problem, mixes: Sequence[Reals], best_responses: Sequence[int] = ()
+) -> StrategyMixes:
+    """Return the mixed strategies of all agents as a picture."""
+    labels = [action_set.labels for action_set in problem.actions]
+    return StrategyMixes(problem.agents, labels, list(mixes), best_responses)
+
+
+def _list_terms(payoffs: Reals, mixes: Sequence[Reals], seat: int) -> tuple[Reals, Reals]:
+    """Return a seat's payoffs `[A, M]` against M joint actions of the others, and their weights."""
+    own_payoffs = np.moveaxis(payoffs[..., seat], seat, 0).reshape(payoffs.shape[seat], -1)
+    weights = np.ones(1)
+    for other, mix in enumerate(mixes):
+        if other != seat:
+            weights = np.multiply.outer(weights, mix).reshape(-1)
+    return own_payoffs, weights

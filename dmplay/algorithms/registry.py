@@ -1,0 +1,42 @@
+"""The algorithms that can be watched: every module of this folder that offers one."""
+
+import importlib
+from functools import cache
+from pathlib import Path
+
+from dmplay.algorithms.step import Algorithm
+from dmplay.core.problem import Problem
+from dmplay.errors import BadParameter, UnknownName
+
+
+@cache
+def load_algorithms() -> dict[str, Algorithm]:
+    """Return all algorithms by name, in alphabetical order."""
+    stems = sorted(file.stem for file in Path(__file__).parent.glob("[a-z]*.py"))
+    modules = [importlib.import_module(f"{__package__}.{stem}") for stem in stems]
+    algorithms = [getattr(module, "ALGORITHM", None) for module in modules]
+    return {algorithm.name: algorithm for algorithm in filter(None, algorithms)}
+
+
+def find_algorithm(name: str) -> Algorithm:
+    """Return the algorithm with this name; raise UnknownName with the nearest names."""
+    algorithms = load_algorithms()
+    if name.lower() not in algorithms:
+        raise UnknownName("algorithm", name, algorithms)
+    return algorithms[name.lower()]
+
+
+def list_fitting_algorithms(problem: Problem) -> list[str]:
+    """Return the names of the algorithms that can be watched on a problem."""
+    return [name for name, entry in load_algorithms().items() if not entry.find_obstacle(problem)]
+
+
+def check_algorithm_fits(algorithm: Algorithm, problem: Problem, problem_name: str) -> None:
+    """Raise BadParameter with the reason and the fitting algorithms unless the problem fits."""
+    obstacle = algorithm.find_obstacle(problem)
+    if obstacle:
+        fitting = ", ".join(list_fitting_algorithms(problem)) or "none"
+        raise BadParameter(
+            f"{algorithm.name} does not fit {problem_name}: {obstacle}; "
+            f"algorithms that fit it: {fitting}"
+        )

@@ -1,0 +1,304 @@
+"""Monte Carlo tree search in steps: selection, expansion, playout and backup.
+
+Source: section 9.6, Monte Carlo Tree Search; with hidden states, chapter 22, Online Belief State
+Planning. The search itself is in `monte_carlo_tree.py`.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from dmplay.algorithms.formula_text import format_number, format_weighted_sum, shorten_numbers
+from dmplay.algorithms.monte_carlo_tree import Decision, MonteCarloTree, SearchHistory
+from dmplay.algorithms.step import Algorithm, Step, TreeNode, WatchRequest
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.text import describe_end_reason, format_count, format_score
+from dmplay.core.uniforms import SeededUniforms, make_generator
+from dmplay.errors import EpisodeOver
+
+DEFAULT_SIMULATIONS = 50
+MAX_DEPTH = 50  # turns of one simulation
+MAX_NAMED_TURNS = 4  # decisions or random actions that a sentence lists
+
+
+def find_obstacle(problem: Problem) -> str:
+    """Return why tree search does not fit a problem; '' if it fits."""
+    if problem.partially_observable and not _has_beliefs(problem):
+        return (
+            "tree search draws hidden states from a belief, but this problem has too many states "
+            "to list, or observations without names"
+        )
+    return ""
+
+
+def _has_beliefs(problem: Problem) -> bool:
+    """Return whether games of a problem show beliefs over its hidden states."""
+    return Session(problem, SeededUniforms(0)).has_visible_beliefs
+
+
+def iterate_steps(request: WatchRequest) -> Iterator[Step]:
+    """Yield the start, and up to four steps for each simulation."""
+    problem, seat = request.problem, request.seat
+    session = request.session or Session(problem, SeededUniforms(request.seed))
+    if session.over:
+        reason = describe_end_reason(session.end_reason)
+        raise EpisodeOver(f"tree search needs a turn to play, but the game is over ({reason})")
+    search = build_search(session, seat, request.seed)
+    painter = TreePainter(search, _format_root(session))
+    yield Step("start", _describe_start(request, search), "", (painter.draw_tree(),))
+    for simulation in range(1, (request.iterations or DEFAULT_SIMULATIONS) + 1):
+        prefix = f"simulation {simulation}"
+        first_state = search.sample_root_state()
+        decisions, state = search.select(first_state)
+        root_text = problem.format_state(first_state) if problem.partially_observable else ""
+        yield Step(
+            f"{prefix}: selection",
+            _describe_selection(search, decisions, root_text),
+            _format_score_formula(search, decisions),
+            (painter.draw_tree(decisions),),
+        )
+        is_new = bool(decisions) and _is_new(decisions[-1])
+        leaf = search.expand(decisions)
+        rewards: list[float] = []
+        if is_new:
+            tree = painter.draw_tree(decisions)
+            outcome = _format_outcome(problem, decisions[-1].outcome_label)
+            yield Step(
+                f"{prefix}: expansion", (f"The tree gets a node for {outcome}.",), "", (tree,)
+            )
+            rewards = search.play_out(state, search.depth - len(decisions))
+            yield Step(
+                f"{prefix}: playout",
+                _describe_playout(rewards),
+                _format_playout_formula(problem, rewards),
+                (tree,),
+            )
+        value = float(np.sum(problem.discount ** np.arange(len(rewards)) * np.array(rewards)))
+        formula = _format_backup_formula(search, decisions, value)
+        total = search.back_up(decisions, leaf, value)
+        yield Step(
+            f"{prefix}: backup",
+            _describe_backup(search, decisions, total),
+            formula,
+            (painter.draw_tree(decisions),),
+        )
+
+
+def build_search(session: Session, seat: int, seed: int) -> MonteCarloTree:
+    """Return a search from the position of a game, with only the information of a seat."""
+    problem = session.problem
+    turns_left = MAX_DEPTH
+    if session.turn_limit is not None:
+        turns_left = min(MAX_DEPTH, session.turn_limit - len(session.turns))
+    states, probabilities = session.state[None], np.ones(1)
+    if problem.partially_observable:
+        beliefs = session.view(seat).beliefs
+        assert beliefs is not None
+        states, probabilities = problem.enumerate_states(), beliefs[-1]
+    return MonteCarloTree(problem, seat, states, probabilities, turns_left, make_generator(seed))
+
+
+Path = dict[tuple[SearchHistory, int], str]  # the outcome of each action of a simulation
+
+
+@dataclass(eq=False)
+class TreePainter:
+    """The pictures of a growing tree; parts that a simulation does not visit are drawn once."""
+
+    search: MonteCarloTree
+    root_label: str
+    # of each node: the visits and the constant c at which it was drawn, and its picture
+    drawn_nodes: dict[SearchHistory, tuple[int, float, TreeNode]] = field(default_factory=dict)
+
+    def draw_tree(self, decisions: Sequence[Decision] = ()) -> TreeNode:
+        """Return the whole tree, with the path of a simulation marked."""
+        path = {(decision.node, decision.action): decision.outcome_label for decision in decisions}
+        return self._draw_node(self.search.root, self.root_label, path)
+
+    def _draw_node(self, node: SearchHistory, label: str, path: Path | None) -> TreeNode:
+        """Return a node with all nodes below it; `path` is None if it is not on the path."""
+        exploration = self.search.exploration
+        if path is None and node in self.drawn_nodes:
+            visits, constant, picture = self.drawn_nodes[node]
+            if (visits, constant) == (node.visits, exploration):
+                return picture
+        actions = tuple(self._draw_action(node, action, path) for action in node.actions)
+        picture = TreeNode(label, node.visits, node.mean, None, path is not None, actions)
+        if path is None:
+            self.drawn_nodes[node] = node.visits, exploration, picture
+        return picture
+
+    def _draw_action(self, node: SearchHistory, action: int, path: Path | None) -> TreeNode:
+        """Return an action of a node, with its outcomes, and its score once it has been tried."""
+        statistics = node.actions[action]
+        chosen = path.get((node, action)) if path else None
+        outcomes = tuple(
+            self._draw_node(
+                child,
+                _format_outcome(self.search.problem, outcome),
+                path if outcome == chosen else None,
+            )
+            for outcome, child in statistics.outcomes.items()
+        )
+        score = self.search.compute_score(node, action) if statistics.visits else None
+        return TreeNode(
+            statistics.label,
+            statistics.visits,
+            statistics.mean,
+            score,
+            chosen is not None,
+            outcomes,
+        )
+
+
+def _format_outcome(problem: Problem, label: str) -> str:
+    """Return an outcome for readers: in a game of one state it is the next round."""
+    return "next round" if problem.state_count == 1 else shorten_numbers(label)
+
+
+def _format_root(session: Session) -> str:
+    """Return the label of the root: the state, or the belief if it is hidden."""
+    problem = session.problem
+    if problem.partially_observable:
+        return "belief"
+    state_text = problem.format_state(session.state)
+    return "this round" if problem.state_count == 1 else shorten_numbers(state_text)
+
+
+def _is_new(decision: Decision) -> bool:
+    """Return whether the outcome of a decision is not in the tree yet."""
+    statistics = decision.node.actions.get(decision.action)
+    return statistics is None or decision.outcome_label not in statistics.outcomes
+
+
+def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str, ...]:
+    """Return the sentences of the first step: the root, the information, and the other agents."""
+    problem, agent = request.problem, request.problem.agents[request.seat]
+    others = [name for name in problem.agents if name != agent]
+    position = "the position of your game" if request.session else "the start of a game"
+    turns = format_count(search.depth, "turn")
+    sentences = [
+        f"The tree grows from {position}, for {agent}.",
+        f"Each simulation adds a node, and ends after {turns} at the latest.",
+    ]
+    if problem.partially_observable:
+        sentences += [
+            f"Each simulation draws its state from {agent}'s belief, not from the game.",
+            "A node is a history of actions and observations.",
+        ]
+    if others:
+        sentences += [
+            f"{' and '.join(others)}: taken to act uniformly at random.",
+            "All values are against such play.",
+        ]
+    return tuple(sentences)
+
+
+def _describe_selection(
+    search: MonteCarloTree, decisions: Sequence[Decision], root_text: str
+) -> tuple[str, ...]:
+    """Return the sentences about the path of a simulation through the tree."""
+    sentences = [f"The belief gave the state {root_text}."] if root_text else []
+    steps = [
+        f"{decision.action_label} to {_format_outcome(search.problem, decision.outcome_label)}"
+        for decision in decisions[:MAX_NAMED_TURNS]
+    ]
+    if len(decisions) > MAX_NAMED_TURNS:
+        steps.append(f"{len(decisions) - MAX_NAMED_TURNS} more")
+    sentences.append(f"Path: {', then '.join(steps) or 'none, because this state is an end'}.")
+    if not decisions:
+        return tuple(sentences)
+    first, last = decisions[0], decisions[-1]
+    if first.action in search.root.actions:
+        meaning = (
+            "the largest minus the smallest return so far"
+            if search.has_spread
+            else "used while all returns are equal"
+        )
+        sentences += [
+            f"In the root, {first.action_label} has the highest score Q + c sqrt(ln N / n).",
+            f"The constant c = {format_score(search.exploration)} is {meaning}.",
+        ]
+    if last.action not in last.node.actions:
+        node_text = "In the root"
+        if len(decisions) > 1:
+            node_text = f"After {_format_outcome(search.problem, decisions[-2].outcome_label)}"
+        sentences.append(f"{node_text}, {last.action_label} comes first, because it is untried.")
+    elif _is_new(last):
+        sentences.append("The last outcome is new.")
+    else:
+        sentences.append("The simulation ends inside the tree.")
+    return tuple(sentences)
+
+
+def _format_score_formula(search: MonteCarloTree, decisions: Sequence[Decision]) -> str:
+    """Return the UCB1 score of the action chosen at the root; '' if it was not tried before."""
+    if not decisions or decisions[0].action not in search.root.actions:
+        return ""
+    statistics = search.root.actions[decisions[0].action]
+    terms = (
+        f"{format_number(statistics.mean)} + {format_number(search.exploration)} "
+        f"x sqrt(ln {search.root.decision_count} / {statistics.visits})"
+    )
+    score = search.compute_score(search.root, decisions[0].action)
+    return f"UCB({statistics.label}) = {terms} = {format_score(score)}"
+
+
+def _describe_playout(rewards: Sequence[float]) -> tuple[str, ...]:
+    """Return the sentences about the random actions after the tree."""
+    if not rewards:
+        return ("The simulation ends there, so nothing is played.",)
+    turns = format_count(len(rewards), "turn")
+    return (
+        f"Uniformly random actions play {turns} from there.",
+        "The discounted sum of their rewards estimates the value of the new node.",
+    )
+
+
+def _format_playout_formula(problem: Problem, rewards: Sequence[float]) -> str:
+    """Return the discounted sum of rewards; '' if all of them are 0."""
+    turns = [turn for turn, reward in enumerate(rewards) if reward]
+    if not turns:
+        return ""
+    weights = [problem.discount**turn for turn in turns]
+    values = [rewards[turn] for turn in turns]
+    total = sum(weight * value for weight, value in zip(weights, values, strict=True))
+    return f"value = {format_weighted_sum(weights, values)} = {format_score(total)}"
+
+
+def _describe_backup(
+    search: MonteCarloTree, decisions: Sequence[Decision], total: float
+) -> tuple[str, ...]:
+    """Return the sentences about the update of the means."""
+    best = max(search.root.actions.values(), key=lambda statistics: statistics.mean, default=None)
+    return (
+        f"The return of this simulation is {format_score(total)}.",
+        f"It moves the means of {format_count(len(decisions), 'action')} on the path.",
+        *([f"The best mean so far is that of {best.label}."] if best else []),
+    )
+
+
+def _format_backup_formula(
+    search: MonteCarloTree, decisions: Sequence[Decision], value: float
+) -> str:
+    """Return the update of the mean of the action at the root, before it is made."""
+    if not decisions:
+        return ""
+    for decision in reversed(decisions):
+        value = decision.reward + search.problem.discount * value
+    statistics = search.root.actions[decisions[0].action]
+    mean, visits = statistics.mean, statistics.visits + 1
+    update = f"({format_number(value)} - {format_number(mean)}) / {visits}"
+    new_mean = mean + (value - mean) / visits
+    return f"Q({statistics.label}) = {format_number(mean)} + {update} = {format_score(new_mean)}"
+
+
+ALGORITHM = Algorithm(
+    "tree-search",
+    "simulate games, and try promising actions more often (Monte Carlo tree search)",
+    "section 9.6, Monte Carlo Tree Search",
+    find_obstacle,
+    iterate_steps,
+)

@@ -1,0 +1,108 @@
+"""The CLI command that shows algorithms step by step."""
+
+from typing import Annotated
+
+import typer
+
+from dmplay.cli import options
+from dmplay.errors import BadParameter
+from dmplay.game.completion import name_lists
+from dmplay.terminal.capabilities import TerminalOptions, current_terminal
+
+EXPORTS = ("svg", "film", "html")
+EXAMPLE = "dmplay watch value-iteration hexworld"
+
+
+@options.with_terminal_options()
+def watch(
+    algorithm: Annotated[
+        str,
+        typer.Argument(
+            metavar="ALGORITHM",
+            help="algorithm to watch (default: list them)",
+            autocompletion=name_lists.list_algorithms,
+        ),
+    ] = "",
+    problem: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROBLEM",
+            help="problem: NAME, NAME:VARIANT or FILE; or a transcript",
+            autocompletion=name_lists.complete_problems,
+        ),
+    ] = "",
+    variant: options.VariantName = "",
+    set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
+    at: Annotated[
+        int | None,
+        typer.Option("--at", metavar="TURN", help="turn of a transcript (default: the last)"),
+    ] = None,
+    seat: Annotated[str, typer.Option("--seat", metavar="NAME", help="agent to watch")] = "",
+    seed: Annotated[
+        int, typer.Option("--seed", metavar="N", help="seed of random numbers", min=0)
+    ] = 0,
+    iterations: Annotated[
+        int | None,
+        typer.Option(
+            "--iterations", metavar="N", help="number of sweeps, simulations or rounds", min=1
+        ),
+    ] = None,
+    step: Annotated[
+        int | None, typer.Option("--step", metavar="N", help="show step N first, or only it", min=1)
+    ] = None,
+    speed: Annotated[
+        float, typer.Option("--speed", metavar="X", help="steps per second while playing", min=0.1)
+    ] = 2.0,
+    svg: Annotated[bool, typer.Option("--svg", help="picture of one step (SVG)")] = False,
+    film: Annotated[bool, typer.Option("--film", help="animated picture (SVG)")] = False,
+    html: Annotated[bool, typer.Option("--html", help="page with a slider")] = False,
+    height: Annotated[
+        int, typer.Option("--height", metavar="N", help="rows of a picture", min=1)
+    ] = 24,
+    output: options.OutputPath = None,
+    force: options.Force = False,
+    trust: options.Trust = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Watch an algorithm of the book work on a problem, one step at a key.
+
+    Each step shows the formula with its numbers. Space shows the next step, Backspace the
+    one before, and P plays. In a pipe, the steps are lines of text.
+
+    \b
+      dmplay watch
+      dmplay watch value-iteration hexworld
+      dmplay watch policy-iteration hexworld --set slip=0.1 --plain
+      dmplay watch value-iteration mountain-car --step 40 --svg -o car.svg
+      dmplay watch belief-update crying-baby --json
+      dmplay watch fictitious-play rock-paper-scissors --html -o play.html
+    """
+    from dmplay.game import watching
+    from dmplay.game.command_line_results import Printout, WatchCommand
+
+    chosen = [name for name, is_set in zip(EXPORTS, (svg, film, html), strict=True) if is_set]
+    formats = [*chosen, *(["json"] if terminal_options.json else [])]
+    if len(formats) > 1:
+        raise BadParameter(f"watch: choose one of {', '.join(f'--{name}' for name in formats)}")
+    if output and not chosen:
+        raise BadParameter("-o: choose a format, --svg, --film or --html")
+    if not algorithm:
+        from dmplay.output.algorithm_list import report_algorithms
+
+        return Printout(report_algorithms(json=terminal_options.json))
+    target = watching.WatchTarget(problem, variant, set_, seat, at, trust)
+    watched = watching.watch_target(algorithm, target, iterations, seed)
+    index = None if step is None else watched.find_typed_step(step)
+    if chosen:
+        from dmplay.output.step_export import StepExport, export_steps
+        from dmplay.views.protocol import DrawOptions
+
+        size = DrawOptions(terminal_options.width or 80, height, terminal_options.ascii)
+        return export_steps(watched, StepExport(chosen[0], size, index), output, force=force)
+    if current_terminal(terminal_options).full_screen:
+        return WatchCommand(watched, terminal_options, speed, index or 0)
+    from dmplay.ui.watch.step_lines import iter_json_lines, iter_lines
+
+    lines = iter_json_lines if terminal_options.json else iter_lines
+    return Printout("", terminal_options, text_chunks=lines(watched, index))

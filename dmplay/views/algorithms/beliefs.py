@@ -1,0 +1,193 @@
+"""Belief updates as columns of bars, and alpha vectors over the belief."""
+
+import math
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.algorithms.step import AlphaVectorSet, BeliefTable
+from dmplay.core.arrays import Reals
+from dmplay.core.text import format_count, format_score
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.belief_bars import format_bar
+from dmplay.views.toolkit.belief_triangle import draw_belief_triangle, locate_belief
+from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.plots import Axis, Plot
+
+MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
+NUMBER_COLUMNS = 8  # columns of a probability in a belief table
+VECTOR_GLYPHS = "ox+*#%&="
+VECTOR_STYLES = ("green", "cyan", "yellow", "magenta", "blue", "red")
+DOMINATED_GLYPH = "·"
+MIN_PLOT_COLUMNS, MIN_PLOT_ROWS = 16, 4
+MAX_PLOT_COLUMNS = 72
+MIN_NOTED_COLUMNS = 28  # columns of a plot that a legend beside it leaves
+MIN_NOTE_COLUMNS = 12
+
+
+def draw_belief_table(picture: BeliefTable, options: DrawOptions) -> Text:
+    """Return a row for each state, or for the most probable ones, with a number and a bar for
+    each column.
+    """
+    columns = np.array([numbers for _, numbers in picture.columns])
+    sizes = np.nan_to_num(columns).max(axis=0)
+    capacity = max(options.height - 1, 1)
+    order = np.arange(columns.shape[1])
+    if len(order) > capacity:
+        likeliest = np.argsort(-sizes, kind="stable")[: max(capacity - 1, 1)]
+        order = np.sort(likeliest)
+    names = [picture.state_labels[state] for state in order.tolist()]
+    label_columns = min(max(map(len, [*names, "state"])), max(options.width // 3, 6)) + 2
+    space = (options.width - label_columns) // len(columns)
+    bar_columns = min(space - NUMBER_COLUMNS - 2, MAX_BAR_COLUMNS)
+    bar_columns = bar_columns if bar_columns >= MIN_BAR_COLUMNS else 0
+    pitch = NUMBER_COLUMNS + bar_columns + 2 if bar_columns else min(space, NUMBER_COLUMNS + 3)
+    canvas = Canvas()
+    canvas.write_text(0, 0, "state", "dim")
+    for number, (heading, _) in enumerate(picture.columns):
+        fits = len(heading) < pitch
+        text = heading if fits else f"{heading[: pitch - 2]}."
+        canvas.write_text(label_columns + number * pitch, 0, text, "bold")
+    for y, (state, name) in enumerate(zip(order, names, strict=True), 1):
+        canvas.write_text(0, y, name[: label_columns - 2])
+        for number, values in enumerate(columns):
+            x, value = label_columns + number * pitch, float(values[state])
+            canvas.write_text(x, y, "-" if math.isnan(value) else f"{value:.4f}")
+            if bar_columns and 0.0 <= value <= 1.0:
+                bar = format_bar(value, bar_columns, options.ascii)
+                canvas.write_text(x + NUMBER_COLUMNS, y, bar, "cyan")
+    if len(order) < columns.shape[1]:
+        note = f"and {columns.shape[1] - len(order)} less likely states"
+        canvas.write_text(0, len(order) + 1, note[: options.width], "dim")
+    return canvas.to_text()
+
+
+def draw_alpha_vectors(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+    """Return alpha vectors: lines for two states, a triangle for three, else a table."""
+    has_space = options.width >= MIN_PLOT_COLUMNS + 8 and options.height >= MIN_PLOT_ROWS + 3
+    if len(picture.state_labels) == 2 and has_space:
+        return _draw_lines(picture, options)
+    if len(picture.state_labels) == 3 and has_space:
+        return _draw_triangle(picture, options)
+    return _draw_vector_table(picture, options)
+
+
+def _glyph_of(picture: AlphaVectorSet, index: int) -> tuple[str, str]:
+    """Return the glyph and the style of a vector; of many vectors, those of its action."""
+    if picture.dominated[index]:
+        return DOMINATED_GLYPH, "dim"
+    number = int(np.count_nonzero(~picture.dominated[:index]))
+    if _is_grouped(picture):
+        number = list(dict.fromkeys(picture.action_labels)).index(picture.action_labels[index])
+    return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
+
+
+def _is_grouped(picture: AlphaVectorSet) -> bool:
+    """Return whether all vectors of an action have one glyph, because there are many."""
+    return int(np.count_nonzero(~picture.dominated)) > len(VECTOR_GLYPHS)
+
+
+def _list_notes(picture: AlphaVectorSet) -> list[tuple[str, str]]:
+    """Return the legend: a text and a style for each vector or action, and for the belief."""
+    indices = np.flatnonzero(~picture.dominated).tolist()
+    labels = [picture.action_labels[index] for index in indices]
+    notes = []
+    for index, label in zip(indices, labels, strict=True):
+        glyph, style = _glyph_of(picture, index)
+        if not _is_grouped(picture):
+            numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
+            notes.append((f"{glyph} {label} ({numbers})", style))
+        elif labels.index(label) == indices.index(index):
+            notes.append((f"{glyph} {label}: {format_count(labels.count(label), 'vector')}", style))
+    dominated = int(np.count_nonzero(picture.dominated))
+    notes += [(f"{DOMINATED_GLYPH} {dominated} dominated", "dim")] if dominated else []
+    return [*notes, ("● belief", "bold")] if picture.belief is not None else notes
+
+
+def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+    """Return the vectors as lines over the probability of the second state."""
+    low, high = float(picture.vectors.min()), float(picture.vectors.max())
+    low, high = (low - 1.0, high + 1.0) if low == high else (low, high)
+    notes = _list_notes(picture)
+    note_columns = max((len(text) for text, _ in notes), default=0) + 3
+    number_columns = max(len(f"{value:.1f}") for value in (low, high)) + 2
+    has_notes_beside = options.width - number_columns - note_columns >= MIN_NOTED_COLUMNS
+    width = options.width - number_columns - note_columns * has_notes_beside
+    axes = Axis(0.0, 1.0, f"P({picture.state_labels[1]})"), Axis(low, high, "V", "{:.1f}")
+    height = options.height - 3 - (not has_notes_beside)
+    plot = Plot(*axes, min(width, MAX_PLOT_COLUMNS), height)
+    if picture.belief is not None:
+        for row in range(plot.height):
+            value = high - (high - low) * row / max(plot.height - 1, 1)
+            plot.draw_point(float(picture.belief[1]), value, "│", "bold")
+    for index in sorted(range(len(picture.vectors)), key=lambda row: not picture.dominated[row]):
+        first, second = picture.vectors[index].tolist()
+        glyph, style = _glyph_of(picture, index)
+        for column in range(plot.width):
+            share = plot.value_at(column)
+            plot.draw_point(share, first + share * (second - first), glyph, style)
+    if picture.belief is not None:
+        best = float((picture.vectors @ picture.belief).max())
+        plot.draw_point(float(picture.belief[1]), best, "●", "bold")
+    if not has_notes_beside:
+        return plot.to_text().append("\n").append_text(_format_legend_row(picture, options.width))
+    for row, (text, style) in enumerate(notes[: plot.height + 1]):
+        plot.write_note(row, text, style)
+    return plot.to_text()
+
+
+def _format_legend_row(picture: AlphaVectorSet, width: int) -> Text:
+    """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
+    row = Text()
+    for text, style in _list_notes(picture):
+        row.append(f"{text.partition(' (')[0]}  ", style)
+    row.truncate(width)
+    return row
+
+
+def _draw_triangle(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+    """Return the triangle of beliefs; each point shows which vector is best there."""
+    notes = _list_notes(picture)
+    rows = max(min(options.height - 2, (options.width - MIN_NOTE_COLUMNS) // 2), 3)
+    canvas = Canvas()
+
+    def choose_glyph(belief: Reals) -> tuple[str, str]:
+        """Return the glyph of the best vector at a belief."""
+        return _glyph_of(picture, int(np.argmax(picture.vectors @ belief)))
+
+    top, left, right = picture.state_labels
+    canvas.write_text(max(rows - 1 - len(top) // 2, 0), 0, top)
+    draw_belief_triangle(canvas, 0, 1, rows, choose_glyph)
+    canvas.write_text(0, rows + 1, left[: rows - 1])
+    canvas.write_text(2 * rows - 1 - len(right[: rows - 1]), rows + 1, right[: rows - 1])
+    if picture.belief is not None:
+        column, row = locate_belief(picture.belief, rows)
+        canvas.write_text(column, row + 1, "●", "bold reverse")
+    note_columns = options.width - (2 * rows + 2)
+    if note_columns < MIN_NOTE_COLUMNS:
+        return canvas.to_text()
+    for y, (text, style) in enumerate(notes[: options.height]):
+        canvas.write_text(2 * rows + 2, y, text[:note_columns], style)
+    return canvas.to_text()
+
+
+def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
+    """Return a row for each vector that is best at some belief: its action and its numbers."""
+    canvas = Canvas()
+    rows = [index for index in range(len(picture.vectors)) if not picture.dominated[index]]
+    rows.sort(
+        key=lambda index: (
+            -float(picture.vectors[index] @ picture.belief) if picture.belief is not None else index
+        )
+    )
+    label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
+    at_belief = picture.belief is not None
+    canvas.write_text(
+        0, 0, "vectors, the best at the belief first" if at_belief else "vectors", "dim"
+    )
+    for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
+        numbers = " ".join(f"{value:.4g}" for value in picture.vectors[index])
+        canvas.write_text(
+            0, y, f"{picture.action_labels[index]:<{label_columns}} {numbers}"[: options.width]
+        )
+    return canvas.to_text()

@@ -1,0 +1,104 @@
+"""Values and actions of states: on hex maps, as heat maps over two numbers, or as a table."""
+
+import numpy as np
+from rich.text import Text
+
+from dmplay.algorithms.finite_mdp import format_state_name
+from dmplay.algorithms.step import StateValues
+from dmplay.core.problem import Problem
+from dmplay.core.text import format_score
+from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.shared.hexgrid import Hex
+from dmplay.views.algorithms.heat_maps import (
+    LABEL_COLUMNS,
+    MIN_MAP_COLUMNS,
+    draw_heat_maps,
+    find_map_axes,
+)
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.canvas import Canvas, format_to_width, measure_text
+from dmplay.views.toolkit.hexgrid import ARROWS, COMPASS, HexCell, HexSize, iter_maps
+
+HEX_CAPTION = "* changed, > < state of the formula"
+TABLE_CAPTION = "> state of the formula, * changed"
+MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
+
+
+def draw_state_values(picture: StateValues, problem: Problem, options: DrawOptions) -> Text:
+    """Return the values and the actions of states, drawn as suits the problem."""
+    if isinstance(problem, HexWorld):
+        map_text = _draw_hex_map(picture, problem, options)
+        if map_text is not None:
+            return map_text
+    axes = find_map_axes(picture.states, problem)
+    if axes and options.width >= LABEL_COLUMNS + MIN_MAP_COLUMNS:
+        return draw_heat_maps(picture, problem, axes, options)
+    return _draw_table(picture, problem, options)
+
+
+def _draw_hex_map(picture: StateValues, problem: HexWorld, options: DrawOptions) -> Text | None:
+    """Return the largest map that fits, with the action above the value; None if none fits."""
+    names = COMPASS if options.ascii else ARROWS
+    exits = dict(problem.rewards)
+
+    def make_cell(hex_: Hex, size: HexSize) -> HexCell:
+        """Return the content of a hex."""
+        state = problem.hexes.index(hex_)
+        value = float(picture.values[state])
+        action = -1 if picture.actions is None else int(picture.actions[state])
+        mark = "" if action < 0 else names[action]
+        if hex_ in exits:
+            mark = "◆" if exits[hex_] > 0 else "✗"
+        elif picture.changed is not None and picture.changed[state]:
+            mark += "*"
+        style = "green" if value > 0 else "yellow" if value else ""
+        if state == picture.focus:
+            mark, style = f">{mark}<", f"{style} bold reverse".strip()
+        text = format_to_width(value, size.width - 1)
+        if size.text_rows > 1:
+            return HexCell(mark, text, style=style)
+        return HexCell(text, dot_glyph=mark[:1] or ".", style=style)
+
+    caption = HEX_CAPTION if options.height > MAX_COMPACT_ROWS else ""
+    for board in iter_maps(problem.hexes, make_cell, options._replace(allow_large=True), caption):
+        columns, rows = measure_text(board)
+        if columns <= options.width and rows <= options.height:
+            return board
+    return None
+
+
+def _draw_table(picture: StateValues, problem: Problem, options: DrawOptions) -> Text:
+    """Return the states with their values and actions, in as many columns as they need.
+
+    If not all states fit, those around the state of the formula are drawn.
+    """
+    labels = problem.actions[0].labels
+    names = [format_state_name(problem, state) for state in picture.states]
+    values = [format_score(value) for value in picture.values.tolist()]
+    actions = [""] * len(names)
+    if picture.actions is not None:
+        actions = ["" if action < 0 else labels[action] for action in picture.actions.tolist()]
+    changed = np.zeros(len(names), bool) if picture.changed is None else picture.changed
+    name_columns, value_columns, action_columns = (
+        max(map(len, words)) for words in (names, values, actions)
+    )
+    pitch = name_columns + value_columns + action_columns + 7
+    rows = max(options.height - 2, 1)
+    column_count = max(min((options.width + 2) // pitch, -(-len(names) // rows)), 1)
+    first = (picture.focus or 0) - rows * column_count // 2
+    first = max(min(first, len(names) - rows * column_count), 0)
+    states = range(first, min(first + rows * column_count, len(names)))
+    rows = min(rows, len(states))
+    canvas = Canvas()
+    for number, state in enumerate(states):
+        x, y = number // rows * pitch, number % rows + 1
+        if y == 1:
+            heading = f"  {'state':<{name_columns}} {'V':>{value_columns}} "
+            canvas.write_text(x, 0, f"{heading}{'action' if any(actions) else ''}", "dim")
+        mark = ">" if state == picture.focus else "*" if changed[state] else " "
+        text = f"{mark} {names[state]:<{name_columns}} {values[state]:>{value_columns}} "
+        style = "bold" if state == picture.focus else ""
+        canvas.write_text(x, y, f"{text}{actions[state]}", style)
+    count = "" if len(states) == len(names) else f"{len(states)} of {len(names)} states; "
+    canvas.write_text(0, rows + 1, f"{count}{TABLE_CAPTION}"[: options.width], "dim")
+    return canvas.to_text()

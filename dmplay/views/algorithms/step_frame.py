@@ -1,0 +1,114 @@
+"""A step of an algorithm as rows: title, sentences, formula, and as many pictures as fit."""
+
+from textwrap import TextWrapper
+
+from rich.text import Text
+
+from dmplay.algorithms.step import (
+    AlphaVectorSet,
+    BeliefTable,
+    Curve,
+    Picture,
+    StateValues,
+    Step,
+    StrategyMixes,
+    TreeNode,
+)
+from dmplay.core.problem import Problem
+from dmplay.core.text import escape_unprintable, format_count
+from dmplay.views.algorithms.beliefs import draw_alpha_vectors, draw_belief_table
+from dmplay.views.algorithms.mixes_and_curves import draw_curve, draw_strategy_mixes
+from dmplay.views.algorithms.search_tree import draw_search_tree
+from dmplay.views.algorithms.state_values import draw_state_values
+from dmplay.views.protocol import DrawOptions
+from dmplay.views.toolkit.canvas import measure_text, split_rows, to_ascii
+
+MIN_SECOND_COLUMNS, MAX_SECOND_COLUMNS = 30, 60  # columns of a second picture beside the first
+MIN_WIDE_COLUMNS = 110  # columns from which the first picture leaves space beside it
+MIN_SECOND_ROWS, MAX_SECOND_ROWS = 8, 14  # rows of a second picture below the first
+MIN_PICTURE_ROWS = 7  # rows that sentences leave for the pictures
+
+
+def draw_algorithm_picture(picture: Picture, problem: Problem, options: DrawOptions) -> Text:
+    """Return a picture of a step, drawn in a size."""
+    match picture:
+        case StateValues():
+            text = draw_state_values(picture, problem, options)
+        case Curve():
+            text = draw_curve(picture, options)
+        case TreeNode():
+            text = draw_search_tree(picture, options)
+        case BeliefTable():
+            text = draw_belief_table(picture, options)
+        case AlphaVectorSet():
+            text = draw_alpha_vectors(picture, options)
+        case StrategyMixes():
+            text = draw_strategy_mixes(picture, options)
+    return to_ascii(text) if options.ascii else text
+
+
+def compose_step_rows(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
+    """Return exactly `options.height` rows: the sentences, the formula and the pictures."""
+    formula = _wrap(step.formula, options.width, "bold")
+    sentence_count = len(step.sentences)
+    while sentence_count > 1 and (
+        len(_wrap(" ".join(step.sentences[:sentence_count]), options.width))
+        > options.height - len(formula) - MIN_PICTURE_ROWS
+    ):
+        sentence_count -= 1  # The most important sentences come first.
+    sentences = _wrap(" ".join(step.sentences[:sentence_count]), options.width)
+    rows = [*sentences, *formula]
+    space = options.height - len(rows)
+    if space > MIN_PICTURE_ROWS + 2:
+        rows.append(Text(""))
+    rows += compose_pictures(step, problem, options._replace(height=options.height - len(rows)))
+    rows += (Text("") for _ in range(options.height - len(rows)))
+    for row in rows:
+        row.truncate(options.width)
+    return rows[: options.height]
+
+
+def compose_pictures(step: Step, problem: Problem, options: DrawOptions) -> list[Text]:
+    """Return the rows of the first picture, and the others beside or below it while they fit."""
+    rows: list[Text] = []
+    omitted = 0
+    for picture in step.pictures:
+        columns = measure_text(Text("\n").join(rows))[0] + 3 if rows else 0
+        free_columns, free_rows = options.width - columns, options.height - len(rows) - 1
+        size = options
+        if not columns and len(step.pictures) > 1 and options.width >= MIN_WIDE_COLUMNS:
+            size = size._replace(width=options.width - MIN_SECOND_COLUMNS - 3)
+        if columns:
+            size = size._replace(
+                width=min(free_columns, MAX_SECOND_COLUMNS),
+                height=min(options.height, MAX_SECOND_ROWS),
+            )
+        if free_columns >= MIN_SECOND_COLUMNS or not rows:
+            drawing = split_rows(draw_algorithm_picture(picture, problem, size))
+            rows = _join_beside(rows, drawing, columns)
+        elif free_rows >= MIN_SECOND_ROWS or (free_rows > 0 and isinstance(picture, Curve)):
+            size = options._replace(height=min(free_rows, MAX_SECOND_ROWS))
+            rows += [Text(""), *split_rows(draw_algorithm_picture(picture, problem, size))]
+        else:
+            omitted += 1
+    if omitted and len(rows) < options.height:
+        note = f"{format_count(omitted, 'more picture')} in a larger window"
+        rows.append(Text(note[: options.width], "dim"))
+    return rows[: max(options.height, 0)]
+
+
+def _join_beside(left: list[Text], right: list[Text], column: int) -> list[Text]:
+    """Return the rows of two drawings beside each other, the second from a column on."""
+    rows = []
+    for index in range(max(len(left), len(right))):
+        row = left[index].copy() if index < len(left) else Text("")
+        if index < len(right) and right[index].plain:
+            row.append(" " * (column - len(row.plain))).append_text(right[index])
+        rows.append(row)
+    return rows
+
+
+def _wrap(text: str, width: int, style: str = "") -> list[Text]:
+    """Wrap a text to rows; unprintable characters are escaped."""
+    wrapper = TextWrapper(max(width, 1), break_on_hyphens=False)
+    return [Text(row, style=style) for row in wrapper.wrap(escape_unprintable(text))]

@@ -1,0 +1,191 @@
+"""Monte Carlo tree search in steps: visits, means, UCB1 scores, and the best action."""
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+import dmplay
+from dmplay.algorithms.step import Step, TreeNode, WatchRequest
+from dmplay.algorithms.tree_search import ALGORITHM
+from dmplay.core.problem import Problem
+from dmplay.core.session import Session
+from dmplay.core.tabular import tabulate
+from dmplay.core.uniforms import SeededUniforms
+from dmplay.errors import EpisodeOver
+from dmplay.solvers.mdp import mdp_values
+from dmplay.solvers.pomdp import exact_pomdp
+from tests.support.formulas import assert_formula_adds_up
+from tests.support.games import make_session, play_actions
+from tests.support.literature_pomdps import make_tiger
+from tests.support.problem_cases import CASE_NAMES, load_problem
+from tests.support.tic_tac_toe import Toe
+from tests.support.turn_based_games import Nim
+from tests.support.user_problems import Gamble, Heap, Key, Vault
+
+USER_PROBLEMS: dict[str, Problem] = {
+    "tiger": make_tiger(),
+    "nim": Nim(),
+    "tic-tac-toe": Toe(),
+    "key": Key(),
+    "heap": Heap(),
+    "vault": Vault(),
+    "gamble": Gamble(),
+}
+PHASES = ["selection", "expansion", "playout", "backup"]
+
+
+def watch(
+    problem: Problem, simulations: int = 6, session: Session | None = None, seat: int = 0
+) -> list[Step]:
+    assert not ALGORITHM.find_obstacle(problem)
+    request = WatchRequest(problem, seat, session, simulations, seed=5)
+    return list(ALGORITHM.iterate_steps(request))
+
+
+def read_tree(step: Step) -> TreeNode:
+    (tree,) = step.pictures
+    assert isinstance(tree, TreeNode)
+    return tree
+
+
+def iter_nodes(node: TreeNode) -> Iterator[TreeNode]:
+    yield node
+    for child in node.children:
+        yield from iter_nodes(child)
+
+
+def find_best_action(problem: Problem, simulations: int, session: Session | None = None) -> str:
+    children = read_tree(watch(problem, simulations, session)[-1]).children
+    return max(children, key=lambda child: child.visits).label
+
+
+@pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
+def test_visits_means_and_formulas_agree_in_every_problem(name: str) -> None:
+    problem = USER_PROBLEMS[name] if name in USER_PROBLEMS else load_problem(name)
+    steps = watch(problem)
+    for step in steps:
+        if step.formula:
+            assert_formula_adds_up(step.formula)
+    backups = [step for step in steps if step.title.endswith("backup")]
+    assert [read_tree(step).visits for step in backups] == [1, 2, 3, 4, 5, 6]
+    root = read_tree(backups[-1])
+    assert sum(child.visits for child in root.children) == 6
+    total = sum(child.visits * child.value for child in root.children)
+    assert root.value == pytest.approx(total / 6)
+    for action in root.children:
+        assert sum(outcome.visits for outcome in action.children) == action.visits
+
+
+@pytest.mark.parametrize("name", ["hexworld", "catch", "predator-prey", "2048"])
+def test_scores_are_those_of_ucb1(name: str) -> None:
+    steps = watch(load_problem(name), 40)
+    trees = [read_tree(step) for step in steps if step.title.endswith("backup")]
+    returns = [trees[0].value] + [
+        after.visits * after.value - before.visits * before.value
+        for before, after in pairwise(trees)
+    ]
+    c = max(returns) - min(returns)
+    for child in trees[-1].children:
+        assert child.score == pytest.approx(
+            child.value + c * math.sqrt(math.log(40) / child.visits), rel=1e-9
+        )
+
+
+def test_the_marked_path_is_the_path_of_the_simulation() -> None:
+    steps = watch(load_problem("hexworld"), 30)
+    for select, backup in zip(steps, steps[3:], strict=False):
+        if not (select.title.endswith("selection") and backup.title.endswith("backup")):
+            continue
+        marked = [node.label for node in iter_nodes(read_tree(backup)) if node.is_on_path]
+        path = select.sentences[0].removeprefix("Path: ").removesuffix(".")
+        words = path.replace(", then ", " to ").split(" to ")
+        assert marked[1 : 1 + len(words)] == words[: len(marked) - 1]
+
+
+def test_a_simulation_has_four_phases_in_the_order_of_the_book() -> None:
+    titles = [step.title for step in watch(load_problem("hexworld"), 2)]
+    assert titles == ["start", *(f"simulation {k}: {phase}" for k in (1, 2) for phase in PHASES)]
+
+
+def test_it_finds_the_optimal_action_of_an_mdp() -> None:
+    problem = dmplay.load_problem("hexworld:straight-line")
+    session = Session(problem, SeededUniforms(0))
+    session.initial_state = problem.parse_state("(4,0)")
+    q = mdp_values.compute_optimal_q(tabulate(problem), problem.discount)
+    best = problem.format_action(0, int(np.argmax(q[4])))
+    assert find_best_action(problem, 200, session) == best == "e"
+
+
+def test_it_finds_the_optimal_action_for_a_belief() -> None:
+    session = make_session("crying-baby", [0.9], [0.5], [0.5])
+    problem = session.problem
+    play_actions(problem, session, "ignore")
+    belief = session.view(0).belief
+    assert belief == pytest.approx([0.0928, 0.9072], abs=1e-4)
+    stages = exact_pomdp.solve_finite_horizon(tabulate(problem), problem.discount, 19)
+    (q,) = exact_pomdp.compute_action_values(stages[-1], belief[None])
+    best = problem.format_action(0, int(np.argmax(q)))
+    assert find_best_action(problem, 200, session) == best == "feed"
+
+
+def test_the_mean_of_a_sure_reward_is_exact_with_one_turn_left() -> None:
+    problem = dmplay.load_problem("machine-replacement")
+    session = Session(problem, SeededUniforms(0), turn_limit=1)
+    tree = read_tree(watch(problem, 20, session)[-1])
+    rewards = tabulate(problem).rewards[0, :, 0]  # the machine starts with no failed component
+    assert [child.value for child in tree.children] == pytest.approx(rewards.tolist())
+
+
+def test_hidden_states_come_from_the_belief_and_never_from_the_game() -> None:
+    steps = []
+    for first_draw in (0.1, 0.9):  # sated and hungry babies that nobody has heard yet
+        session = make_session("crying-baby", [first_draw])
+        steps.append(
+            [(s.title, s.sentences, s.formula) for s in watch(session.problem, 20, session)]
+        )
+    assert steps[0] == steps[1]
+    states = {sentence for _, sentences, _ in steps[0] for sentence in sentences[:1]}
+    assert {"The belief gave the state hungry.", "The belief gave the state sated."} < states
+
+
+def test_nodes_of_a_hidden_problem_are_actions_and_observations() -> None:
+    tree = read_tree(watch(load_problem("crying-baby"), 60)[-1])
+    assert tree.label == "belief"
+    assert {action.label for action in tree.children} == {"feed", "sing", "ignore"}
+    outcomes = {outcome.label for action in tree.children for outcome in action.children}
+    assert outcomes == {"crying", "quiet"}
+
+
+def test_the_first_step_names_the_partner_model() -> None:
+    first, *_ = watch(load_problem("collaborative-predator-prey"), 1)
+    assert first.sentences == (
+        "The tree grows from the start of a game, for predator1.",
+        "Each simulation adds a node, and ends after 50 turns at the latest.",
+        "Each simulation draws its state from predator1's belief, not from the game.",
+        "A node is a history of actions and observations.",
+        "predator2: taken to act uniformly at random.",
+        "All values are against such play.",
+    )
+
+
+def test_values_of_a_round_are_against_random_play() -> None:
+    problem = dmplay.load_problem("prisoners-dilemma")
+    session = Session(problem, SeededUniforms(0), turn_limit=1)
+    tree = read_tree(watch(problem, 300, session)[-1])
+    silent, blame = tree.children
+    assert silent.value == pytest.approx(-2.5, abs=0.5)  # the mean of -1 and -4
+    assert blame.value == pytest.approx(-1.5, abs=0.5)  # the mean of 0 and -3
+
+
+def test_a_finished_game_has_nothing_to_search() -> None:
+    session = make_session("crying-baby", [0.1])
+    session.end("quit")
+    with pytest.raises(EpisodeOver, match="needs a turn to play, but the game is over"):
+        watch(session.problem, 1, session)
+
+
+def test_every_built_in_problem_fits() -> None:
+    assert not [name for name in CASE_NAMES if ALGORITHM.find_obstacle(load_problem(name))]

@@ -1,0 +1,300 @@
+"""Tests of the quantities against computations by hand and by plain loops."""
+
+import math
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from dmplay.core.tabular import tabulate
+from dmplay.registry.problems import load_problem
+from dmplay.tutor.lesson import Position, QuantityCall
+from dmplay.tutor.positions import PositionInGame, open_position
+from dmplay.tutor.quantity import compute_truth
+
+
+def open_problem(problem: str, **facts: object) -> PositionInGame:
+    """Return a position of a problem."""
+    return open_position(Position(problem, **facts), Path())  # type: ignore[arg-type]
+
+
+def compute(position: PositionInGame, name: str, **arguments: object) -> object:
+    """Return the value of a quantity."""
+    return compute_truth(position, QuantityCall(name, arguments)).value
+
+
+def number(position: PositionInGame, name: str, **arguments: object) -> float:
+    """Return the value of a quantity that is a number."""
+    value = compute(position, name, **arguments)
+    assert isinstance(value, float)
+    return value
+
+
+HEXWORLD = open_problem("hexworld", seed=104)  # at (2,1)
+LINE = open_problem("hexworld:straight-line")
+BABY = open_problem("crying-baby", turns=10)
+
+
+def iterate_values(discount: float) -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Return the states of hex world, V and Q, by a thousand sweeps in plain loops."""
+    problem = load_problem("hexworld")
+    tables = tabulate(problem)
+    names = [*map(problem.format_state, problem.enumerate_states())]
+    values = np.zeros(len(names))
+    q = np.zeros((len(names), 6))
+    for _ in range(1000):
+        for s, a in np.ndindex(q.shape):
+            q[s, a] = tables.rewards[s, a, 0] + discount * tables.transition[s, a].dot(values)
+        values = q.max(axis=1)
+    return names, values, q
+
+
+@pytest.fixture(scope="module", name="sweeps")
+def fixture_sweeps() -> tuple[list[str], np.ndarray, np.ndarray]:
+    """Return the states, values and action values of hex world."""
+    return iterate_values(0.9)
+
+
+def test_values_of_states_and_actions_agree_with_plain_sweeps(
+    sweeps: tuple[list[str], np.ndarray, np.ndarray],
+) -> None:
+    names, values, q = sweeps
+    for state in ("(2,1)", "(5,2)", "(9,0)"):
+        index = names.index(state)
+        assert number(HEXWORLD, "state-value", state=state) == pytest.approx(values[index])
+        assert number(HEXWORLD, "action-value", state=state, action="w") == pytest.approx(
+            q[index, 3]
+        )
+        assert number(HEXWORLD, "action-loss", state=state, action="w") == pytest.approx(
+            values[index] - q[index, 3], abs=1e-9
+        )
+
+
+def test_the_straight_way_at_2_1_is_west_and_loses_what_the_sweeps_say(
+    sweeps: tuple[list[str], np.ndarray, np.ndarray],
+) -> None:
+    names, values, q = sweeps
+    index = names.index("(2,1)")
+    loss = number(HEXWORLD, "straight-way-loss", state="(2,1)")
+    assert loss == pytest.approx(values[index] - q[index, 3])
+    assert compute(HEXWORLD, "best-action") == {"nw"}
+    assert compute(HEXWORLD, "worst-outcome", action="w") == {"(2,0)"}
+
+
+def test_the_outcomes_of_west_at_2_1_are_three_hexes() -> None:
+    outcomes = compute(HEXWORLD, "outcomes", action="w")
+    assert isinstance(outcomes, Mapping)
+    assert outcomes == pytest.approx({"(1,1)": 0.7, "(2,0)": 0.15, "(1,2)": 0.15})
+    probability = number(HEXWORLD, "outcome-probability", action="w", outcome="(2,0)")
+    assert probability == pytest.approx(0.15)
+    assert number(HEXWORLD, "outcome-probability", action="w", outcome="(9,0)") == 0
+
+
+def test_the_first_sweeps_of_the_straight_line_by_hand() -> None:
+    first = 0.3 * -1
+    second = 0.7 * 0.9 * 10 + 0.3 * (-1 + 0.9 * first)
+    assert number(LINE, "sweep-value", state="(5,0)", sweep=1) == pytest.approx(first)
+    assert number(LINE, "sweep-value", state="(5,0)", sweep=2) == pytest.approx(second)
+
+
+def test_the_greedy_policy_of_the_straight_line_is_east_after_five_sweeps() -> None:
+    values = [0.0] * 7
+    policies = []
+    for _ in range(20):
+        stay = [0.3 * (-1 + 0.9 * values[q]) for q in range(6)]
+        east = [stay[q] + 0.7 * 0.9 * values[q + 1] for q in range(6)]
+        west = [stay[q] + 0.7 * 0.9 * values[q - 1] if q else -math.inf for q in range(6)]
+        values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
+        policies.append(all(values[q + 1] > values[q - 1] for q in range(1, 6)))
+    assert number(LINE, "last-policy-change") == policies.index(True) + 1
+
+
+def test_states_are_ordered_by_their_distance_to_the_exit() -> None:
+    states = ["(2,0)", "(5,0)", "(0,0)"]
+    assert compute(LINE, "order-of-values", states=states) == ("(5,0)", "(2,0)", "(0,0)")
+
+
+@pytest.mark.parametrize(("discount", "probability"), [(0.9, 0.0), (0.7, 1.0), (0.3, 0.0)])
+def test_the_exit_that_the_best_play_takes_depends_on_the_discount(
+    discount: float, probability: float
+) -> None:
+    position = open_problem("hexworld", seed=19)  # at (3,2)
+    computed = number(position, "exit-probability", exit_state="(0,1)", discount=discount)
+    names, _, q = iterate_values(discount)
+    reached = np.zeros(len(names))
+    reached[names.index("(3,2)")] = 1.0
+    transition = tabulate(load_problem("hexworld")).transition
+    left_by = 0.0
+    for _ in range(500):
+        exit_index = names.index("(0,1)")
+        left_by += reached[exit_index]
+        reached = sum(reached[s] * transition[s, q[s].argmax()] for s in range(len(names)))
+    assert computed == pytest.approx(left_by, abs=1e-6)
+    assert computed == pytest.approx(probability, abs=1e-6)
+
+
+def test_an_undone_turn_meets_the_same_draw() -> None:
+    position = open_problem("hexworld", seed=7, after=("e", "e"))
+    assert compute(position, "state-after-undo", action="e") == {"(8,2)"}  # bumped, as before
+    assert compute(position, "state-after-undo", action="sw") == {"(8,1)"}
+
+
+def test_an_agents_return_is_that_of_its_game_with_the_same_draws() -> None:
+    session = HEXWORLD.session.copy_at_start()
+    for action in ("nw", "w", "e"):
+        session.advance([HEXWORLD.problem.parse_action(0, action)])
+    assert number(HEXWORLD, "agent-return", agent="optimal") == session.seat_return(0)
+
+
+def test_an_agent_plays_on_from_the_position() -> None:
+    position = open_problem("hexworld", seed=7, after=("e", "e"))  # a bump costs 0.9
+    session = position.session.copy_at_start()
+    for action in ("e", "e", "sw", "se", "se", "se"):
+        session.advance([position.problem.parse_action(0, action)])
+    assert session.over
+    assert number(position, "agent-return", agent="optimal") == session.seat_return(0)
+
+
+def test_a_car_that_only_pushes_right_swings_back() -> None:
+    facts = {"start_low": -0.52, "start_high": -0.52, "start_speed": 0.0}
+    position = open_problem("mountain-car", parameters=facts)
+    x, v, highest = -0.52, 0.0, -1.2
+    for _ in range(200):
+        v += 0.001 - 0.0025 * math.cos(3 * x)
+        x += v
+        highest = max(highest, x)
+    computed = number(position, "furthest-number", action="right", turns=200)
+    assert computed == pytest.approx(highest, abs=1e-6)
+
+
+def test_beliefs_by_hand() -> None:
+    hungry = 0.5 + 0.5 * 0.1
+    cry = hungry * 0.8 + (1 - hungry) * 0.1
+    computed = number(BABY, "belief", state="hungry", history=["ignore crying"])
+    assert computed == pytest.approx(hungry * 0.8 / cry)
+    assert number(BABY, "belief", state="hungry", history=["feed crying"]) == 0
+    heard = number(BABY, "observation-probability", action="ignore", observation="crying")
+    assert heard == pytest.approx(cry)
+    distribution = compute(BABY, "belief-distribution", history=["ignore crying"])
+    assert isinstance(distribution, Mapping)
+    assert sum(distribution.values()) == pytest.approx(1)
+
+
+def test_the_boundary_with_two_turns_left_by_hand() -> None:
+    # Feeding costs 5 now and saves 0.9 x 10 x (p + 0.1 (1 - p)).
+    boundary = (5 / 9 - 0.1) / 0.9
+    computed = number(
+        BABY, "best-action-boundary", below="ignore", above="feed", state="hungry", turns_left=2
+    )
+    assert computed == pytest.approx(boundary)
+    assert number(BABY, "alpha-vector-count", turns_left=1) == 1
+
+
+def recursive_value(belief: np.ndarray, turns: int) -> dict[str, float]:
+    """Return the value of each action of the machine, by recursion over all observations."""
+    problem = load_problem("machine-replacement")
+    tables = tabulate(problem)
+    values = {}
+    for a, label in enumerate(problem.actions[0].labels):
+        value = float(belief @ tables.rewards[:, a, 0])
+        predicted = belief @ tables.transition[:, a]
+        for o in range(2) if turns > 1 else ():
+            joint = predicted * tables.observation_model[a, :, o]
+            if joint.sum() > 0:
+                later_values = recursive_value(joint / joint.sum(), turns - 1)
+                value += joint.sum() * max(later_values.values())
+        values[label] = value
+    return values
+
+
+def test_replacing_a_broken_machine_pays_with_six_turns_left() -> None:
+    machine = open_problem("machine-replacement", turns=20)
+    both_failed = np.array([0.0, 0.0, 1.0])
+    five, six = (recursive_value(both_failed, turns) for turns in (5, 6))
+    assert max(five, key=lambda action: five[action]) != "replace"
+    assert max(six, key=lambda action: six[action]) == "replace"
+    assert number(machine, "fewest-turns", action="replace", belief="2 1") == 6
+    loss = number(machine, "belief-loss", action="examine", belief="2 1", turns_left=5)
+    assert loss == pytest.approx(max(five.values()) - five["examine"])
+
+
+def test_the_cost_of_noise_is_a_geometric_sum() -> None:
+    regulator = open_problem("simple-regulator", turns=10)
+    cost = sum(0.1**2 * 0.9**turn for turn in range(1, 10))
+    assert number(regulator, "noise-cost", turns_left=10) == pytest.approx(cost)
+    # From 1 with theta1 = -0.5, the mean halves each turn, and the variance is that of a sum.
+    loss, mean, variance = 0.0, 1.0, 0.0
+    for turn in range(1, 10):
+        mean, variance = mean / 2, variance / 4 + 0.01
+        loss += 0.9**turn * (mean**2 + variance - 0.01)
+    computed = number(regulator, "linear-policy-loss", theta1=-0.5, state=1.0, turns_left=10)
+    assert computed == pytest.approx(loss)
+
+
+def test_best_replies_and_levels_by_hand() -> None:
+    game = open_problem("travelers-dilemma", turns=5)
+    assert compute(game, "best-reply", opponent="99") == {"98"}
+    payoffs = {
+        claim: sum(
+            claim + 2 if claim < o else claim if claim == o else o - 2 for o in range(2, 101)
+        )
+        for claim in range(2, 101)
+    }
+    best = {str(claim) for claim, total in payoffs.items() if total == max(payoffs.values())}
+    assert compute(game, "level-k-action", level=1) == best == {"96", "97"}
+    assert compute(game, "level-k-action", level=2) == {"95"}
+    assert number(game, "equilibrium-payoff") == 2
+    assert number(game, "expected-payoff", action="98", opponent="99") == 100
+
+
+def test_mixed_strategies_by_hand() -> None:
+    game = open_problem("rock-paper-scissors", turns=10)
+    mix = "rock 0.5 paper 0.25 scissors 0.25"
+    assert number(game, "expected-payoff", action="paper", opponent=mix) == pytest.approx(0.25)
+    assert compute(game, "best-reply", opponent=mix) == {"paper"}
+    assert number(game, "equilibrium-probability", action="rock") == pytest.approx(1 / 3)
+    assert compute(game, "agent-action", agent="beat-last", rounds=["paper rock"]) == {"scissors"}
+
+
+def test_strategies_are_told_apart_by_their_replies() -> None:
+    game = open_problem("prisoners-dilemma", turns=10)
+    rounds = ["cooperate cooperate", "defect cooperate", "cooperate defect", "cooperate cooperate"]
+    names = ["tit-for-tat", "grim", "always-cooperate"]
+    matching = compute(game, "matching-agents", rounds=rounds, candidates=names)
+    assert matching == {"tit-for-tat"}
+
+
+def test_both_caregivers_pay_for_two_meals_and_a_hungry_turn() -> None:
+    pair = open_problem("multicaregiver-crying-baby", turns=10)
+    assert number(pair, "team-cost", state="hungry", actions="feed feed") == 10 + 10 + 2.5 + 5
+
+
+def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
+    hunt = open_problem("predator-prey:triangle", turns=12)
+    probabilities = [
+        number(hunt, "agent-probability", agent="equilibrium", state="(0,0) (0,1)", action=action)
+        for action in hunt.problem.actions[0].labels
+    ]
+    assert sum(probabilities) == pytest.approx(1)
+    assert sum(p > 0.01 for p in probabilities) == 3
+
+
+@pytest.mark.parametrize(
+    ("problem", "name", "arguments", "message"),
+    [
+        ("crying-baby", "state-value", {"state": "nowhere"}, "got 'nowhere', expected a state"),
+        ("hexworld", "action-value", {"action": "up"}, "unknown action 'up'"),
+        ("hexworld", "belief", {"state": "(0,0)", "history": ["e x"]}, "no observations"),
+        ("2048", "sweep-value", {"state": "", "sweep": 2}, "no finite list of states"),
+        ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected hexworld"),
+        ("hexworld", "best-reply", {"opponent": "e"}, "has no payoff table of two agents"),
+        ("hexworld", "noise-cost", {"turns_left": 3}, "expected simple-regulator"),
+        ("multicaregiver-crying-baby", "best-action", {}, "are about another game"),
+    ],
+)
+def test_a_quantity_that_a_problem_does_not_have_is_one_clear_error(
+    problem: str, name: str, arguments: dict[str, object], message: str
+) -> None:
+    with pytest.raises((ValueError, LookupError, RuntimeError), match=message):
+        compute(open_problem(problem, turns=5), name, **arguments)

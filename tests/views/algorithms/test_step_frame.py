@@ -1,0 +1,214 @@
+"""The pictures of watched algorithms: literal drawings, and their fit in every size."""
+
+from functools import cache
+from itertools import islice
+
+import numpy as np
+import pytest
+
+from dmplay.algorithms import registry
+from dmplay.algorithms.step import (
+    AlphaVectorSet,
+    BeliefTable,
+    Curve,
+    Picture,
+    StateValues,
+    Step,
+    StrategyMixes,
+    TreeNode,
+    WatchRequest,
+)
+from dmplay.registry.builtin_names import problem_names
+from dmplay.registry.problems import load_problem
+from dmplay.views.algorithms.step_frame import compose_step_rows, draw_algorithm_picture
+from dmplay.views.protocol import DrawOptions
+from tests.support.glyphs import ASCII_CHARACTERS, GLYPHS
+
+SIZES = [(80, 21), (50, 11), (200, 57), (30, 6), (12, 3), (1, 1), (110, 30)]
+FITTING_PAIRS = [
+    (name, problem)
+    for name, algorithm in registry.load_algorithms().items()
+    for problem in problem_names()
+    if not algorithm.find_obstacle(load_problem(problem))
+]
+BABY = load_problem("crying-baby")
+
+
+@cache
+def sample_steps(name: str, problem_name: str) -> list[Step]:
+    """Return the start, some early steps and the last of some steps of an algorithm."""
+    request = WatchRequest(load_problem(problem_name), iterations=6)
+    steps = [*islice(registry.find_algorithm(name).iterate_steps(request), 24)]
+    return [*steps[:4], steps[-1]]
+
+
+def draw(picture: Picture, width: int, height: int, *, ascii_: bool = False) -> list[str]:
+    """Return the rows of a picture without trailing blanks."""
+    text = draw_algorithm_picture(picture, BABY, DrawOptions(width, height, ascii_))
+    return [row.rstrip() for row in text.plain.split("\n")]
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize(("name", "problem_name"), FITTING_PAIRS)
+def test_each_step_fits_each_size_with_known_characters(
+    name: str, problem_name: str, size: tuple[int, int]
+) -> None:
+    problem = load_problem(problem_name)
+    for step in sample_steps(name, problem_name):
+        for ascii_, characters in ((False, ASCII_CHARACTERS | GLYPHS), (True, ASCII_CHARACTERS)):
+            rows = compose_step_rows(step, problem, DrawOptions(*size, ascii_))
+            assert len(rows) == size[1]
+            assert max(len(row.plain) for row in rows) <= size[0]
+            assert {*"".join(row.plain for row in rows)} <= characters
+
+
+@pytest.mark.parametrize(("name", "problem_name"), FITTING_PAIRS)
+def test_the_formula_is_on_the_screen(name: str, problem_name: str) -> None:
+    for step in sample_steps(name, problem_name):
+        rows = compose_step_rows(step, load_problem(problem_name), DrawOptions(80, 21))
+        text = " ".join(row.plain for row in rows)
+        assert " ".join(step.formula.split()) in " ".join(text.split())
+
+
+def test_hex_world_after_two_sweeps_in_ascii() -> None:
+    problem = load_problem("hexworld:straight-line")
+    steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
+    rows = compose_step_rows([*islice(steps, 3)][-1], problem, DrawOptions(60, 14, ascii=True))
+    assert [row.plain for row in rows] == [
+        "V is now the value of a game with 2 turns left. 6 of 8",
+        "values changed; the largest change, the residual, is 6.219.",
+        "The best action in (5,0), where V changed most, is e; the",
+        "next best has 0.2705.",
+        "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919",
+        "   / \\     / \\     / \\     / \\     / \\     / \\     / \\",
+        " /     \\ /     \\ /     \\ /     \\ /     \\ /     \\ /     \\",
+        "|       |       |       |       |       |       |       |",
+        "|   E*  |   E*  |   E*  |   E*  |   E*  |  >E*< |   +   |",
+        "| -0.57 | -0.57 | -0.57 | -0.57 | -0.57 |  5.92 | 10.00 |",
+        " \\     / \\     / \\     / \\     / \\     / \\     / \\     /",
+        "   \\ /     \\ /     \\ /     \\ /     \\ /     \\ /     \\ /",
+        "",
+        "residual #= 6.219",
+    ]
+
+
+def test_a_search_tree_marks_the_simulation_and_hides_what_does_not_fit() -> None:
+    leaf = TreeNode("quiet", 2, -8.0)
+    feed = TreeNode("feed", 3, -9.5, -4.25, is_on_path=True, children=(leaf, leaf))
+    sing = TreeNode("sing", 0, 0.0, None)
+    root = TreeNode("belief", 3, -9.5, None, is_on_path=True, children=(feed, sing))
+    assert draw(root, 60, 8) == [
+        "N: visits  Q: mean return  UCB: score  > simulation",
+        "                N        Q      UCB",
+        "> belief        3     -9.5",
+        "> ├ feed        3     -9.5    -4.25",
+        "  │ ├ quiet     2       -8",
+        "  │ └ quiet     2       -8",
+        "  └ sing        0        -",
+    ]
+    assert draw(root, 60, 4)[-1] == "… 4 more nodes"
+
+
+def test_a_belief_table_shows_its_columns_with_bars_and_without_a_number_that_is_unknown() -> None:
+    table = BeliefTable(
+        ("sated", "hungry"),
+        (("prior", np.array([0.25, 0.75])), ("likelihood", np.array([np.nan, 0.5]))),
+    )
+    assert draw(table, 60, 4, ascii_=True) == [
+        "state   prior                     likelihood",
+        "sated   0.2500  ####............  -",
+        "hungry  0.7500  ############....  0.5000  ########........",
+    ]
+
+
+def test_alpha_vectors_of_two_states_are_lines_and_the_belief_is_marked() -> None:
+    vectors = AlphaVectorSet(
+        ("sated", "hungry"),
+        np.array([[0.0, 8.0], [8.0, 0.0], [1.0, 1.0]]),
+        ("feed", "ignore", "sing"),
+        np.array([False, False, True]),
+        np.array([0.5, 0.5]),
+    )
+    assert draw(vectors, 52, 8, ascii_=True) == [
+        "V",
+        "8.0 |xxxx          |          oooo  o feed (0, 8)",
+        "    |    xxxxxxx   |   ooooooo      x ignore (8, 0)",
+        "    |           xxx*xxx             . 1 dominated",
+        "    |    ooooooo   |   xxxxxxx      * belief",
+        "0.0 |oooo.....................xxxx",
+        "    +-----------------------------",
+        "     0         P(hungry)         1",
+    ]
+
+
+def test_alpha_vectors_of_three_states_are_a_triangle() -> None:
+    vectors = AlphaVectorSet(
+        ("good", "worn", "bad"),
+        np.array([[4.0, 0.0, 0.0], [0.0, 4.0, 0.0], [0.0, 0.0, 4.0]]),
+        ("use", "examine", "replace"),
+        np.zeros(3, bool),
+        np.array([0.0, 0.0, 1.0]),
+    )
+    assert draw(vectors, 40, 7, ascii_=True) == [
+        "  good      o use (4, 0, 0)",
+        "    o       x examine (0, 4, 0)",
+        "   ooo      + replace (0, 0, 4)",
+        "  ooooo     * belief",
+        " xxxx+++",
+        "xxxxx+++*",
+        "worn  bad",
+    ]
+
+
+def test_mixes_mark_the_best_responses() -> None:
+    mixes = StrategyMixes(
+        ("agent1", "agent2"),
+        (("rock", "paper"), ("rock", "paper")),
+        (np.array([0.25, 0.75]), np.array([1.0, 0.0])),
+        (1, 0),
+    )
+    assert draw(mixes, 60, 4, ascii_=True) == [
+        "agent1  > best response       agent2  > best response",
+        "  rock  0.250 ###..........   > rock  1.000 #############",
+        "> paper 0.750 ##########...     paper 0.000 .............",
+    ]
+
+
+def test_a_curve_has_a_log_scale_if_its_numbers_differ_much_in_size() -> None:
+    assert draw(Curve("residual", (10.0, 1.0, 0.001)), 40, 8)[0] == "residual (log scale)"
+    assert draw(Curve("residual", (10.0, 9.0, 8.0)), 40, 8)[0] == "residual"
+    assert draw(Curve("residual", (4.0, 2.0, 0.0)), 40, 1) == ["residual █▅▁ 0"]
+
+
+def test_values_over_two_numbers_are_a_map_with_the_actions_beside_it() -> None:
+    states = np.array([[x, v] for x in (-1.0, 0.0, 0.5) for v in (-0.1, 0.1)])
+    picture = StateValues(
+        states,
+        np.array([-8.0, -7.0, -4.0, -3.0, 0.0, 0.0]),
+        np.array([0, 0, 1, 2, -1, -1]),
+        focus=1,
+    )
+    text = draw_algorithm_picture(picture, load_problem("mountain-car"), DrawOptions(64, 8))
+    assert [row.rstrip() for row in text.plain.split("\n")] == [
+        "V: ▁ -8  █ 0                    best: ← left  · coast  → right",
+        "    0.1 @▆█                         0.1 @→",
+        "   -0.1 ▁▅█                        -0.1 ←·",
+        "        0.5                             0.5",
+        "position; up: speed             position; up: speed",
+    ]
+
+
+def test_other_states_are_a_table_around_the_state_of_the_formula() -> None:
+    picture = StateValues(
+        np.arange(2), np.array([-3.5, 2.0]), np.array([2, 0]), np.array([True, False]), 1
+    )
+    assert draw(picture, 50, 8) == [
+        "  state     V action",
+        "* sated  -3.5 ignore",
+        "> hungry    2 feed",
+        "> state of the formula, * changed",
+    ]
+    assert draw(picture, 40, 3)[1:] == [
+        "> hungry    2 feed",
+        "1 of 2 states; > state of the formula, *",
+    ]
