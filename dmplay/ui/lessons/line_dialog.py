@@ -109,5 +109,6 @@ class LineDialog:
         for line in map(escape_unprintable, lines):
             width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
             is_wrapped = self._terminal.is_interactive and len(line) > width
-            rows = wrap(line, width, break_on_hyphens=False) if is_wrapped else [line]
-            print("\n".join(rows), flush=True)
+            indent = "  " * (len(line) - len(line.lstrip()))  # of the rows below the first
+            rows = wrap(line, width, subsequent_indent=indent, break_on_hyphens=False)
+            print("\n".join(rows) if is_wrapped else line, flush=True)
