@@ -47,7 +47,7 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
 def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple[float, Exercise]]:
     """Yield the regret and the exercise of each choice of a seat that lost something."""
     question = game.advice_question(seat)
-    if find_exact_agent(game.problem, question) is None:
+    if find_exact_agent(game.session, question) is None:
         raise BadParameter(
             f"{path}: the exact values of this game are not known; dmplay review shows estimates"
         )
@@ -62,7 +62,7 @@ def _make_exercise(game: Playback, path: Path, seat: int, choice: ReviewedAction
     session = game.session.copy_at_start()
     session.append_turns(game.session.turns[: choice.turn - 1])
     position = PositionInGame(game.problem_name, session, advice_question, choice.turn - 1)
-    hint_agent = find_exact_agent(game.problem, advice_question)
+    hint_agent = find_exact_agent(session, advice_question)
     assert hint_agent is not None  # the caller checked both
     assert choice.regret is not None
     question = ActionQuestion(

@@ -9,8 +9,8 @@ import numpy as np
 from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possible_outcomes
-from dmplay.core.session import SeatedPolicy
+from dmplay.core.problem import Outcome, build_percept, enumerate_possible_outcomes
+from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 from dmplay.problems.shared.hex_hunt import HexHunt
 from dmplay.registry import agents
@@ -177,10 +177,17 @@ class ValuedPosition:
         )
 
 
-def find_exact_agent(problem: Problem, question: AdviceQuestion) -> agents.HintAgent | None:
-    """Return the agent with exact values of the game of a question; None if there is none."""
-    agent = agents.find_hint_provider(problem, question)
-    if agent is None or not problem.actions[question.seat].labels:
+def find_exact_agent(session: Session, question: AdviceQuestion) -> agents.HintAgent | None:
+    """Return the agent with exact values of the game of a question; None if there is none.
+
+    None too if actions are real numbers, or if there are too many hidden states for beliefs.
+    """
+    problem = session.problem
+    if not problem.actions[question.seat].labels:
         return None
-    is_about_game = agent.has_exact_regrets and not agent.assumed_players
-    return agent if is_about_game and agent.policy.values_name == EXACT_VALUES else None
+    if problem.partially_observable and not session.has_visible_beliefs:
+        return None
+    agent = agents.find_hint_provider(problem, question)
+    if agent is None or agent.policy.values_name != EXACT_VALUES:
+        return None
+    return agent if agent.has_exact_regrets and not agent.assumed_players else None

@@ -13,7 +13,6 @@ from dmplay.core.policy import Policy
 from dmplay.core.problem import enumerate_outcomes
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.formats import writer
-from dmplay.tutor import puzzles
 from dmplay.tutor.exercise import ExerciseRun
 from dmplay.tutor.puzzles import (
     PUZZLE_PROBLEMS,
@@ -141,7 +140,7 @@ def test_no_puzzle_occurs_twice(name: str) -> None:
 
 def test_a_code_names_the_same_puzzle_again() -> None:
     first = find_puzzle("hexworld:2")
-    puzzles._mine_puzzles.cache_clear()
+    list_puzzles.cache_clear()
     assert find_puzzle("hexworld:2") == first
 
 
