@@ -291,7 +291,7 @@ SCREEN_KEYS = (
     ScreenKey(
         ("M",),
         "M",
-        "mistakes",
+        "learn",
         "after the game: find better actions than those that lost most",
         leave_to_learn,
     ),
