@@ -13,6 +13,7 @@ from dmplay.game.saves import list_saves
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
 from dmplay.game.transcript_files import verify
+from dmplay.registry.agents import HintAgent
 from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.positions import PositionInGame
@@ -47,33 +48,33 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
 def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple[float, Exercise]]:
     """Yield the regret and the exercise of each choice of a seat that lost something."""
     question = game.advice_question(seat)
-    if find_exact_agent(game.session, question) is None:
+    hint_agent = find_exact_agent(game.session, question)
+    if hint_agent is None:
         raise BadParameter(
             f"{path}: the exact values of this game are not known; dmplay review shows estimates"
         )
     for choice in run_review(game.session, [question]):
         if choice.regret is not None and choice.regret > MIN_REGRET:
-            yield choice.regret, _make_exercise(game, path, seat, choice)
+            yield choice.regret, _make_exercise(game, path, hint_agent, choice)
 
 
-def _make_exercise(game: Playback, path: Path, seat: int, choice: ReviewedAction) -> Exercise:
-    """Return the exercise that puts the player before a choice."""
-    advice_question = game.advice_question(seat)
+def _make_exercise(
+    game: Playback, path: Path, hint_agent: HintAgent, choice: ReviewedAction
+) -> Exercise:
+    """Return the exercise that puts the player before a choice that lost something."""
+    seat, regret = hint_agent.question.seat, choice.regret or 0.0
     session = game.session.copy_at_start()
     session.append_turns(game.session.turns[: choice.turn - 1])
-    position = PositionInGame(game.problem_name, session, advice_question, choice.turn - 1)
-    hint_agent = find_exact_agent(session, advice_question)
-    assert hint_agent is not None  # the caller checked both
-    assert choice.regret is not None
+    position = PositionInGame(game.problem_name, session, hint_agent.question, choice.turn - 1)
     question = ActionQuestion(
         position,
         hint_agent,
-        tolerance=ANSWER_TOLERANCE_SHARE * choice.regret,
+        tolerance=ANSWER_TOLERANCE_SHARE * regret,
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
     introduction = (
         question.describe_history(),
-        f"In the game, {choice.chosen} was chosen here. It lost {format_number(choice.regret)}.",
+        f"In the game, {choice.chosen} was chosen here. It lost {format_number(regret)}.",
     )
     return Exercise(
         f"{_format_key_prefix(path)}{choice.seat} {choice.turn}",

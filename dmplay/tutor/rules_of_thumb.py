@@ -5,7 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.belief_policy_bases import GreedyBeliefPolicy
 from dmplay.core import belief as beliefs
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
@@ -164,8 +163,9 @@ def _trust_last_observation(position: ValuedPosition) -> Chooser:
 
 
 def _plans_by_belief(position: ValuedPosition) -> bool:
-    """Return whether the values are those of a belief, the first array of the memory."""
-    return isinstance(position.hint_agent.policy, GreedyBeliefPolicy)
+    """Return whether the values are those of the belief, as the first array of the memory."""
+    memory, belief = position.memory, position.session.view(position.seat).belief
+    return bool(memory) and memory[0].shape == (1, *belief.shape)
 
 
 def _choose_nothing() -> None:
