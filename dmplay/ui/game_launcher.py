@@ -55,8 +55,10 @@ def play_game(table: GameController, command: PlayCommand) -> int:
             screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
             code = run_full_screen(screen)
             table.end_game("interrupted" if code else "quit")
-            print(table.game.narrator.describe_result())
-            code = code or _learn_from_game(screen)
+            if screen.learns_from_game:
+                code = code or _learn_from_game(screen)
+            else:
+                print(table.game.narrator.describe_result())
         else:
             reporter = (
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
@@ -149,9 +151,9 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
 
 
 def _learn_from_game(screen: PlayScreen) -> int:
-    """Ask for better actions if the player left the screen for that; return the exit code."""
+    """Ask for better actions than those that lost most in a game; return the exit code."""
     path = screen.game.transcript_path
-    if not screen.learns_from_game or path is None:
+    if path is None:
         return 0
     from dmplay.ui.lessons.question_player import play_mistakes
 
