@@ -162,9 +162,9 @@ def learn_from(
 ) -> object:
     """Find better actions than those that lost most in recorded games.
 
-    You stand before each of at most five choices again, worst first. This needs the
-    exact values of the game that was played, and a file that verifies. A choice that
-    you miss returns after 1, 3 and 7 days.
+    You choose again in at most five positions, worst first. This needs the exact
+    values of the game that was played, and a file that verifies. A choice that you
+    miss returns after 1, 3 and 7 days.
 
     \b
       dmplay learn from game.dmt
