@@ -2,6 +2,7 @@
 
 import os
 from glob import escape, glob
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -37,6 +38,9 @@ your own lessons.
   dmplay learn ./week3/         list the lessons in a folder
   dmplay learn ./week3/ 2       open lesson 2 of the folder
   dmplay learn --json           print your progress for a course page
+  dmplay learn puzzle           solve the puzzle of the day
+  dmplay learn puzzle catch     solve a puzzle of one problem
+  dmplay learn from game.dmt    find better actions than your worst ones
 
 \b
 'dmplay learn 9' is short for 'dmplay learn lesson 9'.""",
@@ -54,6 +58,13 @@ def _complete_lessons(incomplete: str) -> list[str]:
     stems = [path.stem.partition("-") for path in list_builtin_paths()]
     words = [word for number, _, name in stems for word in (number.lstrip("0"), name)]
     return [word for word in words if word.startswith(incomplete)]
+
+
+def _complete_puzzles(incomplete: str) -> list[str]:
+    """Return the built-in problems that have puzzles, for completion."""
+    from dmplay.tutor.puzzles import PUZZLE_PROBLEMS
+
+    return [name for name in PUZZLE_PROBLEMS if name.startswith(incomplete)]
 
 
 @learn_app.command("lesson")
@@ -94,6 +105,79 @@ def lesson(
     if terminal_options.json:
         raise BadParameter("--json: prints the list of lessons; leave out the lesson")
     return LearnCommand(name, terminal_options, source, restart, trust)
+
+
+@learn_app.command("puzzle")
+@options.with_terminal_options()
+def puzzle(
+    code: Annotated[
+        str,
+        typer.Argument(
+            metavar="[PROBLEM[:NUMBER]]",
+            help="problem, or one of its puzzles, such as catch:7 (default: puzzle of the day)",
+            autocompletion=_complete_puzzles,
+        ),
+    ] = "",
+    solution: Annotated[
+        bool, typer.Option("--solution", help="with --json, print the solution too")
+    ] = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Solve a puzzle: a position in which a rule of thumb loses.
+
+    Choose the best action. All values are exact, and about the game of the puzzle.
+    A puzzle that you miss returns after 1, 3 and 7 days. The puzzle of the day
+    changes at midnight UTC and is the same for all players.
+
+    \b
+      dmplay learn puzzle
+      dmplay learn puzzle crying-baby
+      printf 'nw\\n' | dmplay learn puzzle hexworld:2
+      dmplay learn puzzle catch:7 --json --solution
+    """
+    if terminal_options.json:
+        from dmplay.output.question_report import report_puzzle
+
+        return report_puzzle(code, with_solution=solution)
+    if solution:
+        raise BadParameter("--solution: expected --json too; in a dialog, type show")
+    from dmplay.game.command_line_results import PuzzleCommand
+
+    return PuzzleCommand(code, terminal_options)
+
+
+@learn_app.command("from")
+@options.with_terminal_options()
+def learn_from(
+    paths: Annotated[
+        list[Path],
+        typer.Argument(metavar="[GAME]...", help="recorded games (default: all saved games)"),
+    ] = [],  # noqa: B006 - typer reads it once
+    trust: Annotated[
+        bool, typer.Option("--trust", help="run problems and agents that are code outside dmplay")
+    ] = False,
+    *,
+    terminal_options: TerminalOptions,
+) -> object:
+    """Find better actions than those that lost most in recorded games.
+
+    You choose again in at most five positions, worst first. This needs the exact
+    values of the game that was played, and a file that verifies. A choice that you
+    miss returns after 1, 3 and 7 days.
+
+    \b
+      dmplay learn from game.dmt
+      dmplay learn from
+      dmplay learn from game.dmt --json
+    """
+    if terminal_options.json:
+        from dmplay.output.question_report import report_mistakes
+
+        return report_mistakes(paths, trusted=trust)
+    from dmplay.game.command_line_results import MistakesCommand
+
+    return MistakesCommand(tuple(paths), terminal_options, trust)
 
 
 def _split_words(words: list[str]) -> tuple[str, str]:

@@ -16,9 +16,12 @@ from dmplay.game.command_line_results import (
     CliResult,
     LearnCommand,
     McpServerConfig,
+    MistakesCommand,
     PlayCommand,
     Printout,
+    PuzzleCommand,
     ShellCommand,
+    TutorCommand,
     WatchCommand,
 )
 from dmplay.terminal.capabilities import Terminal, current_terminal
@@ -45,10 +48,10 @@ def execute_result(result: CliResult) -> int:
     return _run_user_interface(result)
 
 
-def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand | WatchCommand) -> int:
-    """Play a game or a lesson, run the shell or show an algorithm; return the exit code.
+def _run_user_interface(result: PlayCommand | ShellCommand | TutorCommand | WatchCommand) -> int:
+    """Play a game or a lesson, ask questions, run the shell or show an algorithm.
 
-    The user interfaces are imported here, as a report does not need them.
+    Return the exit code. The user interfaces are imported here, as a report does not need them.
     """
     from dmplay.ui import game_launcher
 
@@ -61,6 +64,14 @@ def _run_user_interface(result: PlayCommand | ShellCommand | LearnCommand | Watc
             from dmplay.ui.lessons.lesson_player import play_lesson
 
             return play_lesson(current_terminal(result.terminal_options), result)
+        case PuzzleCommand():
+            from dmplay.ui.lessons.question_player import play_puzzle
+
+            return play_puzzle(current_terminal(result.terminal_options), result)
+        case MistakesCommand():
+            from dmplay.ui.lessons.question_player import play_mistakes
+
+            return play_mistakes(current_terminal(result.terminal_options), result)
         case WatchCommand():
             return game_launcher.show_algorithm(result)
 

@@ -86,6 +86,21 @@ class LearnCommand(NamedTuple):
     trusted: bool = False  # whether code that the lesson names may be run
 
 
+class PuzzleCommand(NamedTuple):
+    """A request to ask a puzzle in the terminal."""
+
+    code: str  # a problem, or a problem and a number; '' for the puzzle of the day
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+
+
+class MistakesCommand(NamedTuple):
+    """A request to ask for better actions than those that lost most in recorded games."""
+
+    paths: Sequence[Path] = ()  # the games; () for the saved games
+    terminal_options: TerminalOptions = DEFAULT_TERMINAL_OPTIONS
+    trusted: bool = False  # whether code outside dmplay may be run
+
+
 class WatchCommand(NamedTuple):
     """A request to show the steps of an algorithm on the full screen."""
 
@@ -122,10 +137,11 @@ class McpServerConfig(NamedTuple):
         return not self.allow_undo and (self.allow_hints or "hints")
 
 
+TutorCommand = LearnCommand | PuzzleCommand | MistakesCommand
 CliResult = (
     PlayCommand
     | ShellCommand
-    | LearnCommand
+    | TutorCommand
     | WatchCommand
     | BotServerConfig
     | McpServerConfig

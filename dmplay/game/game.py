@@ -150,6 +150,13 @@ class Game:
         return is_handed_in and self.recorder is not None and not self.session.over
 
     @property
+    def has_known_mistakes(self) -> bool:
+        """True if the game is over and recorded, and a person's choice lost a known amount."""
+        return self.transcript_path is not None and any(
+            choices.worst for choices in self.verdict.choices
+        )
+
+    @property
     def reveal(self) -> bool:
         """True if hidden states are displayed during the game."""
         return self.request is not None and self.request.reveal

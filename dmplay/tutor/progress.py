@@ -3,7 +3,7 @@
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from time import strftime
@@ -74,7 +74,7 @@ def load_progress(lesson: LessonInList) -> LessonProgress:
 
 def load_all_progress(lessons: Sequence[LessonInList]) -> dict[str, LessonProgress]:
     """Return the progress in each of these lessons, by key; the file is read once."""
-    entries = _read_file().get("lessons", {})
+    entries = read_file().get("lessons", {})
     return {
         lesson.progress_key: _parse_entry(entries.get(lesson.progress_key), lesson)
         for lesson in lessons
@@ -100,20 +100,30 @@ def save_step(lesson: LessonInList, index: int, result: StepRecord) -> None:
 
     A step that was passed remains passed.
     """
+
+    def change(content: dict[str, Any]) -> None:
+        """Add the result to the entry of the lesson."""
+        entries = content.setdefault("lessons", {})
+        steps = [*_parse_entry(entries.get(lesson.progress_key), lesson).steps]
+        earlier = steps[index]
+        if earlier is None or earlier.result != PASSED:
+            steps[index] = result
+        entries[lesson.progress_key] = {
+            "steps": [step and step._asdict() for step in steps],
+            "date": strftime("%Y-%m-%d"),
+        }
+
+    update_file(change)
+
+
+def update_file(change: Callable[[dict[str, Any]], None]) -> None:
+    """Change the contents of the file of progress under a lock; print a warning if that fails."""
     path = progress_path()
     try:
         path.parent.mkdir(parents=True, exist_ok=True, mode=0o700)
         with safe_files.exclusive_lock(path.with_suffix(".lock")):
-            content = _read_file()
-            entries = content.setdefault("lessons", {})
-            steps = [*_parse_entry(entries.get(lesson.progress_key), lesson).steps]
-            earlier = steps[index]
-            if earlier is None or earlier.result != PASSED:
-                steps[index] = result
-            entries[lesson.progress_key] = {
-                "steps": [step and step._asdict() for step in steps],
-                "date": strftime("%Y-%m-%d"),
-            }
+            content = read_file()
+            change(content)
             text = json.dumps({"dmplay": FORMAT_VERSION, **content}, indent=1) + "\n"
             safe_files.write_file(path, text, force=True, private=True)
     except (DmplayError, OSError) as error:
@@ -125,7 +135,7 @@ def progress_path() -> Path:
     return saves_folder(os.environ).parent / "lessons.json"
 
 
-def _read_file() -> dict[str, Any]:
+def read_file() -> dict[str, Any]:
     """Return the contents of the file of progress; {}, after one warning, if it is invalid."""
     path = progress_path()
     try:

@@ -11,6 +11,7 @@ from dmplay.errors import BadParameter, DmplayError
 from dmplay.game import saves
 from dmplay.game.command_line_results import (
     LearnCommand,
+    MistakesCommand,
     PlayCommand,
     ShellCommand,
     WatchCommand,
@@ -51,11 +52,13 @@ def play_game(table: GameController, command: PlayCommand) -> int:
     code, has_invalid_line = 0, False
     with _end_game_on_exit(table, quiet=quiet):
         if terminal.full_screen and not quiet:
-            code = run_full_screen(
-                PlayScreen(table, terminal, command.speed, command.realtime_rate)
-            )
+            screen = PlayScreen(table, terminal, command.speed, command.realtime_rate)
+            code = run_full_screen(screen)
             table.end_game("interrupted" if code else "quit")
-            print(table.game.narrator.describe_result())
+            if screen.learns_from_game:
+                code = code or _learn_from_game(screen)
+            else:
+                print(table.game.narrator.describe_result())
         else:
             reporter = (
                 JsonReporter() if command.terminal_options.json else SentenceReporter(terminal)
@@ -135,11 +138,27 @@ def _run_gallery_choice(shell: Shell, gallery: Gallery, words: Sequence[str]) ->
         return _run_gallery_lesson(shell, gallery, words[1])
     else:
         table.run_cli_words(words)
-        code = run_full_screen(PlayScreen(table, shell.terminal, shell.speed))
+        screen = PlayScreen(table, shell.terminal, shell.speed)
+        code = run_full_screen(screen)
+        table.end_game("interrupted" if code else "quit")
+        if screen.learns_from_game:
+            code = _learn_from_game(screen)
+            read_line("Enter goes back to the list of problems> ", sys.stdin)
     table.end_game("interrupted" if code else "quit")
     if table.has_game:
         gallery.return_from_game(table.game)
     return code
+
+
+def _learn_from_game(screen: PlayScreen) -> int:
+    """Ask for better actions than those that lost most in a game; return the exit code."""
+    path = screen.game.transcript_path
+    if path is None:
+        return 0
+    from dmplay.ui.lessons.question_player import play_mistakes
+
+    # This process has already run the code that the transcript names.
+    return play_mistakes(screen.terminal, MistakesCommand((path,), trusted=True))
 
 
 def _run_gallery_lesson(shell: Shell, gallery: Gallery, number: str) -> int:

@@ -263,7 +263,8 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         if problem.slip
         else "no step slips"
     )
-    name = f"{problem.agents[view.seat]}, {get_agent_glyph(problem, view.seat)} on the map"
+    glyph = get_agent_glyph(problem, view.seat)
+    name = f"{problem.agents[view.seat]}, @ or {glyph} on the map"
     role = f"You are {name}; all agents see each other and move one hex at the same time"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""

@@ -1,37 +1,30 @@
 """The front end of lessons: steps as lines of text, and games on the screen or in lines."""
 
-import shutil
 import sys
 from dataclasses import replace
 from shlex import quote
-from textwrap import wrap
 from typing import TextIO
 
-from dmplay.core.text import escape_unprintable, format_count
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter, DmplayError
-from dmplay.game.action_input import Keyboard
 from dmplay.game.command_line_results import LearnCommand
 from dmplay.game.game import Game
 from dmplay.game.game_series import GameController
 from dmplay.game.game_setup import start_new_game
-from dmplay.game.key_preferences import DEFAULT_KEY_PREFERENCES
-from dmplay.terminal.capabilities import Terminal, read_line
+from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.signals import exit_on_signals
-from dmplay.terminal.styles import to_ansi
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.lesson import GameTask, Prediction
 from dmplay.tutor.lesson_list import find_lesson, load_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
 from dmplay.tutor.positions import PositionInGame, make_game_request
 from dmplay.tutor.progress import LessonProgress, load_progress
+from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 from dmplay.ui.screen.full_screen import run_full_screen
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.shell.plain_mode import SentenceReporter, play_by_lines
-from dmplay.views.protocol import DrawOptions, TooSmallNotice
 
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before the lesson is finished
-ROWS_OF_STEP = 9  # of the screen: the text of a step, the question and an answer
-MAX_TEXT_COLUMNS = 80
 ANSWER_HELP = (
     "type an answer, or: hint, show (the answer, after three tries), look (the board), "
     "skip (the next step), quit"
@@ -53,32 +46,6 @@ def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
     return LessonPlayer(run, terminal, sys.stdin).play()
 
 
-class LessonLeft(Exception):
-    """The exception raised when the player leaves the lesson, or a script ends."""
-
-
-class CountedInput:
-    """An input stream that counts the lines that were read."""
-
-    def __init__(self, stream: TextIO) -> None:
-        self._stream = stream
-        self.line_count = 0
-
-    def readline(self) -> str:
-        """Return the next line, "" at the end."""
-        line = self._stream.readline()
-        self.line_count += bool(line)
-        return line
-
-    def isatty(self) -> bool:
-        """Return whether the stream is a terminal."""
-        return self._stream.isatty()
-
-    def fileno(self) -> int:
-        """Return the file descriptor of the stream."""
-        return self._stream.fileno()
-
-
 class LessonReporter(SentenceReporter):
     """A reporter of a lesson's games: no introduction, and no verdict at the end."""
 
@@ -87,17 +54,16 @@ class LessonReporter(SentenceReporter):
         print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()), sep="\n")
 
 
-class LessonPlayer:
+class LessonPlayer(LineDialog):
     """A player of one lesson: it prints the steps, reads answers and runs the games.
 
     Its games do not count as records, because their random numbers are always the same.
     """
 
     def __init__(self, run: LessonRun, terminal: Terminal, stdin: TextIO) -> None:
+        super().__init__(terminal, stdin)
         self._controller = GameController()
         self._run = run
-        self._terminal = terminal
-        self._stdin = CountedInput(stdin)
 
     def play(self) -> int:
         """Run the lesson from its current step, and return the exit code."""
@@ -108,7 +74,7 @@ class LessonPlayer:
             with exit_on_signals():
                 while not self._run.is_over:
                     self._play_step()
-        except LessonLeft:
+        except DialogLeft:
             pass
         finally:
             self._controller.end_game()
@@ -135,7 +101,7 @@ class LessonPlayer:
         number = f"step {run.index + 1} of {len(run.lesson.steps)}"
         self._print("")
         if isinstance(step.task, Prediction) and step.task.shows_board:
-            self._print_board()
+            self._print_board(self._run.position)
         self._print_heading(f"{number}.")
         self._print(*step.text)
         if isinstance(step.task, GameTask):
@@ -181,7 +147,7 @@ class LessonPlayer:
             case "" | "help" | "?":
                 return TutorReply((ANSWER_HELP,))
             case "look":
-                self._print_board()
+                self._print_board(self._run.position)
                 return TutorReply(())
         return self._reply_to_command(line) or self._run.check_answer(line)
 
@@ -195,7 +161,7 @@ class LessonPlayer:
             case "skip":
                 return self._run.skip()
             case "quit" | "q" | "exit":
-                raise LessonLeft
+                raise DialogLeft
         return None
 
     def _play_games(self, task: GameTask) -> None:
@@ -259,64 +225,3 @@ class LessonPlayer:
             LessonReporter(self._terminal),
             earlier,
         )
-
-    def _print_board(self) -> None:
-        """Print the board at the position of the step, and the situation in words."""
-        position = self._run.position
-        players = position.question.players
-        keyboard = Keyboard(position.problem, [position.seat], DEFAULT_KEY_PREFERENCES)
-        game = Game(position.problem_name, position.session, players, keyboard)
-        board = game.draw_board(self._board_options) if self._terminal.full_screen else None
-        if board is None or isinstance(board, TooSmallNotice):
-            self._print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()))
-        else:
-            print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
-
-    @property
-    def _board_options(self) -> DrawOptions:
-        """The size of a board that leaves room for the text of the step."""
-        columns, rows = shutil.get_terminal_size()
-        return DrawOptions(
-            min(columns, self._terminal.columns),
-            max(rows - ROWS_OF_STEP, 1),
-            ascii=self._terminal.ascii,
-            show_coordinates=True,
-        )
-
-    def _read(self, prompt: str) -> str:
-        """Return the next line without spaces and comments; raise LessonLeft at the end."""
-        while True:
-            line = read_line(prompt, self._stdin)  # type: ignore[arg-type]
-            text = line.partition("#")[0].strip()
-            if not self._terminal.is_interactive:
-                print(escape_unprintable(text))
-            if not line:
-                if self._terminal.is_interactive:
-                    print()  # after the prompt
-                raise LessonLeft
-            if text or not line.lstrip().startswith("#"):
-                return text
-
-    def _report_error(self, error: DmplayError) -> None:
-        """Print an error; raise it with the number of its line if a script is read."""
-        if not self._terminal.is_interactive:
-            raise BadParameter(f"line {self._stdin.line_count}: {error}") from None
-        self._print(f"error: {error}")
-
-    def _print_reply(self, reply: TutorReply) -> bool:
-        """Print a reply; return whether the step is finished."""
-        self._print(*reply.lines)
-        return reply.finishes_step
-
-    def _print_heading(self, text: str) -> None:
-        """Print a heading, in bold if the terminal has colours."""
-        line = escape_unprintable(text)
-        print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
-
-    def _print(self, *lines: str) -> None:
-        """Print lines with unprintable characters escaped, wrapped if a person reads them."""
-        for line in map(escape_unprintable, lines):
-            width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
-            is_wrapped = self._terminal.is_interactive and len(line) > width
-            rows = wrap(line, width, break_on_hyphens=False) if is_wrapped else [line]
-            print("\n".join(rows), flush=True)

@@ -1,6 +1,7 @@
 """The last row of the play screen: the keys that work now."""
 
 from collections.abc import Iterable, Iterator, Sequence
+from functools import partial
 from itertools import product
 from typing import NamedTuple
 
@@ -16,6 +17,7 @@ from dmplay.views.protocol import BEST_LABEL, EQUALLY_GOOD_LABEL
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 COMMAND_KEY_HELP = ": command"
+LEARN_KEY = "M learn"
 GAME_OVER_KEYS = (
     ("new", "restart", "undo", "help", "quit"),
     ("new", "restart", "help", "quit"),
@@ -66,13 +68,18 @@ def format_footer(
     )
     skipped_count = 0 if uses_game_over_keys else 3 if game.hints_forbidden else not is_choosing
     excluded_command = "undo" * bool(game.undo_forbidden_reason)
-    command_rows = _format_command_tails(
-        _navigation_keys(game, frame_state, is_game_over=has_ended),
-        skipped_count,
-        excluded_command,
+    navigation_keys = _navigation_keys(game, frame_state, is_game_over=has_ended)
+    format_tails = partial(
+        _format_command_tails,
+        skipped_count=skipped_count,
+        excluded_command=excluded_command,
         is_game_over=uses_game_over_keys,
         has_hint=frame_state.hint is not None,
     )
+    command_rows = format_tails(navigation_keys)
+    if LEARN_KEY in navigation_keys:  # left out if not all of the other keys fit beside it
+        others = tuple(key for key in navigation_keys if key != LEARN_KEY)
+        command_rows = (*command_rows[:-1], *format_tails(others))
     return (
         _fit_footer(_iter_key_rows(game, frame_state.hint), command_rows, viewport)
         if is_choosing
@@ -214,8 +221,10 @@ def _navigation_keys(game: Game, frame_state: FrameState, *, is_game_over: bool)
         return ("← → turns", *["Enter play from here"] * (not game.strict))
     if game.lesson_goal and game.session.over:
         return ("Enter back to the lesson",)
+    if game.human_seats and not (game.session.over and game.session.turns):
+        return ()
     if game.human_seats:
-        return ("Enter look back", "PgUp log") if game.session.over and game.session.turns else ()
+        return ("Enter look back", "PgUp log", *[LEARN_KEY] * game.has_known_mistakes)
     if isinstance(game, Playback):
         return ("← → turns", "P play", "X worst", "Enter play from here")
     return () if is_game_over else ("Space step", "P play")

@@ -1,6 +1,7 @@
 """Actions of the play screen: turns, lookahead, the real-time clock, typed commands."""
 
 from dmplay.core.text import format_count
+from dmplay.errors import BadParameter
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.turn_animation import ANIMATION_SECONDS
@@ -188,6 +189,17 @@ def run_typed_line(screen: PlayScreen, line: str) -> None:
     with screen.errors_as_messages():
         for part in iter_commands_until_handover(screen.controller, line):
             screen.show_reply(run_line(screen.controller, part))
+
+
+def leave_to_learn(screen: PlayScreen) -> None:
+    """Raise PlayerQuit to ask for better actions than those that lost most.
+
+    Raise BadParameter if no such action of the game is known.
+    """
+    if not screen.game.has_known_mistakes:
+        raise BadParameter("M: no choice of this game is known to have lost anything")
+    screen.learns_from_game = True
+    raise PlayerQuit
 
 
 def quit_game(screen: PlayScreen) -> None:

@@ -66,6 +66,7 @@ class PlayScreen:
         self.realtime_rate = (
             realtime_rate  # turns per second in real time; None if each turn waits for a key
         )
+        self.learns_from_game = False  # whether the player left to find better actions
         self.modes = ScreenModes()
         self.message = ""
         self.lookahead_message = ""  # the previewed action in words

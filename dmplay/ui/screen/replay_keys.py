@@ -8,7 +8,7 @@ from dmplay.game.playback import Playback
 from dmplay.game.seats import HUMAN, list_human_seats
 from dmplay.ui.screen.play_screen import PlayScreen
 from dmplay.ui.screen.post_game_timeline import GameTimeline
-from dmplay.ui.shell.commands import find_command
+from dmplay.ui.shell.commands import PlayerQuit, find_command
 
 MAX_TURN_DIGITS = 9
 WORST_KEY = "X"
@@ -17,6 +17,7 @@ REPLAY_HELP = (
     ("Home", "start", "in a replay: go to the start; End goes to the end"),
     ("0-9", "turn", "in a replay: type the number of a turn, then Enter"),
     (WORST_KEY, "worst", "in a replay: go to the choice with the largest regret, then the next"),
+    ("M", "learn", "in a replay: find better actions than those that lost most"),
     ("Enter", "play on", "in a replay: play on from here as a person, in a new file"),
 )
 
@@ -47,6 +48,8 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
             pass
     elif key == WORST_KEY:
         _go_to_worst_choice(screen, playback)
+    elif key == "M":
+        _leave_to_learn(screen, playback)
     else:
         return False
     if screen.game is playback and len(playback.session.turns) != turn_before:
@@ -86,6 +89,15 @@ def _go_to_worst_choice(screen: PlayScreen, playback: Playback) -> None:
     playback.go_to_turn(turn - 1)
     timeline.go_to_turn(turn - 1)
     screen.message = timeline.describe_next_choices()
+
+
+def _leave_to_learn(screen: PlayScreen, playback: Playback) -> None:
+    """Leave the replay to find better actions; raise BadParameter if no mistake is known."""
+    is_played_by_people = bool(list_human_seats(playback.player_names))
+    if not is_played_by_people or not prepare_timeline(screen, playback).worst_turns:
+        raise BadParameter("M: no choice of a person in this game has a known regret")
+    screen.learns_from_game = True
+    raise PlayerQuit
 
 
 def prepare_timeline(screen: PlayScreen, playback: Playback) -> GameTimeline:

@@ -155,10 +155,12 @@ def _show_full_screen(shell: Shell) -> str:
     Ctrl-C (SIGINT) does not raise it.
     """
     open_viewer = shell.controller.open_viewer
-    code = run_full_screen(PlayScreen(shell.controller, shell.terminal, shell.speed))
+    screen = PlayScreen(shell.controller, shell.terminal, shell.speed)
+    code = run_full_screen(screen)
     shell.controller.open_viewer = open_viewer  # The screen has shown algorithms itself.
     _exit_on_signal(code)
-    return ""
+    path = screen.game.transcript_path
+    return f"dmplay learn from {path} asks for better actions." * screen.learns_from_game
 
 
 def _show_algorithm(shell: Shell, watched: "WatchedSteps") -> str:

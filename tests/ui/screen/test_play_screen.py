@@ -661,7 +661,8 @@ def test_every_problem_is_played_to_its_end_by_keys_and_its_transcript_verifies(
     assert end in result.last
     # the end reveals the hidden state
     undo = "" if current_game.problem.partially_observable else "  Bksp undo"
-    keys = f" Enter look back  PgUp log  N new  R restart{undo}  ? help  q quit"
+    learn = "  M learn" if current_game.has_known_mistakes else ""
+    keys = f" Enter look back  PgUp log{learn}  N new  R restart{undo}  ? help  q quit"
     assert result.last.removesuffix("  : command").endswith(keys)
     current_game.finish()
     report = verify(path)

@@ -1,0 +1,71 @@
+"""Puzzles and mistakes as JSON, for course pages and other programs."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from dmplay.core.text import format_json_report
+from dmplay.tutor import mistakes, puzzles
+from dmplay.tutor.action_question import ActionQuestion
+from dmplay.tutor.exercise import Exercise, current_day
+
+
+def report_puzzle(code: str, *, with_solution: bool) -> str:
+    """Return a puzzle as JSON; its solution only if `with_solution`."""
+    name, number = puzzles.split_code(code)
+    puzzle = (
+        puzzles.choose_puzzle(name, current_day()) if number is None else puzzles.find_puzzle(code)
+    )
+    exercise = puzzles.make_exercise(puzzle)
+    position = puzzle.position
+    data = {
+        "puzzle": puzzle.code,
+        **_describe_exercise(exercise),
+        "position": {
+            "problem": position.problem,
+            "seed": position.seed,
+            "turns": position.turns,
+            "seats": dict(position.seats),
+            "after": list(position.after),
+        },
+    }
+    if with_solution:
+        rule = {"text": puzzle.rule, "action": puzzle.rule_action, "loss": puzzle.loss}
+        data["solution"] = {**_describe_solution(exercise.question), "rule": rule}
+    return format_json_report(data)
+
+
+def report_mistakes(paths: Sequence[Path], *, trusted: bool) -> str:
+    """Return the mistakes in games as JSON, with their solutions."""
+    exercises = mistakes.choose_mistakes(paths, current_day(), trusted=trusted)
+    rows = [
+        {
+            "mistake": exercise.title,
+            **_describe_exercise(exercise),
+            "solution": _describe_solution(exercise.question),
+        }
+        for exercise in exercises
+    ]
+    return format_json_report({"mistakes": rows})
+
+
+def _describe_exercise(exercise: Exercise) -> dict[str, object]:
+    """Return the text and the legal actions of an exercise as data."""
+    question = exercise.question
+    situation = [question.describe_situation()] if question.shows_board else []
+    return {
+        "text": [*question.describe_game(), *exercise.introduction, *situation, question.ask()],
+        "actions": question.legal_labels,
+    }
+
+
+def _describe_solution(question: ActionQuestion) -> dict[str, object]:
+    """Return the right actions, the values and the explanation of a question as data."""
+    return {
+        "right": question.right_actions,
+        "values": {
+            label: float(value)
+            for label, value in zip(question.labels, question.values, strict=True)
+            if label in question.legal_labels
+        },
+        "explanation": question.describe_solution(),
+    }

@@ -1,0 +1,256 @@
+"""Questions for the best action in a position: the text, the check, and the reasons in numbers."""
+
+from collections.abc import Collection, Iterator, Sequence
+
+import numpy as np
+
+from dmplay.core.arrays import Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.spaces import normalize_label
+from dmplay.core.text import format_count
+from dmplay.errors import UnknownName
+from dmplay.game.seats import HUMAN
+from dmplay.registry.agents import HintAgent, load_roster
+from dmplay.tutor.answers import AnswerCheck
+from dmplay.tutor.positions import PositionInGame
+from dmplay.tutor.truth import format_number
+from dmplay.tutor.valued_position import ActionOutcome, ValuedPosition
+from dmplay.views.protocol import load_view_module
+
+MAX_LISTED_OUTCOMES = 5
+MAX_LISTED_ACTIONS = 10
+MIN_LISTED_PROBABILITY = 0.0005  # of a state in a belief
+
+
+class ActionQuestion:
+    """A question for the best action in a position.
+
+    Actions that lose at most `tolerance` are right. `obvious_action` is the action that the
+    solution compares with the best one.
+    """
+
+    def __init__(
+        self,
+        position: PositionInGame,
+        hint_agent: HintAgent,
+        *,
+        tolerance: float = 0.0,
+        obvious_action: int | None = None,
+    ) -> None:
+        self.valued_position = ValuedPosition(position, hint_agent)
+        self.position, self.problem, self.seat = position, position.problem, position.seat
+        self.values: Reals = self.valued_position.values  # [A]
+        self.labels = tuple(self.valued_position.labels)
+        self.tolerance = max(tolerance, VALUE_TOLERANCE)
+        self.obvious_action = obvious_action
+
+    @property
+    def best_action(self) -> int:
+        """The index of the first of the best actions."""
+        return int(np.flatnonzero(self.values >= self.values.max() - VALUE_TOLERANCE)[0])
+
+    @property
+    def right_actions(self) -> list[str]:
+        """The labels of the right actions, best first."""
+        order = np.argsort(-self.values, kind="stable")
+        return [self.labels[action] for action in order if self._is_right(int(action))]
+
+    @property
+    def shows_board(self) -> bool:
+        """True if the board shows only what the player sees, not a belief."""
+        return not self.problem.partially_observable
+
+    @property
+    def legal_labels(self) -> list[str]:
+        """The labels of the legal actions."""
+        return [self.labels[action] for action in np.flatnonzero(np.isfinite(self.values))]
+
+    @property
+    def expected_answer(self) -> str:
+        """The legal actions as text; only the first and the last of many."""
+        legal = self.legal_labels
+        if len(legal) > MAX_LISTED_ACTIONS:
+            return f"{legal[0]} to {legal[-1]}"
+        return " or ".join(filter(None, [", ".join(legal[:-1]), legal[-1]]))
+
+    def describe_game(self) -> list[str]:
+        """Return the rules of the game in three sentences, and the other players."""
+        session = self.position.session
+        lesson = load_view_module(self.problem).lesson(session.view(self.seat))
+        sentences = [lesson.role, lesson.objective, lesson.costs]
+        name = self.position.problem_name
+        lines = [f"{text}." for text in sentences if text]
+        if self.problem.partially_observable:
+            lines.append(f"dmplay info {name} lists the probabilities.")
+        return [*lines, *self._describe_players()]
+
+    def _describe_players(self) -> Iterator[str]:
+        """Yield a sentence on each other player."""
+        for seat, name in enumerate(self.position.question.players):
+            if seat != self.seat and name != HUMAN:
+                meaning = describe_agent(self.position, seat, name)
+                yield f"{self.problem.agents[seat]} is the agent {name}{meaning}."
+
+    def ask(self) -> str:
+        """Return the question, with the history if the player must remember it."""
+        turns_left = self.valued_position.turns_left
+        limit = (
+            "The game has no turn limit."
+            if turns_left is None
+            else f"You have {format_count(turns_left, 'turn')} left."
+        )
+        discount = self.problem.discount
+        weight = (
+            f" Each later turn counts {format_number(discount)} times the turn before it."
+            if discount < 1.0 and turns_left != 1
+            else ""
+        )
+        return f"{limit}{weight} What do you do?"
+
+    def describe_situation(self) -> str:
+        """Return the situation in sentences, for a reader who does not see the board."""
+        view = self.position.session.view(self.seat)
+        return load_view_module(self.problem).describe_situation(view)
+
+    def describe_history(self) -> str:
+        """Return the turns so far as the player saw them; '' if the board shows all that counts."""
+        session, problem = self.position.session, self.problem
+        if not session.turns:
+            return "This is the first turn."
+        if not problem.partially_observable and problem.state_count != 1:
+            return ""
+        turns = [
+            f"turn {number}: {self._describe_turn(number)}"
+            for number in range(1, len(session.turns) + 1)
+        ]
+        return f"So far: {'; '.join(turns)}."
+
+    def _describe_turn(self, number: int) -> str:
+        """Return the player's action in a turn, and what the player perceived."""
+        session, problem, seat = self.position.session, self.problem, self.seat
+        turn = session.turns[number - 1]
+        own_action = problem.format_action(seat, turn.actions[seat])
+        if problem.partially_observable:
+            observation = problem.observations[seat].format_observation(turn.observations[seat])
+            return f"{own_action}, then {observation}"
+        others = [
+            f"{agent} {problem.format_action(other, turn.actions[other])}"
+            for other, agent in enumerate(problem.agents)
+            if other != seat
+        ]
+        return ", ".join([f"you {own_action}", *others])
+
+    def parse_answer(self, text: str) -> int:
+        """Return the legal action that a text names; raise UnknownName with the nearest names."""
+        legal = self.legal_labels
+        by_normal_form = {normalize_label(label): label for label in legal}
+        aliases = {
+            normalize_label(alias): normalize_label(label)
+            for alias, label in self.problem.action_aliases.items()
+        }
+        word = normalize_label(text)
+        label = by_normal_form.get(aliases.get(word, word))
+        if label is None:
+            raise UnknownName("action", text, legal)
+        return self.labels.index(label)
+
+    def check_answer(self, action: int) -> AnswerCheck:
+        """Return whether an action is right, with its loss; the best action is not named."""
+        loss = format_number(float(self.values.max() - self.values[action]))
+        if not self._is_right(action):
+            reason = f"{self._describe_value(action)}, {loss} less than the best action"
+            return AnswerCheck(False, reason)
+        is_best = self.values[action] >= self.values.max() - VALUE_TOLERANCE
+        label = self.labels[action]
+        near = f"{label} counts as right: it is only {loss} worse than the best action"
+        return AnswerCheck(True, f"{self._describe_value(action)}" if is_best else near)
+
+    def _is_right(self, action: int) -> bool:
+        """Return whether an action is as good as the best one, within the tolerance."""
+        return bool(self.values[action] >= self.values.max() - self.tolerance)
+
+    def _describe_value(self, action: int) -> str:
+        """Return the value of an action as text."""
+        return f"{self.labels[action]} is worth {format_number(float(self.values[action]))}"
+
+    def explain_action(self, action: int, *, with_beliefs: bool = False) -> list[str]:
+        """Return the outcomes of an action: probability, reward and later value, one a line."""
+        outcomes = self.valued_position.list_outcomes(action)
+        if len(outcomes) > MAX_LISTED_OUTCOMES:
+            outcomes = [*outcomes[: MAX_LISTED_OUTCOMES - 1], _merge_outcomes(outcomes)]
+        return [
+            f"  with probability {_format_probability(item.probability)} "
+            + self._describe_outcome(item, with_beliefs=with_beliefs)
+            for item in outcomes
+        ]
+
+    def _describe_outcome(self, outcome: ActionOutcome, *, with_beliefs: bool) -> str:
+        """Return an outcome as text: what the player perceives, the reward and the later value."""
+        belief = ""
+        if with_beliefs and outcome.belief is not None and not outcome.ends_game:
+            belief = f", belief {self._format_belief(outcome.belief)}"
+        end = "the game ends"
+        if not outcome.ends_game:
+            end = f"then worth {format_number(outcome.value_after)}"
+        name = "mean reward" if self.problem.partially_observable else "reward"
+        return f"{outcome.text}: {name} {format_number(outcome.reward)}{belief}, {end}"
+
+    def describe_solution(self, explained_actions: Collection[int] = ()) -> list[str]:
+        """Return the belief, and the outcomes of the obvious action and of the best one.
+
+        If there are no beliefs to add, the outcomes of explained actions are left out.
+        """
+        actions = [self.best_action]
+        if self.obvious_action is not None and self.obvious_action not in actions:
+            actions.insert(0, self.obvious_action)
+        lines = []
+        if self.problem.partially_observable:
+            belief = self.position.session.view(self.seat).belief
+            lines.append(
+                f"Your belief over the hidden states is now {self._format_belief(belief)}."
+            )
+        for action in actions:
+            is_explained = action in explained_actions and not self.problem.partially_observable
+            lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
+            if not is_explained:
+                lines += self.explain_action(action, with_beliefs=True)
+        if self.problem.discount < 1.0 and self.valued_position.turns_left != 1:
+            discount = format_number(self.problem.discount)
+            lines.append(f"Each value is the mean of reward + {discount} x later worth.")
+        return lines
+
+    def _format_belief(self, belief: Reals) -> str:
+        """Return the probability of each possible state as text."""
+        names = map(self.problem.format_state, self.problem.enumerate_states())
+        pairs = [
+            f"{name}: {_format_probability(float(p))}"
+            for name, p in zip(names, belief, strict=True)
+            if p >= MIN_LISTED_PROBABILITY
+        ]
+        return ", ".join(pairs)
+
+
+def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
+    """Return the description of an agent as a clause after a comma; '' if there is none."""
+    agent_class = load_roster(position.problem, seat).agents.get(name.partition(":")[0])
+    sentence = (agent_class.__doc__ or "").partition("\n\n")[0] if agent_class else ""
+    text = " ".join(sentence.split()).rstrip(".")
+    return f", which {text[:1].lower()}{text[1:]}" if text else ""
+
+
+def _merge_outcomes(outcomes: Sequence[ActionOutcome]) -> ActionOutcome:
+    """Return all outcomes but the likeliest ones as one, with their mean reward and value."""
+    remaining = outcomes[MAX_LISTED_OUTCOMES - 1 :]
+    total = sum(item.probability for item in remaining)
+    return ActionOutcome(
+        total,
+        f"one of {len(remaining)} other outcomes, on average",
+        sum(item.probability * item.reward for item in remaining) / total,
+        sum(item.probability * item.value_after for item in remaining) / total,
+        all(item.ends_game for item in remaining),
+    )
+
+
+def _format_probability(probability: float) -> str:
+    """Return a probability with at most three decimals."""
+    return format_number(round(probability, 3))

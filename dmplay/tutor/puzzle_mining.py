@@ -1,0 +1,255 @@
+"""The search for puzzles: games with fixed seeds, in which rules of thumb lose."""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.core.problem import Problem
+from dmplay.errors import BadParameter
+from dmplay.registry import agents
+from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
+from dmplay.registry.problems import builtin_stem, resolve_problem
+from dmplay.tutor.lesson import Position
+from dmplay.tutor.positions import PositionInGame, open_position
+from dmplay.tutor.rules_of_thumb import Chooser, RuleOfThumb, list_rules
+from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent
+
+MAX_PUZZLES = 24  # of one problem
+MAX_SIMILAR = 4  # puzzles against the same players with the same rule's action and best action
+GAMES_PER_SETUP = 24
+MAX_WALK_TURNS = 20  # turns before a position, if the state is visible
+MAX_HISTORY_TURNS = 7  # turns before a position, if the player must remember them
+SHORT_GAME_TURNS = 6  # turn limit of some of the games
+MIN_LOSS_SHARE = 0.05  # loss of a rule, as a share of the difference of the best and worst values
+MIN_LOSS = 1e-3
+RANDOM_SHARE = 0.4  # of the turns that lead to a position
+
+
+class GameSetup(NamedTuple):
+    """A kind of game in which puzzles are mined: the other players and the turn limit."""
+
+    seats: Mapping[str, str] = {}
+    turns: int | None = None
+
+
+# The games of problems with several agents, by the file name of the problem.
+SETUPS: Mapping[str, Sequence[GameSetup]] = {
+    "multicaregiver_crying_baby": [GameSetup({"caregiver2": "random"})],
+    "predator_prey": [
+        GameSetup({"prey": "flee"}, 12),
+        GameSetup({"prey": "random"}, 12),
+        GameSetup({"predator": "chase"}, 12),
+    ],
+    "prisoners_dilemma": [
+        GameSetup({"agent2": name})
+        for name in (
+            "tit-for-tat", "grim", "tit-for-two-tats", "win-stay-lose-shift", "two-tits-for-tat",
+            "majority", "suspicious-tit-for-tat",
+        )
+    ],
+    "rock_paper_scissors": [GameSetup({"agent2": name}) for name in ("beat-last", "frequency")],
+    "travelers_dilemma": [
+        GameSetup({"agent2": name}) for name in ("level-k", "claim:claim=90", "nash")
+    ],
+}  # fmt: skip
+
+
+class Candidate(NamedTuple):
+    """A position in which a rule of thumb loses."""
+
+    position: Position
+    rule: str
+    rule_action: str  # the label of the rule's action
+    best_action: str  # the label of the first of the best actions
+    loss: float  # the best value minus that of the rule's action
+    situation: object  # equal in positions that are nearly the same puzzle
+
+    @property
+    def lesson_key(self) -> object:
+        """A key that is equal for puzzles with the same players, rule's action and best action."""
+        return (*self.position.seats.items(), self.rule_action, self.best_action)
+
+
+def mine_candidates(name: str) -> list[Candidate]:
+    """Return positions of a problem in which rules of thumb lose, in the order of the puzzles.
+
+    For each rule of thumb the greatest losses come first, and the rules take turns. Raise
+    BadParameter if no exact values are known, or no rule of thumb loses anything.
+    """
+    loaded = resolve_problem(name, {}, trusted=True)  # the player typed its name
+    candidates: dict[object, Candidate] = {}
+    is_exact = False
+    for setup in _list_setups(loaded.problem):
+        game = _open_game(loaded.name, setup, 0)
+        hint_agent = find_exact_agent(game.session, game.question)
+        if hint_agent is None:
+            continue
+        is_exact = True
+        for candidate in _iter_candidates(loaded.name, setup, hint_agent):
+            key = candidate.situation, candidate.lesson_key
+            if key not in candidates or candidates[key].loss < candidate.loss:
+                candidates[key] = candidate
+    if not candidates:
+        reason = "no rule of thumb loses in it"
+        if not is_exact:
+            reason = "no agent knows the exact value of each action"
+        raise BadParameter(f"{name} has no puzzles, because {reason}")
+    return _alternate_rules(_select_different([*candidates.values()]))[:MAX_PUZZLES]
+
+
+def _list_setups(problem: Problem) -> Sequence[GameSetup]:
+    """Return the games in which the puzzles of a problem are mined."""
+    partners = {
+        agent: agents.load_roster(problem, seat).default_partner
+        for seat, agent in enumerate(problem.agents)
+        if seat
+    }
+    setups = SETUPS.get(builtin_stem(problem), [GameSetup(partners)])
+    return [*setups, *(setup._replace(turns=SHORT_GAME_TURNS) for setup in setups)]
+
+
+def _open_game(name: str, setup: GameSetup, seed: int) -> PositionInGame:
+    """Return the start of a game with this seed."""
+    position = Position(name, seed=seed, turns=setup.turns, seats=setup.seats)
+    return open_position(position, CURRENT_FOLDER, trusted=True)
+
+
+def _iter_candidates(
+    name: str, setup: GameSetup, hint_agent: agents.HintAgent
+) -> Iterator[Candidate]:
+    """Yield the candidates in games of a setup; each situation is examined once."""
+    visited: set[object] = set()
+    for seed in range(GAMES_PER_SETUP):
+        game = _open_game(name, setup, seed)
+        start = Position(name, {}, seed, setup.turns, setup.seats)
+        rules = list_rules(game.problem, game.seat)
+        for position, choosers in _iter_positions(game, hint_agent, rules, seed):
+            exact_situation = _describe_exact_situation(position)
+            if exact_situation not in visited:
+                visited.add(exact_situation)
+                yield from _examine_position(position, start, rules, choosers)
+
+
+def _iter_positions(
+    game: PositionInGame, hint_agent: agents.HintAgent, rules: Sequence[RuleOfThumb], seed: int
+) -> Iterator[tuple[ValuedPosition, list[Chooser]]]:
+    """Play a game, and yield its position before each turn, with the followers of the rules.
+
+    The player's actions are random in some turns, and follow one of the rules of thumb in others.
+    """
+    session, seat = game.session, game.seat
+    position = ValuedPosition(game, hint_agent)
+    choosers = [rule.start(position) for rule in rules]
+    is_visible = not game.problem.partially_observable and game.problem.state_count != 1
+    max_turns = MAX_WALK_TURNS if is_visible else MAX_HISTORY_TURNS
+    while not session.over and len(session.turns) <= max_turns:
+        actions: list[float | None] = [None] * len(game.problem.agents)
+        if not session.is_inactive(seat):
+            yield position, choosers
+            actions[seat] = _choose_next_action(position, choosers[seed % len(choosers)])
+        session.advance(actions)
+
+
+def _examine_position(
+    position: ValuedPosition,
+    start: Position,
+    rules: Sequence[RuleOfThumb],
+    choosers: Sequence[Chooser],
+) -> Iterator[Candidate]:
+    """Yield a candidate for each action that a rule of thumb chooses and that loses enough."""
+    session, seat, values = position.session, position.seat, position.values
+    after = tuple(
+        position.problem.format_action(seat, turn.actions[seat]) for turn in session.turns
+    )
+    for action, index in _find_losing_rules(position, choosers):
+        yield Candidate(
+            replace(start, after=after),
+            rules[index].text,
+            position.labels[action],
+            position.labels[int(np.argmax(values))],
+            float(values.max() - values[action]),
+            _describe_situation(position),
+        )
+
+
+def _find_losing_rules(
+    position: ValuedPosition, choosers: Sequence[Chooser]
+) -> Iterator[tuple[int, int]]:
+    """Yield the actions that lose, each with the index of the first rule that chooses it."""
+    values = position.values
+    finite = values[np.isfinite(values)]
+    min_loss = max(MIN_LOSS, MIN_LOSS_SHARE * float(finite.max() - finite.min()))
+    if finite.max() - finite.min() < min_loss:
+        return
+    tried_actions = set[int]()
+    for index, choose in enumerate(choosers):
+        action = choose()
+        if action is None or action in tried_actions or not position.legal_actions_mask[action]:
+            continue
+        tried_actions.add(action)
+        if values.max() - values[action] >= min_loss:
+            yield action, index
+
+
+def _describe_situation(position: ValuedPosition) -> object:
+    """Return a key that is equal in positions that are nearly the same puzzle."""
+    session, problem = position.session, position.problem
+    if problem.partially_observable:
+        if position.turns_left == 1:  # what is learned in the last turn is of no use
+            return "last turn"
+        return tuple(np.round(session.view(position.seat).belief, 1))
+    if problem.state_count != 1:
+        return position.position.question.players, problem.format_state(session.state)
+    players, policy = position.position.question.players, position.hint_agent.policy
+    predicted = [
+        policy.predict_actions(position.memory, other)
+        for other in range(len(problem.agents))
+        if other != position.seat
+    ]
+    predictions = tuple(() if p is None else tuple(np.round(p[0], 1)) for p in predicted)
+    return players, position.turns_left == 1, predictions
+
+
+def _describe_exact_situation(position: ValuedPosition) -> object:
+    """Return a key that is equal in positions whose values are equal."""
+    session, problem = position.session, position.problem
+    if problem.partially_observable:
+        return position.turns_left, session.view(position.seat).belief.tobytes()
+    if problem.state_count != 1:
+        return position.turns_left, problem.format_state(session.state)
+    return position.turns_left, position.values.tobytes()
+
+
+def _choose_next_action(position: ValuedPosition, choose: Chooser) -> int:
+    """Return the player's action on the way: a random one, or that of a rule, or the best."""
+    session = position.session
+    stream = 1 + position.seat  # the player's own, which nothing else uses
+    u, v = session.uniform_source.generate_uniforms(stream, len(session.turns) + 1, 0, 2)[0]
+    legal = np.flatnonzero(position.legal_actions_mask)
+    if u < RANDOM_SHARE:
+        return int(legal[int(v * len(legal))])
+    action = choose()
+    return int(np.argmax(position.values)) if action is None or action not in legal else action
+
+
+def _select_different(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates with the greatest losses, at most four that teach the same."""
+    counts = Counter[object]()
+    selected = []
+    for candidate in sorted(candidates, key=lambda candidate: -candidate.loss):
+        counts[candidate.lesson_key] += 1
+        if counts[candidate.lesson_key] <= MAX_SIMILAR:
+            selected.append(candidate)
+    return selected
+
+
+def _alternate_rules(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates such that the rules of thumb take turns, each in the same order."""
+    by_rule: dict[str, list[Candidate]] = {}
+    for candidate in candidates:
+        by_rule.setdefault(candidate.rule, []).append(candidate)
+    ranks = [(rank, item) for group in by_rule.values() for rank, item in enumerate(group)]
+    return [item for _, item in sorted(ranks, key=lambda pair: (pair[0], -pair[1].loss))]

@@ -1,0 +1,124 @@
+"""Puzzles: positions in which a rule of thumb loses, by number, by day, and by what was missed."""
+
+from datetime import date
+from functools import lru_cache
+from typing import NamedTuple
+
+from dmplay.errors import BadParameter
+from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
+from dmplay.tutor.action_question import ActionQuestion
+from dmplay.tutor.exercise import Exercise
+from dmplay.tutor.lesson import Position
+from dmplay.tutor.positions import open_position
+from dmplay.tutor.puzzle_mining import mine_candidates
+from dmplay.tutor.repetition import load_question_progress
+from dmplay.tutor.truth import format_number
+from dmplay.tutor.valued_position import find_exact_agent
+
+# The built-in problems with puzzles, in the order in which the puzzles of the day take turns.
+PUZZLE_PROBLEMS = (
+    "hexworld", "crying-baby", "catch", "machine-replacement", "prisoners-dilemma",
+    "predator-prey", "rock-paper-scissors", "multicaregiver-crying-baby", "travelers-dilemma",
+)  # fmt: skip
+KEY_PREFIX = "puzzle "  # of keys in the file of progress
+ANSWER_TOLERANCE_SHARE = 0.02  # of the loss of the rule: actions that lose less count as right
+
+
+class Puzzle(NamedTuple):
+    """A position, and a rule of thumb that loses there."""
+
+    code: str  # such as "catch:7"
+    position: Position
+    rule: str
+    rule_action: str  # the label of the rule's action
+    loss: float  # the best value minus that of the rule's action
+
+    @property
+    def answer_tolerance(self) -> float:
+        """The difference to the best value up to which an answer is right."""
+        return ANSWER_TOLERANCE_SHARE * self.loss
+
+
+def find_puzzle(code: str) -> Puzzle:
+    """Return the puzzle of a code such as `catch:7`; raise BadParameter if there is none."""
+    name, number = split_code(code)
+    puzzles = list_puzzles(name)
+    if number is None or not 1 <= number <= len(puzzles):
+        raise BadParameter(f"puzzle {code}: expected {name}:1 to {name}:{len(puzzles)}")
+    return puzzles[number - 1]
+
+
+def split_code(code: str) -> tuple[str, int | None]:
+    """Return the name of the problem and the number of a code; None if it has no number."""
+    name, colon, number = code.rpartition(":")
+    return (name, int(number)) if colon and number.isdecimal() else (code, None)
+
+
+def find_puzzle_of_the_day(day: date) -> Puzzle:
+    """Return the puzzle of a day, the same for all: a problem a day, then its next puzzle."""
+    round_number, index = divmod(day.toordinal(), len(PUZZLE_PROBLEMS))
+    puzzles = list_puzzles(PUZZLE_PROBLEMS[index])
+    return puzzles[round_number % len(puzzles)]
+
+
+@lru_cache(maxsize=len(PUZZLE_PROBLEMS))
+def list_puzzles(name: str) -> tuple[Puzzle, ...]:
+    """Return the puzzles of a problem, in the order of their numbers.
+
+    Raise BadParameter if it has none.
+    """
+    return tuple(
+        Puzzle(f"{item.position.problem}:{number}", *item[:3], loss=item.loss)
+        for number, item in enumerate(mine_candidates(name), 1)
+    )
+
+
+def choose_puzzle(name: str, today: date) -> Puzzle:
+    """Return the puzzle that a player should solve next.
+
+    Of a problem, or of all problems if `name` is empty, it is one that was missed and is due. Else
+    it is the puzzle of the day, or the next one that was never asked.
+    """
+    progress = load_question_progress()
+    due_codes = [
+        key.removeprefix(KEY_PREFIX)
+        for key, entry in progress.items()
+        if key.startswith(KEY_PREFIX) and entry.is_due(today)
+    ]
+    if not name:
+        puzzle = find_puzzle_of_the_day(today)
+        if _key_of(puzzle) not in progress:
+            return puzzle
+        own_codes = [code for code in due_codes if split_code(code)[0] in PUZZLE_PROBLEMS]
+        if own_codes:
+            return find_puzzle(own_codes[0])
+        name = split_code(puzzle.code)[0]
+    puzzles = list_puzzles(name)
+    due = [puzzle for puzzle in puzzles if puzzle.code in due_codes]
+    new = [puzzle for puzzle in puzzles if _key_of(puzzle) not in progress]
+    return [*due, *new, *puzzles][0]
+
+
+def _key_of(puzzle: Puzzle) -> str:
+    """Return the key of a puzzle in the file of progress."""
+    return f"{KEY_PREFIX}{puzzle.code}"
+
+
+def make_exercise(puzzle: Puzzle) -> Exercise:
+    """Return the exercise of a puzzle."""
+    position = open_position(puzzle.position, CURRENT_FOLDER, trusted=True)
+    hint_agent = find_exact_agent(position.session, position.question)
+    assert hint_agent is not None  # a puzzle has exact values
+    labels = position.session.action_labels(position.seat)
+    question = ActionQuestion(
+        position,
+        hint_agent,
+        tolerance=puzzle.answer_tolerance,
+        obvious_action=labels.index(puzzle.rule_action),
+    )
+    loss = format_number(puzzle.loss)
+    learned = (
+        f"Rule of thumb: {puzzle.rule}. Here it says {puzzle.rule_action} and loses {loss}.",
+    )
+    introduction = tuple(filter(None, [question.describe_history()]))
+    return Exercise(_key_of(puzzle), f"puzzle {puzzle.code}", question, introduction, learned)

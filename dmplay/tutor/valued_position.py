@@ -1,0 +1,193 @@
+"""The exact values of a position, and the possible outcomes of each action."""
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
+from dmplay.core.arrays import Array, Bools, Ints, Reals
+from dmplay.core.policy import Memory
+from dmplay.core.problem import Outcome, build_percept, enumerate_possible_outcomes
+from dmplay.core.session import SeatedPolicy, Session
+from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
+from dmplay.problems.shared.hex_hunt import HexHunt
+from dmplay.registry import agents
+from dmplay.tutor.positions import PositionInGame
+
+
+class ActionOutcome(NamedTuple):
+    """A possible outcome of an action, as the player perceives it."""
+
+    probability: float
+    text: str  # the next state, the observation, or the actions of the other agents
+    reward: float  # expected reward of this turn, given this outcome
+    value_after: float  # expected return of the best play from the next turn on
+    ends_game: bool
+    belief: Reals | None = None  # [S], if the state is hidden
+
+
+class ValuedPosition:
+    """The present position of a session, with the values of the agent that gives the hints.
+
+    It follows the session: after a turn it is the next position.
+    """
+
+    def __init__(self, position: PositionInGame, hint_agent: agents.HintAgent) -> None:
+        self.position = position
+        self.hint_agent = hint_agent
+        self.session, self.seat, self.problem = position.session, position.seat, position.problem
+        self._seated_policy = SeatedPolicy(self.session, self.seat, hint_agent.policy)
+
+    @property
+    def labels(self) -> Sequence[str]:
+        """The labels of the player's actions."""
+        return self.session.action_labels(self.seat)
+
+    @property
+    def memory(self) -> Memory:
+        """The memory of the agent that gives the hints."""
+        return self._seated_policy.current_memory()
+
+    @property
+    def legal_actions_mask(self) -> Bools:
+        """The mask `[A]` of the legal actions."""
+        legal = self.session.legal_actions_mask(self.seat)
+        return np.ones(len(self.labels), bool) if legal is None else legal
+
+    @property
+    def values(self) -> Reals:
+        """The value `[A]` of each action, -inf if it is illegal."""
+        values = self._seated_policy.action_values()
+        assert values is not None
+        return np.where(self.legal_actions_mask, values, -np.inf)
+
+    @property
+    def turns_left(self) -> int | None:
+        """The number of turns that can still be played; None without a turn limit."""
+        limit = self.session.turn_limit
+        return None if limit is None else limit - len(self.session.turns)
+
+    @cached_property
+    def _states(self) -> Array:
+        """All states of a problem with hidden states."""
+        return self.problem.enumerate_states()
+
+    def compute_rewards(self) -> Reals:
+        """Return the expected reward `[A]` of this turn for each action, -inf if it is illegal."""
+        rewards = np.full(len(self.labels), -np.inf)
+        for action in np.flatnonzero(self.legal_actions_mask).tolist():
+            weights, _, outcome = self._enumerate_events(action)
+            rewards[action] = weights @ outcome.rewards[:, self.seat]
+        return rewards
+
+    def list_outcomes(self, action: int) -> list[ActionOutcome]:
+        """Return the possible outcomes of an action, likeliest first.
+
+        Events that the player cannot tell apart are one outcome.
+        """
+        weights, joint_actions, outcome = self._enumerate_events(action)
+        events_by_text: dict[str, list[int]] = {}
+        for event in range(len(weights)):
+            text = self._describe_event(joint_actions[event], outcome, event)
+            events_by_text.setdefault(text, []).append(event)
+        outcomes = [
+            self._summarize_events(text, np.array(events), weights, joint_actions, outcome)
+            for text, events in events_by_text.items()
+        ]
+        return sorted(outcomes, key=lambda item: -item.probability)
+
+    def _enumerate_events(self, action: int) -> tuple[Reals, Array, Outcome]:
+        """Return the events after an action: probabilities `[N]`, joint actions and outcomes.
+
+        The other agents act as the values assume. A hidden state is drawn from the belief.
+        """
+        joint = enumerate_joint_actions(self.session, self.seat, action, self._opponent_model)
+        states, probabilities = self.session.state[None], np.ones(1)
+        if self.problem.partially_observable:
+            belief = self.session.view(self.seat).belief
+            support = np.flatnonzero(belief)
+            states, probabilities = self._states[support], belief[support]
+        row_states = np.repeat(states, len(joint.actions), axis=0)
+        row_actions = np.tile(joint.actions, (len(states), 1))
+        row_weights = np.outer(probabilities, joint.probabilities).reshape(-1)
+        rows, p, outcome = enumerate_possible_outcomes(self.problem, row_states, row_actions)
+        return row_weights[rows] * p, row_actions[rows], outcome
+
+    @property
+    def _opponent_model(self) -> AssumedPlayers | None:
+        """The model of the other agents that the values assume; None if they act at random."""
+        if not self.hint_agent.policy.has_opponent_model:
+            return None
+        return AssumedPlayers(self.hint_agent.policy, self.memory, self.hint_agent.players)
+
+    def _describe_event(self, joint_action: Array, outcome: Outcome, event: int) -> str:
+        """Return the part of an event that the player perceives as text."""
+        problem, seat = self.problem, self.seat
+        if problem.partially_observable:
+            observation = outcome.observations[event, seat]
+            return problem.observations[seat].format_observation(observation)
+        if problem.state_count != 1:
+            return f"to {self._format_state(outcome.state[event])}"
+        return ", ".join(
+            f"{agent} plays {problem.format_action(other, joint_action[other])}"
+            for other, agent in enumerate(problem.agents)
+            if other != seat
+        )
+
+    def _format_state(self, state: Array) -> str:
+        """Return a state as text, with the names of the agents if it is a hex for each."""
+        text = self.problem.format_state(state)
+        if not isinstance(self.problem, HexHunt):
+            return text
+        return ", ".join(map(" ".join, zip(self.problem.agents, text.split(), strict=True)))
+
+    def _summarize_events(
+        self, text: str, events: Ints, weights: Reals, joint_actions: Array, outcome: Outcome
+    ) -> ActionOutcome:
+        """Return the outcome that consists of events that the player cannot tell apart."""
+        probability = float(weights[events].sum())
+        reward = float(weights[events] @ outcome.rewards[events, self.seat]) / probability
+        first = events[:1]
+        first_outcome = Outcome(*(array[first] for array in outcome))
+        belief = None
+        if self.problem.partially_observable:
+            indices = self.problem.state_indices(outcome.state[events])
+            belief = np.bincount(indices, weights[events], len(self._states)) / probability
+        is_last_turn = self.turns_left == 1
+        ends_game = is_last_turn or bool(self.problem.terminal(outcome.state[events]).all())
+        value_after = 0.0
+        if not ends_game:
+            policy = self.hint_agent.policy
+            percept = build_percept(self.problem, self.seat, joint_actions[first], first_outcome)
+            values = policy.action_values(policy.update_memory(self.memory, percept))
+            legal = self.problem.legal_actions_mask(first_outcome.state)
+            assert values is not None
+            value_after = float(
+                values.max() if legal is None else values[legal[:, self.seat]].max()
+            )
+        return ActionOutcome(probability, text, reward, value_after, ends_game, belief)
+
+    def sum_outcomes(self, outcomes: Sequence[ActionOutcome]) -> float:
+        """Return the value of an action from its outcomes: the mean of reward plus later value."""
+        discount = self.problem.discount
+        return sum(
+            item.probability * (item.reward + discount * item.value_after) for item in outcomes
+        )
+
+
+def find_exact_agent(session: Session, question: AdviceQuestion) -> agents.HintAgent | None:
+    """Return the agent with exact values of the game of a question; None if there is none.
+
+    None too if actions are real numbers, or if there are too many hidden states for beliefs.
+    """
+    problem = session.problem
+    if not problem.actions[question.seat].labels:
+        return None
+    if problem.partially_observable and not session.has_visible_beliefs:
+        return None
+    agent = agents.find_hint_provider(problem, question)
+    if agent is None or agent.policy.values_name != EXACT_VALUES:
+        return None
+    return agent if agent.has_exact_regrets and not agent.assumed_players else None
