@@ -37,19 +37,8 @@ def handle_replay_key(screen: PlayScreen, key: str) -> bool:
         screen.message = f"turn {screen.typed_turn}: Enter goes there"
     elif key == "enter" and typed_turn:
         _go_to_typed_turn(screen, playback, int(typed_turn))
-    elif key == "enter":
-        _play_on(screen, playback)
-    elif key == "left":
-        playback.undo()
-    elif key == "home":
-        playback.go_to_start()
-    elif key == "end":
-        for _ in playback.iter_agent_turns():
-            pass
-    elif key == WORST_KEY:
-        _go_to_worst_choice(screen, playback)
-    elif key == "M":
-        _leave_to_learn(screen, playback)
+    elif key in REPLAY_KEY_HANDLERS:
+        REPLAY_KEY_HANDLERS[key](screen, playback)
     else:
         return False
     if screen.game is playback and len(playback.session.turns) != turn_before:
@@ -123,3 +112,29 @@ def prepare_timeline(screen: PlayScreen, playback: Playback) -> GameTimeline:
         finally:
             playback.go_to_turn(position)
     return screen.replay_timeline
+
+
+def _undo_step(screen: PlayScreen, playback: Playback) -> None:
+    """Go back by one turn or event."""
+    playback.undo()
+
+
+def _go_to_start(screen: PlayScreen, playback: Playback) -> None:
+    """Go to the position before the first turn."""
+    playback.go_to_start()
+
+
+def _go_to_end(screen: PlayScreen, playback: Playback) -> None:
+    """Play all turns that are left."""
+    for _ in playback.iter_agent_turns():
+        pass
+
+
+REPLAY_KEY_HANDLERS = {
+    "enter": _play_on,
+    "left": _undo_step,
+    "home": _go_to_start,
+    "end": _go_to_end,
+    WORST_KEY: _go_to_worst_choice,
+    "M": _leave_to_learn,
+}
