@@ -81,14 +81,14 @@ class SeatChoices:
         """
         score, regret = round(self.score, decimals), round(self.regret or 0.0, decimals)
         start = round(start_value if luck else score + regret, decimals)
-        rest = score - start + regret
+        luck_part = score - start + regret
         kind = "good luck" if luck > 0 else "bad luck" if luck < 0 else "luck"
         start_text, regret_text, luck_text = (
-            format_fixed(value, decimals) for value in (start, regret, abs(rest))
+            format_fixed(value, decimals) for value in (start, regret, abs(luck_part))
         )
         return (
             f"score {format_fixed(score, decimals)} = {start_text} (average of best play) "
-            f"- {regret_text} (regret) {'-' if rest < 0 else '+'} {luck_text} ({kind})"
+            f"- {regret_text} (regret) {'-' if luck_part < 0 else '+'} {luck_text} ({kind})"
         )
 
     @property
@@ -379,7 +379,7 @@ def _iter_compared_players(
 
 
 def _count_games(session: Session, policies: Sequence[Policy], seat: int) -> tuple[int, int] | None:
-    """Return how many of COMPARED_GAMES games of these policies score less, and how many the same.
+    """Count the games of these policies, of COMPARED_GAMES, that score less, and the same.
 
     None if a game goes on after MAX_COMPARED_TURNS and might still score more.
     """

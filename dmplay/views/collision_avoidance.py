@@ -399,10 +399,11 @@ def lesson(view: View[CollisionAvoidance]) -> Lesson:
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     """Return the side panel's rows: height, rate, time left and advisory."""
     h, dh, _, seconds_left = _get_current_state(view)
+    is_last_turn = seconds_left == 0 and not has_passed_intruder(view)
     return [
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("pass in", f"{seconds_left:g} s{', last turn' * (seconds_left == 0)}"),
+        ("pass in", f"{seconds_left:g} s{', last turn' * is_last_turn}"),
         ("advice", _get_current_advisory(view)),
     ]
 
