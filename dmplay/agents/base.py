@@ -21,9 +21,9 @@ WITHOUT_END, ONE_ROUND = "infinite horizon", "for one round"
 # the names of values by their accuracy
 EXACT_VALUES, ESTIMATED_VALUES = "exact values", "estimated values"
 LOWER_BOUNDS, UPPER_BOUNDS = "lower bounds", "upper bounds"
-ESTIMATED_POINTS = "estimated points to come"
+RATINGS = "ratings, not points"  # numbers that only compare actions
 VALUES_NAMES = (
-    "values", EXACT_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, ESTIMATED_POINTS,
+    "values", EXACT_VALUES, ESTIMATED_VALUES, LOWER_BOUNDS, UPPER_BOUNDS, RATINGS,
 )  # fmt: skip
 # the rules for ties
 ENDS_SOONEST, PAYS_SOONEST = (

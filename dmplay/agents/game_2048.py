@@ -6,7 +6,7 @@ import numpy as np
 
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import (
-    ESTIMATED_POINTS,
+    RATINGS,
     WITHOUT_END,
     GreedyPolicy,
     ReactivePolicy,
@@ -51,11 +51,13 @@ class Corner(SeatPolicy):
 class Expectimax(GreedyPolicy, ReactivePolicy):
     """Searches likely slides and tiles ahead (expectimax), deeper if few cells are empty.
 
-    The boards at the end are valued by the points to come, as learned from games. With a time limit
-    the search is as deep as the time allows, so two searches may differ.
+    The boards at the end are rated by a network that learned from games. It learned the points to
+    come, but of a weaker player, which looks one slide ahead. The ratings therefore compare slides;
+    this agent earns many more points. With a time limit the search is as deep as the time allows,
+    so two searches may differ.
     """
 
-    values_name = ESTIMATED_POINTS
+    values_name = RATINGS
 
     problem: Game2048
 
@@ -79,7 +81,7 @@ class Expectimax(GreedyPolicy, ReactivePolicy):
         return scope if self.problem.discount == 1.0 else f"{scope or WITHOUT_END}, no discount"
 
     def action_values(self, memory: Memory) -> Reals:
-        """Return the points to come with each slide; -inf for a slide that moves nothing."""
+        """Return the rating of each slide; -inf for a slide that moves nothing."""
         (board,) = memory
         p_two = self.problem.p_two
         if not self.depends_on_clock:

@@ -91,10 +91,11 @@ class Narrator:
             key: value for key, value in all_facts.items() if self.shows_uniforms or key != "draws"
         }
 
-    def describe_result(self) -> str:
+    def describe_result(self, *, names_seat: bool = False) -> str:
         """Return the result as text: end reason, turns, and the scores of each seat.
 
-        For a paused game, return only the number of turns.
+        The score of a person who plays alone is "your score", unless `names_seat`. For a paused
+        game, return only the number of turns.
         """
         session = self.session
         if self.is_paused:
@@ -102,8 +103,9 @@ class Narrator:
         agents = session.problem.agents
         seat_sums = zip(agents, session.returns(), session.total_rewards(), strict=True)
         is_discounted = session.problem.discount < 1.0
+        is_alone = len(agents) == 1 and bool(self.human_seats) and not names_seat
         scores = "; ".join(
-            f"{agent} score {round_number(r):g}"
+            f"{'your' if is_alone else agent} score {round_number(r):g}"
             + f" (undiscounted {round_number(t):g})" * is_discounted
             for agent, r, t in seat_sums
         )

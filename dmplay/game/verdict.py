@@ -54,7 +54,6 @@ class SeatChoices:
     values_name: str
     scope: str  # the game that the values are about, '' if it is this one
     score: float
-    is_discounted: bool = False  # whether score and regret are discounted
     regret: float | None = None  # discounted to the start, as the score is
     worst: ReviewedAction | None = None  # the choice of the largest regret, if any is positive
     start_value: float | None = None  # expected score under optimal play, if the luck is known
@@ -66,22 +65,31 @@ class SeatChoices:
         if self.regret is None:
             return [f"{prefix}choices: {share} by the {append_scope(self.values_name, self.scope)}"]
         decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
-        regret_text = f"{'discounted ' * self.is_discounted}regret"
-        cost = f"; {regret_text} {format_fixed(self.regret, decimals)}" * (self.regret > 0)
+        regret_text = format_fixed(self.regret, decimals)
+        cost = f"; regret {regret_text} (score lost on average)" * (self.regret > 0)
         rows = [f"{prefix}choices: {share}{cost}"]
         if self.luck is not None and self.start_value is not None:
-            score, start, loss, luck = (
-                format_fixed(value, decimals)
-                for value in (self.score, self.start_value, self.regret, abs(self.luck))
-            )
-            sign = "-" if self.luck < 0 else "+"
-            rows.append(
-                f"{prefix}luck: score {score} = {start} expected at best "
-                f"- {loss} regret {sign} {luck} luck"
-            )
+            rows.append(f"{prefix}{self._explain_score(self.start_value, self.luck, decimals)}")
         if self.worst:
             rows.append(f"{prefix}worst: {_describe_worst(self.worst)}")
         return rows
+
+    def _explain_score(self, start_value: float, luck: float, decimals: int) -> str:
+        """Return the score as the sum of its parts, which add up as printed.
+
+        The rounding error is added to the luck, or to the start value if there is no luck.
+        """
+        score, regret = round(self.score, decimals), round(self.regret or 0.0, decimals)
+        start = round(start_value if luck else score + regret, decimals)
+        luck_part = score - start + regret
+        kind = "good luck" if luck > 0 else "bad luck" if luck < 0 else "luck"
+        start_text, regret_text, luck_text = (
+            format_fixed(value, decimals) for value in (start, regret, abs(luck_part))
+        )
+        return (
+            f"score {format_fixed(score, decimals)} = {start_text} (average of best play) "
+            f"- {regret_text} (regret) {'-' if luck_part < 0 else '+'} {luck_text} ({kind})"
+        )
 
     @property
     def data(self) -> dict[str, object]:
@@ -115,12 +123,12 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the comparison as a phrase that the word "games" completes.
+        """Return the number of lower games and of all games, and the agent.
 
         It has the number of equal games if these are more than the lower ones.
         """
         ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
-        return f"{self.lower_count} of {self.game_count} {self.agent.partition(':')[0]}{ties}"
+        return f"{self.lower_count} of {self.game_count} by {self.agent.partition(':')[0]}{ties}"
 
 
 @dataclass(frozen=True)
@@ -142,8 +150,8 @@ class Verdict:
             for choices in self.choices
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        better = " and ".join(map(str, self.comparisons))
-        rows += [f"other seeds: better than {better} games"] if better else []
+        better = ", ".join(map(str, self.comparisons))
+        rows += [f"other seeds: you beat these games: {better}"] if better else []
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -254,7 +262,6 @@ def _assess_seat(
         moves[0].values_name,
         moves[0].scope,
         session.seat_return(question.seat),
-        session.problem.discount < 1.0,
     )
     regrets = [move.regret for move in moves if move.regret is not None]
     is_exact = len(regrets) == len(moves) and all(
@@ -300,8 +307,8 @@ def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
 
 def _describe_worst(move: ReviewedAction) -> str:
     """Return the worst choice as a sentence without its end."""
-    gain = format_fixed(move.regret or 0.0, count_decimals([*move.values.values()]))
-    return f"turn {move.turn}: {move.chosen}, where {' or '.join(move.best)} was worth {gain} more"
+    gain = format_fixed(move.regret or 0.0, move.decimal_count)
+    return f"turn {move.turn}, chose {move.chosen}; {' or '.join(move.best)} better by {gain}"
 
 
 def compare_score(

@@ -34,7 +34,7 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "skill 40 m: half of 40 m throws are caught; table: % caught"
+HEAT_LEGEND = "skill 40 m: half of 40 m throws are caught; throws in m, caught in %"
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
@@ -71,7 +71,7 @@ def _draw_large_board(
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill belief   throw", "dim")
+    canvas.write_text(0, 0, "skill belief  caught", "dim")
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
     _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
     if options.suggested_action is not None:
@@ -324,6 +324,7 @@ def lesson(view: View[Catch]) -> Lesson:
         "You want long throws that are caught: a catch pays 1 per metre, a drop nothing",
         f"A throw is free but uses {limit}; each catch or drop is a clue to the catcher's skill",
         "60",
+        "with a skill of {} m",
     )
 
 

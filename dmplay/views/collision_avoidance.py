@@ -33,7 +33,6 @@ KEYS = {
 ADVISORY_GLYPHS = "↓·↑"  # by action
 PATH_GLYPHS = "↓∘↑"  # predicted path if an action is repeated, by action
 ACTION_NAMES = ("descend", "no-advisory", "climb")  # by action
-SHORT_ACTION_NAMES = ("descend", "none", "climb")  # short names, by action
 STEADY_GUST_INDEX = 1  # the middle one of three gusts
 MAX_HEIGHT_CHOICES = (
     100,
@@ -44,10 +43,10 @@ MAX_HEIGHT_CHOICES = (
     800,
 )  # metres; the smallest that holds all heights is the top
 PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
-    "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑ climb, ∘ none, "
-    "↓ descend",
-    "paths in calm air if you always advise ↑ climb, ∘ none, ↓ descend",
-    "your path if: ↑ climb, ∘ none, ↓ descend",
+    "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑ climb, "
+    "∘ no-advisory, ↓ descend; ▒ collision",
+    "paths in calm air if you always advise ↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
+    "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
 )
 LABEL_COLUMNS = 6  # columns of the height labels
 PATH_POINT_COLUMNS = 3  # columns between two points of a path
@@ -179,13 +178,13 @@ def _format_hint(options: DrawOptions, width: int) -> str:
             f"{format_signed_fixed(float(rate), 1)} ({format_percent(float(p))})"
             for rate, p in rates
         )
-        name = SHORT_ACTION_NAMES[int(options.forecast.action)]
+        name = ACTION_NAMES[int(options.forecast.action)]
         forms = [format_condition(options.forecast, f"advise {name}"), f"if {name}", name]
         texts = [f"{form}: rate {rates_text}" for form in forms]
         return next((text for text in texts if len(text) <= width), texts[-1])
     hints = [
         (names, row)
-        for names in (ACTION_NAMES, SHORT_ACTION_NAMES)
+        for names in (ACTION_NAMES, PATH_GLYPHS)
         for row in format_regret_rows(options._replace(width=width), names)
     ]
     complete_rows = (row for names, row in hints if all(name in row for name in names))
@@ -280,7 +279,7 @@ def _draw_paths(
 ) -> None:
     """Draw the predicted path of each advisory, and the advisory's name at its end."""
     time_axis, height_axis = scales
-    names_by_row: dict[int, list[str]] = {}
+    actions_by_row: dict[int, list[int]] = {}
     first_column = time_axis.column_of(-seconds_left) + 2
     # The points of a repeated advisory stay at the same columns from turn to turn.
     first_column += (time_axis.right - first_column) % PATH_POINT_COLUMNS
@@ -289,13 +288,14 @@ def _draw_paths(
             index = min(round(seconds_left + time_axis.value_at(column)), len(path) - 1)
             row = layout.height_rows - 1 - height_axis.column_of(path[index])
             canvas.write_text(column, row, PATH_GLYPHS[action], "cyan")
-        names = names_by_row.setdefault(
+        row_actions = actions_by_row.setdefault(
             layout.height_rows - 1 - height_axis.column_of(path[-1]), []
         )
-        if SHORT_ACTION_NAMES[action] not in names:
-            names.insert(0, SHORT_ACTION_NAMES[action])
-    for row, names in names_by_row.items():
-        label = "/".join(names) if len(names) < len(SHORT_ACTION_NAMES) else "any"
+        if action not in row_actions:
+            row_actions.insert(0, action)
+    for row, row_actions in actions_by_row.items():
+        names = ACTION_NAMES if len(row_actions) == 1 else PATH_GLYPHS
+        label = " or ".join(names[action] for action in row_actions)
         if layout.path_label_columns:
             canvas.write_text(time_axis.right + 2, row, label, "bold cyan")
 
@@ -309,7 +309,7 @@ def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:
 def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
     """Return the name of the advisory in force."""
     rate = float(view.observation[2])
-    return "none" if not rate else "climb" if rate > 0 else "descend"
+    return "no-advisory" if not rate else "climb" if rate > 0 else "descend"
 
 
 def _format_state(view: View[CollisionAvoidance]) -> str:
@@ -319,7 +319,7 @@ def _format_state(view: View[CollisionAvoidance]) -> str:
         f"◆ h {format_signed_fixed(h, 0)} m "
         f" dh {format_signed_fixed(dh, 1)} "
         f"m/s  {seconds_left:g} s  "
-        f"{_get_current_advisory(view)}"
+        f"{_get_current_advisory(view).replace('no-advisory', 'none')}"
     )
 
 
@@ -386,8 +386,8 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
 def lesson(view: View[CollisionAvoidance]) -> Lesson:
     """Return the lesson: the advisories, the distance to keep, and the costs."""
     return Lesson(
-        "You advise the aircraft ◆ to climb, to descend or neither; another aircraft, A, comes "
-        "towards it at height 0",
+        "You advise the aircraft ◆ to climb, to descend or neither (no-advisory); another "
+        "aircraft, A, comes towards it at height 0",
         f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
         f"{START_TIME:g} s after the start",
         f"A collision costs {COLLISION_COST:g}, each change of advice {ADVISORY_CHANGE_COST:g}, "
@@ -399,10 +399,11 @@ def lesson(view: View[CollisionAvoidance]) -> Lesson:
 def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
     """Return the side panel's rows: height, rate, time left and advisory."""
     h, dh, _, seconds_left = _get_current_state(view)
+    is_last_turn = seconds_left == 0 and not has_passed_intruder(view)
     return [
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
-        ("pass in", f"{seconds_left:g} s"),
+        ("pass in", f"{seconds_left:g} s{', last turn' * is_last_turn}"),
         ("advice", _get_current_advisory(view)),
     ]
 
@@ -411,7 +412,7 @@ def describe_turn(view: View[CollisionAvoidance]) -> str:
     """Describe the last advisory, the state and the outcome."""
     has_changed = view.observation[2] != view.observations[-2][2]
     verb = "changed the advice to" if has_changed else "kept the advice:"
-    advice = SHORT_ACTION_NAMES[int(view.actions[-1])]
+    advice = ACTION_NAMES[int(view.actions[-1])]
     return f"{verb} {advice}. {_describe_state(view)}. {_describe_outcome(view)}."
 
 

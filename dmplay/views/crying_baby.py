@@ -166,10 +166,10 @@ def _draw_expected_rewards(
     The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
     With hints, a bar shows the regret and the best action comes first.
     """
-    heading = "reward this turn hunger  effort     sum"
+    heading = "expected reward  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
     canvas.write_text(
-        len(heading) + 2, y, "below best" if options.regret is not None else "", "dim"
+        len(heading) + 2, y, "rest of game" if options.regret is not None else "", "dim"
     )
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels
@@ -196,7 +196,7 @@ def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions)
     )
     return "  ".join(
         [
-            "reward this turn:",
+            "expected reward:",
             *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
         ]
     )
@@ -228,7 +228,7 @@ def goal_lines(view: View[CaregiverProblem]) -> list[str]:
     problem = view.problem
     feeding, singing, _ = problem.action_rewards[view.seat]
     return [
-        "keep the baby sated",
+        "keep the baby sated (not hungry)",
         f"hunger costs {-problem.hungry_reward:g}",
         f"feeding {-feeding:g}",
         f"singing {-singing:g}",
@@ -259,6 +259,7 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
         f"A turn that starts with a hungry baby costs {-problem.hungry_reward:g}; feeding costs "
         f"{feeding}, singing {singing}, ignoring {ignoring}",
         "feed",
+        "with a baby that is {}",
     )
 
 

@@ -172,7 +172,8 @@ def lesson(view: View[HexWorld]) -> Lesson:
         "You are @ and walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(view))}: "
         "on an exit, any action collects its reward and ends the game",
-        f"A step is free, a bump into the border {cost}, and {slips}",
+        f"A step is free, a bump into a wall {cost}, and {slips}",
+        example_start="from hex {}",
     )
 
 

@@ -1,5 +1,6 @@
 """The view of machine replacement: the last product, and the belief in bars and a triangle."""
 
+import math
 from collections.abc import Iterator
 from functools import lru_cache
 
@@ -51,13 +52,12 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "at corner 1, 1 part failed for sure",
+    "at a corner: the number is certain",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
     "● belief now; letters: best action",
     "at each belief, for the turns left",
-    "(or for 40, if more are left)",
 )
 REGION_STYLES = ("dim", "cyan", "magenta", "yellow")  # style of each action's key
 MAX_PLANNED_TURNS = 40  # maximum turns planned for the regions
@@ -99,7 +99,7 @@ def _iter_small_boards(view: View[MachineReplacement], options: DrawOptions) -> 
         if with_triangle:
             _draw_small_triangle(canvas, BELIEF_COLUMNS + 4, view.belief)
         _draw_belief_history(view, canvas, y, options)
-        canvas.write_text(0, y + 2, "expected reward now", "dim")
+        canvas.write_text(0, y + 2, "expected reward", "dim")
         for number, (key, name, reward) in enumerate(_compute_expected_rewards(view, options)):
             canvas.write_text(0, y + 3 + number, f"{key} {name:<11} {reward:+.3f}")
         draw_true_state(canvas, y + 8, STATE_NAMES, options)
@@ -141,8 +141,8 @@ def _draw_large_board(
     _draw_belief_history(
         view, canvas, y, options._replace(width=min(options.width, BELIEF_COLUMNS))
     )
-    canvas.write_text(0, y + 2, "expected reward now", "dim")
-    regret_heading = "below best" if options.regret is not None else ""
+    canvas.write_text(0, y + 2, "expected reward", "dim")
+    regret_heading = "rest of game" if options.regret is not None else ""
     canvas.write_text(REGRET_COLUMN, y + 2, regret_heading, "dim")
     rewards_by_action = _compute_expected_rewards(view, options)
     for row, action in enumerate(rank_actions(options, len(rewards_by_action)), y + 3):
@@ -158,7 +158,10 @@ def _draw_large_board(
     default_legend = (
         TRIANGLE_LEGEND if view.rewards is None else TRIANGLE_LEGEND[:-1]
     )  # no hints after the end
-    legend = default_legend if options.regret is None else REGION_LEGEND
+    turns_left = math.inf if view.turn_limit is None else view.turn_limit - view.turns_played
+    limit_note = (f"(for {MAX_PLANNED_TURNS} turns; more are left)",)
+    region_legend = REGION_LEGEND + limit_note * (turns_left > MAX_PLANNED_TURNS)
+    legend = default_legend if options.regret is None else region_legend
     notes = format_forecast_rows(view, options, view.problem.state_names) or legend
     for row, line in enumerate(notes, y + 8):
         canvas.write_text(0, row, line, "" if options.forecast else "dim")
@@ -285,7 +288,7 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
     intact_rewards, *failed_rewards = view.problem.tables.rewards[:, :, 0]
     one_failed, two_failed = (f"{pays[0]:.3g}" for pays in failed_rewards)
     other_clauses = [
-        f"{label} pays {'at most ' * bool(np.ptp(pays))}{pays[0]:.3g}"
+        f"{label} {_format_reward_bound(pays)}"
         for label, pays in zip(labels, view.problem.tables.rewards[:, :, 0].T, strict=True)
     ]
     return [
@@ -294,6 +297,14 @@ def goal_lines(view: View[MachineReplacement]) -> list[str]:
         "failures are hidden",
         *other_clauses[:0:-1],
     ]
+
+
+def _format_reward_bound(rewards: Reals) -> str:
+    """Return an action's reward, the largest one if it depends on the state, or its cost."""
+    largest, varies = float(rewards.max()), bool(np.ptp(rewards))
+    if largest < 0:
+        return f"costs {-largest:.3g}{' or more' * varies}"
+    return f"pays {'at most ' * varies}{largest:.3g}"
 
 
 def lesson(view: View[MachineReplacement]) -> Lesson:
@@ -311,6 +322,7 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
         ),
         f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
         "examine",
+        "with {} failed parts",
     )
 
 
@@ -349,4 +361,4 @@ def describe_situation(view: View[MachineReplacement]) -> str:
 
 def _describe_belief(view: View[MachineReplacement]) -> str:
     """Return the belief about the number of failed parts, the likeliest number first."""
-    return f"belief (failed parts) {format_belief(('0:', '1:', '2:'), view.belief)}."
+    return f"belief: {format_belief(STATE_NAMES, view.belief)}."

@@ -265,6 +265,7 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
     )
     glyph = get_agent_glyph(problem, view.seat)
     name = f"{problem.agents[view.seat]}, @ or {glyph} on the map"
+    start = f"with {', '.join(problem.agents)} at {{}}"
     role = f"You are {name}; all agents see each other and move one hex at the same time"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
@@ -272,13 +273,14 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
             f"You want to reach a prey: a turn that begins on its hex pays 1{sharing_clause}; you "
             f"stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
-        return Lesson(role, objective, f"Any other turn costs {-MOVE_REWARD:g}, and {slips}")
+        costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
+        return Lesson(role, objective, costs, example_start=start)
     objective = "You want to avoid the hexes of predators"
     costs = (
         "A turn that begins on the hex of a predator costs you "
         f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
     )
-    return Lesson(role, objective, f"{costs}, and {slips}")
+    return Lesson(role, objective, f"{costs}, and {slips}", example_start=start)
 
 
 def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:

@@ -19,6 +19,7 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     (cc, cd), (dc, dd) = view.problem.payoffs[:, :, 0]
     return [
         "spend few years in prison",
+        "each year costs 1",
         f"if {other} cooperates: cooperate {cc:g}, defect {dc:g}",
         f"if {other} defects: cooperate {cd:g}, defect {dd:g}",
         "both choose at the same time",

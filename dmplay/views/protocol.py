@@ -77,6 +77,7 @@ class Lesson(NamedTuple):
     objective: str
     costs: str  # the cost of each action, and the part of chance
     example_action: str = ""  # the example action; '' for any
+    example_start: str = ""  # a phrase with {} for the state before it; '' for a general one
 
 
 class ViewModule(Protocol):

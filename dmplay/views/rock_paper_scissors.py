@@ -16,9 +16,10 @@ KEYS = {"r": "rock", "p": "paper", "s": "scissors"}
 def goal_lines(view: View[RockPaperScissors]) -> list[str]:
     """Return the rule and the rewards of the winner and the loser, as clauses."""
     win_reward = view.problem.payoffs.max()
-    beats = "rock beats scissors beats paper beats rock"
     return [
-        beats,
+        "rock beats scissors",
+        "scissors beat paper",
+        "paper beats rock",
         f"the winner gets {win_reward:g}, the loser {-win_reward:g}",
         "both choose at the same time",
     ]

@@ -371,7 +371,7 @@ def test_a_game_started_in_line_mode_is_reported_from_its_start(tmp_path: Path) 
     lines = [line for line in result.stdout.splitlines() if not line.startswith("action>")]
     assert lines[2:6] == [
         "turn 1. chose E, moved E to (8,2). reward 0. score 0.",
-        "over: quit after 1 turn. agent score 0 (undiscounted 0).",
+        "over: quit after 1 turn. your score 0 (undiscounted 0).",
         *lines[:2],
     ]
     assert lines[6] == lines[2]

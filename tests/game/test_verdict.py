@@ -17,6 +17,7 @@ from dmplay.game.verdict import (
     COMPARED_GAMES,
     MAX_COMPARED_TURNS,
     ScoreComparison,
+    SeatChoices,
     Verdict,
     compute_verdict,
 )
@@ -123,12 +124,33 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
-        "choices: best action 1 of 3 times; discounted regret 4.07",
-        "luck: score -0.90 = 3.75 expected at best - 4.07 regret - 0.58 luck",
-        "worst: turn 1: e, where se was worth 3.20 more",
-        "other seeds: better than 60 of 100 random and 20 of 100 optimal games",
-        "same draws: optimal scored 8.1, you -0.9",
+        "choices: best action 1 of 3 times; regret 4.07 (score lost on average)",
+        "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
+        "worst: turn 1, chose e; se better by 3.20",
+        "other seeds: you beat these games: 60 of 100 by random, 20 of 100 by optimal",
+        "same seed: optimal scored 8.1, you -0.9",
     ]
+
+
+@pytest.mark.parametrize(
+    ("score", "start", "regret", "numbers"),
+    [
+        (7.29, 7.0444, 0.7766, ("7.29", "7.04", "0.78", "+ 1.03 (good luck)")),
+        (-1.0, 0.504, 0.504, ("-1.00", "0.50", "0.50", "- 1.00 (bad luck)")),
+        (0.5, 1.004, 0.504, ("0.50", "1.00", "0.50", "+ 0.00 (luck)")),
+    ],
+)  # fmt: skip
+def test_the_parts_of_a_score_add_up_as_printed(
+    score: float, start: float, regret: float, numbers: Sequence[str]
+) -> None:
+    luck = round(score - start + regret, 9)
+    choices = SeatChoices(
+        "agent", 4, 3, "exact values", "", score, regret, start_value=start, luck=luck
+    )
+    total, best, lost, luck_text = numbers
+    assert choices.lines()[1] == (
+        f"score {total} = {best} (average of best play) - {lost} (regret) {luck_text}"
+    )
 
 
 def test_the_mean_luck_of_many_games_is_zero() -> None:
@@ -258,14 +280,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 random"
+    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 by random"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "0 of 100 random (100 equal)",
-        "0 of 100 regulate (100 equal)",
+        "0 of 100 by random (100 equal)",
+        "0 of 100 by regulate (100 equal)",
     ]
 
 

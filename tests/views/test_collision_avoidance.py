@@ -60,7 +60,7 @@ def test_collisions_and_reversed_advisories_are_described(
 def test_the_panel_shows_height_rate_time_and_advisory() -> None:
     view = make_advised_game().view(0)
     assert collision_avoidance.panel_rows(view) == [
-        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advice", "none"),
+        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advice", "no-advisory"),
     ]  # fmt: skip
 
 

@@ -123,7 +123,7 @@ def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool
     ("size", "legend"),
     [
         ((200, 60), "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑"),
-        ((80, 24), "your path if: ↑ climb, ∘ none, ↓ descend"),
+        ((80, 24), "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision"),
     ],
 )
 def test_the_fan_of_paths_has_a_legend(size: tuple[int, int], legend: str) -> None:

@@ -25,7 +25,7 @@ saw  nothing yet                                0 ●
 2 failed  ···················· 0.000    1 ╱───────────────╲ 2
 chance of a failed part ▁
 
-expected reward now
+expected reward
 m manufacture +0.902
 e examine     +0.652
 i interrupt   -0.500
@@ -49,7 +49,7 @@ saw  defective                                    0
 2 failed  #########........... 0.450    1 /------*--------\ 2
 chance of a failed part _.:-=++#
 
-expected reward now
+expected reward
 m manufacture +0.374
 e examine     +0.124
 i interrupt   -1.950
@@ -85,9 +85,10 @@ def test_the_corners_of_the_triangle_are_certain_beliefs() -> None:
 def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
     view = make_view_after("manufacture")
     assert machine_replacement.describe_turn(view) == (
-        "chose manufacture, saw nondefective. belief (failed parts) 0: 0.810, 1: 0.180, 2: 0.010."
+        "chose manufacture, saw nondefective. "
+        "belief: 0 failed 0.810, 1 failed 0.180, 2 failed 0.010."
     )
     assert machine_replacement.describe_situation(make_view_after()) == (
-        "saw nothing yet. belief (failed parts) 0: 1.000, 1: 0.000, 2: 0.000. expected reward "
+        "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
         "now: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
     )

@@ -97,8 +97,11 @@ class Ghost:
         is_unequal = self.player_session.end_reason not in NATURAL_END_REASONS
         ghost_note = f" in {format_count(ghost_turns, 'turn')}" * is_unequal
         player_note = f" in {format_count(player_turns, 'turn')}" * is_unequal
+        uniforms_name = (
+            "same seed" if _uses_seed_uniforms(self.player_session) else "same random numbers"
+        )
         return (
-            f"same draws: {self.label} scored {self.score:.6g}{ghost_note}, "
+            f"{uniforms_name}: {self.label} scored {self.score:.6g}{ghost_note}, "
             f"you {player_return:.6g}{player_note}"
         )
 

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from dmplay.agents.base import AdviceQuestion
+from dmplay.agents.base import RATINGS, AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.session import SeatedPolicy, Session, Turn
@@ -82,6 +82,11 @@ def _value_spread(values: Sequence[float]) -> float:
 def format_fixed(value: float, decimals: int) -> str:
     """Return a value as text with this number of decimals, never as a negative zero."""
     return f"{round(value, decimals) + 0.0:.{decimals}f}"
+
+
+def round_ratings(values: Reals, values_name: str) -> Reals:
+    """Return ratings as whole numbers, because they are not more exact; other values unchanged."""
+    return values.round() if values_name == RATINGS else values
 
 
 def accuracy_data(values_name: str) -> dict[str, str]:
@@ -206,7 +211,8 @@ class Hint:
             else sorted(best_first)
         )
         pairs = [(self.labels[action], float(self.values[action])) for action in order]
-        decimal_count = (count_hint_decimals if ordered else count_decimals)(
+        are_short = ordered or self.values_name.startswith(RATINGS)
+        decimal_count = (count_hint_decimals if are_short else count_decimals)(
             [value for _, value in pairs]
         )
         return [(label, format_fixed(value, decimal_count)) for label, value in pairs]
@@ -465,6 +471,7 @@ class HintProvider:
         values = self._query_agent(SeatedPolicy.action_values) if self._follower else None
         if values is None or not self.session.problem.actions[self.seat].labels:
             return None
+        values = round_ratings(values, self.values_name)
         legal = self.session.legal_actions_mask(self.seat)
         return values if legal is None else np.where(legal, values, np.nan)
 

@@ -6,14 +6,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import ESTIMATED_POINTS, ESTIMATED_VALUES, AdviceQuestion
+from dmplay.agents.base import ESTIMATED_VALUES, RATINGS, AdviceQuestion
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.text import align_columns, format_count
 from dmplay.core.work_budget import Budget, scale_progress_part
 from dmplay.game.background_tasks import TaskInfo, run_cancellable
-from dmplay.game.hints.hint_provider import count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import count_decimals, format_fixed, round_ratings
 from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
@@ -42,12 +42,17 @@ class ReviewedAction(NamedTuple):
     @property
     def is_estimated(self) -> bool:
         """True if the regret comes from estimated values."""
-        return self.values_name in {ESTIMATED_VALUES, ESTIMATED_POINTS}
+        return self.values_name in {ESTIMATED_VALUES, RATINGS}
+
+    @property
+    def decimal_count(self) -> int:
+        """The number of decimals of its values and its regret."""
+        return _count_decimals([self], [*self.values.values()])
 
     def __str__(self) -> str:
         """Return the review of this choice on one line."""
         beginning = f"turn {self.turn}, {self.seat}: chose {self.chosen}"
-        decimal_count = count_decimals([*self.values.values()])
+        decimal_count = self.decimal_count
         value_list = ", ".join(
             f"{name} {format_fixed(value, decimal_count)}" for name, value in self.values.items()
         )
@@ -89,6 +94,7 @@ def review_actions(
                 values = hint_policy.action_values()
             is_of_players = number > hint_agent.question.earlier_turns
             if values is not None and is_of_players and not replayed.is_inactive(seat):
+                values = round_ratings(values, hint_agent.policy.values_name)
                 reviewed = _review_action(replayed, seat, number, int(turn.actions[seat]), values)
                 yield reviewed._replace(
                     regret=reviewed.regret if hint_agent.has_exact_regrets else None,
@@ -142,10 +148,21 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     is_estimated = any(move.is_estimated for move in reviewed_actions)
     expected = "estimated" if is_estimated else "expected"
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
-    meaning = f"{'discounted ' * is_discounted}value lost"
-    regret_text = format_fixed(total, count_decimals([total]))
+    lost = "rating" if _have_ratings(reviewed_actions) else "value"
+    meaning = f"{'discounted ' * is_discounted}{lost} lost"
+    regret_text = format_fixed(total, _count_decimals(reviewed_actions, [total]))
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
     return text if best_count == len(reviewed_actions) else f"{text}, largest in turn {worst.turn}"
+
+
+def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:
+    """Return whether the values are ratings, which are whole numbers."""
+    return any(move.values_name == RATINGS for move in reviewed_actions)
+
+
+def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequence[float]) -> int:
+    """Return the number of decimals for values or regrets of these actions."""
+    return 0 if _have_ratings(reviewed_actions) else count_decimals(numbers)
 
 
 def _regret_or_zero(move: ReviewedAction) -> float:
@@ -165,7 +182,10 @@ def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     there is none. The last line then explains the regret.
     """
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
-    max_regret, decimal_count = max(regrets, default=0.0), count_decimals(regrets)
+    max_regret, decimal_count = (
+        max(regrets, default=0.0),
+        _count_decimals(reviewed_actions, regrets),
+    )
     scopes = {move.scope for move in reviewed_actions}
     has_one_scope = len(scopes) == 1
     best_heading = append_scope("best", *scopes) if has_one_scope else "best"

@@ -240,7 +240,7 @@ class ModelGames:
             ),
             "legal": describe_choices(game.problem, seat, legal, session.action_labels(seat)),
             "words": game.narrator.describe_situation(game.snapshot(seat)) if shows_text else "",
-            "ending": game.narrator.describe_result() if session.over else "",
+            "ending": game.narrator.describe_result(names_seat=True) if session.over else "",
         }
 
 

@@ -1,4 +1,7 @@
-"""The learned value of 2048 boards after a slide: the points still to come.
+"""The learned value of 2048 boards after a slide.
+
+It estimates the points still to come for a player that looks one slide ahead, and it is far from
+exact. At the start it is about 107,000; such a player earns 65,000, and the search 322,000.
 
 A board is looked up in all eight rotations and reflections; in each, the cells of a few patterns
 are indices of tables. The value of the board is the sum (an n-tuple network; Szubert and Jaskowski,

@@ -312,7 +312,7 @@ class Frame:
             height,
             viewport.ascii_only,
             game.hint_provider.build_overlay(state.overlay, len(game.session.turns)),
-            show_keys=game.choosing_seat is not None and snapshot.turn < state.last_key_hint_turn,
+            show_keys=game.choosing_seat is not None,
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
             regret=state.hint.regrets if state.hint else None,

@@ -11,7 +11,6 @@ from dmplay.terminal.styles import ScreenLine, to_plain_text, to_rich_text
 from dmplay.views.protocol import Forecast
 from dmplay.views.toolkit.canvas import ASCII_TRANSLATION
 
-KEY_HINT_TURNS = 5  # turns for which the board shows the action keys
 NEXT_PAGE_KEYS = ("space", "down", "enter")  # keys that turn to the next page
 
 
@@ -32,7 +31,6 @@ class FrameState(NamedTuple):
     page_index: int = 0  # index of the visible page, if they need several
     scroll_offset: int = 0  # rows by which the log is scrolled back
     handover_agent: str = ""  # agent to whom the keyboard is passed; '' if it is not
-    last_key_hint_turn: int = KEY_HINT_TURNS  # turn from which the board no longer shows the keys
     hint: Hint | None = None  # marked on the board and the keys
     typed_action: float | None = None  # number typed so far, which Enter would play
     forecast: Forecast | None = None  # outcomes of the previewed action

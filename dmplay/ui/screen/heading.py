@@ -9,6 +9,7 @@ from dmplay.game.game import Game
 from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.terminal.styles import ScreenLine
 from dmplay.ui.screen.frame_state import Viewport
+from dmplay.ui.screen.post_game_timeline import GameTimeline
 from dmplay.ui.screen.text_wrapping import wrap_lines
 
 CLAUSE_SEPARATOR = "; "  # between clauses of the goal
@@ -50,9 +51,9 @@ def _title_facts(
 ) -> list[str]:
     """Return the facts of the title: turn, return, own seat and the other players."""
     limit = game.session.turn_limit
-    facts = [
-        f"turn {snapshot.turn}" if limit in UNSHOWN_TURN_LIMITS else f"turn {snapshot.turn}/{limit}"
-    ]
+    is_lookback = isinstance(game, GameTimeline)
+    turn_text = f"before turn {snapshot.turn + 1}" if is_lookback else f"turn {snapshot.turn}"
+    facts = [turn_text if limit in UNSHOWN_TURN_LIMITS else f"{turn_text}/{limit}"]
     if snapshot.rewards_visible:
         facts.append(f"{score_name} {format_score(game.narrator.seat_return(snapshot))}")
     own_seat = game.viewing_seat if game.human_seats else None

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from dmplay.game.game import Game
 from dmplay.game.playback import Playback
-from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, NEXT_PAGE_KEYS
+from dmplay.ui.screen.frame_state import NEXT_PAGE_KEYS
 from dmplay.ui.screen.modes import Mode, ModeEvent
 from dmplay.ui.screen.play_operations import (
     GAME_OVER_MESSAGE,
@@ -30,10 +30,15 @@ PAGE = 1000.0  # stands for the visible rows
 SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
     "pageup": PAGE, "pagedown": -PAGE, "home": inf, "end": -inf, "wheel up": 3, "wheel down": -3,
 }  # fmt: skip
+LOOKBACK_HELP = (
+    "Enter",
+    "look back",
+    "when the game is over, show its turns and the regret of each choice",
+)
 SCROLL_HELP = (
     "PgUp",
     "scroll",
-    "scroll the log, or show all turns after the end (hex maps: with Shift)",
+    "scroll the log; when the game is over, show all its turns (hex maps: with Shift)",
 )
 
 
@@ -229,18 +234,16 @@ def _scroll(screen: PlayScreen, rows: float) -> None:
 
 
 def _show_help(screen: PlayScreen) -> None:
-    """Show the help page: the keys of the game, of the screen, and the commands.
-
-    The board then shows its keys again for some turns.
-    """
+    """Show the help page: the keys of the game, of the screen, and the commands."""
     screen_keys = [
         (key.label, key.name, key.help)
         for key in SCREEN_KEYS
-        if key.help and key.is_listed_for(screen.game)
+        if key.help and key.is_listed_for(screen)
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
-    screen.open_page(format_help_page(screen.game, [*replay_keys, *screen_keys, SCROLL_HELP]))
-    screen.last_key_hint_turn = len(screen.game.session.turns) + KEY_HINT_TURNS
+    lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
+    keys = [*replay_keys, *screen_keys, *lookback_keys, SCROLL_HELP]
+    screen.open_page(format_help_page(screen.game, keys))
 
 
 class ScreenKey(NamedTuple):
@@ -254,13 +257,17 @@ class ScreenKey(NamedTuple):
     is_agents_only: bool = False  # only for games without human players
     is_hex_key: bool = False  # only for hex maps
     is_overlay_key: bool = False  # only for boards that can show values of all states
+    is_pace_key: bool = False  # listed only if agents alone play, or the clock runs
 
     def is_active_for(self, key: str, game: Game) -> bool:
         """Return whether this is the pressed key and it works in this game."""
         return key in self.keys and not (self.is_agents_only and game.human_seats)
 
-    def is_listed_for(self, game: Game) -> bool:
-        """Return whether the help page of this game lists the key."""
+    def is_listed_for(self, screen: PlayScreen) -> bool:
+        """Return whether the help page of this screen lists the key."""
+        game = screen.game
+        if self.is_pace_key:
+            return bool(screen.realtime_rate) or not game.human_seats
         if self.is_hex_key:
             return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
         if self.is_overlay_key:
@@ -288,7 +295,14 @@ SCREEN_KEYS = (
         is_hex_key=True,
     ),
     ScreenKey(("W",), "W", "what if", "show the possible outcomes of an action", start_lookahead),
-    ScreenKey(("P", "p", "A"), "P", "pause", "start or stop the agents or the clock", toggle_pause),
+    ScreenKey(
+        ("P", "p", "A"),
+        "P",
+        "pause",
+        "start or stop the agents or the clock",
+        toggle_pause,
+        is_pace_key=True,
+    ),
     ScreenKey(
         ("space", "right"),
         "Space",
@@ -303,6 +317,7 @@ SCREEN_KEYS = (
         "faster",
         "let the agents play faster",
         lambda screen: change_speed(screen, SPEED_FACTOR),
+        is_pace_key=True,
     ),
     ScreenKey(
         ("-",),
@@ -310,6 +325,7 @@ SCREEN_KEYS = (
         "slower",
         "let the agents play slower",
         lambda screen: change_speed(screen, 1 / SPEED_FACTOR),
+        is_pace_key=True,
     ),
     ScreenKey(
         ("M",),

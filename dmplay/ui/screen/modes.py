@@ -57,11 +57,18 @@ class ScreenModes:
 
     def __init__(self) -> None:
         self.display_mode = Mode.BOARD
+        self._mode_below_page = Mode.BOARD  # the mode to which a closed page returns
         self.play_mode = Mode.WAIT_FOR_KEY
 
     def handle_event(self, event: ModeEvent) -> None:
         """Apply the transitions of an event; a mode without one for it stays."""
-        self.display_mode = MODE_TRANSITIONS[self.display_mode].get(event, self.display_mode)
+        previous_mode = self.display_mode
+        self.display_mode = MODE_TRANSITIONS[previous_mode].get(event, previous_mode)
+        if previous_mode is Mode.PAGE and event is ModeEvent.CLOSED:
+            self.display_mode = self._mode_below_page
+        elif previous_mode is not Mode.PAGE and event is ModeEvent.PAGE_OPENED:
+            is_lookback = previous_mode is Mode.LOOKBACK
+            self._mode_below_page = Mode.LOOKBACK if is_lookback else Mode.BOARD
         self.play_mode = MODE_TRANSITIONS[self.play_mode].get(event, self.play_mode)
 
     def set_play_mode(self, *, is_realtime: bool) -> None:

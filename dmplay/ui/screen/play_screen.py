@@ -24,7 +24,7 @@ from dmplay.terminal.painter import Painter
 from dmplay.ui.screen import frame
 from dmplay.ui.screen.event_log import EventLog
 from dmplay.ui.screen.footer import format_footer
-from dmplay.ui.screen.frame_state import KEY_HINT_TURNS, FrameState, Viewport, find_cursor
+from dmplay.ui.screen.frame_state import FrameState, Viewport, find_cursor
 from dmplay.ui.screen.log_rows import list_record_lines
 from dmplay.ui.screen.modes import Mode, ModeEvent, ScreenModes
 from dmplay.ui.screen.number_input import NumberInput
@@ -41,6 +41,7 @@ MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a rep
 OVERLAYS = ("", "values", "policy", "states")
 OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
 WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
+VALUES_MEANING = "if you stood on a hex"  # the meaning of the values on hex maps
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 
@@ -95,7 +96,6 @@ class PlayScreen:
         self.key_prefix = ""  # first arrow of a diagonal
         self.prediction_text = ""  # prediction that the player is typing
         # turn from which the board no longer shows the keys
-        self.last_key_hint_turn = KEY_HINT_TURNS
         self.clock = RealtimeClock(self.realtime_rate)
         self.post_game_review = PostGameReview()  # review of the game, once it is over
         self.animation = TurnAnimation()
@@ -170,7 +170,6 @@ class PlayScreen:
             handover_agent=game.problem.agents[game.viewing_seat]
             if self.controller.awaiting_handover
             else "",
-            last_key_hint_turn=self.last_key_hint_turn,
             motion_progress=self.animation.progress,
             best_return=self._best_return,
             show_coordinates=self.show_coordinates,
@@ -281,9 +280,10 @@ class PlayScreen:
             if self.render_upper(self._viewport).plain != plain_screen:
                 provider = self.game.hint_provider
                 shown_turns = len((self.timeline or self.game).session.turns)
-                accuracy = provider.values_name * (OVERLAYS[index] == "values")
+                has_values = OVERLAYS[index] == "values"
+                label = f"{provider.values_name} {VALUES_MEANING}"
                 parts = [
-                    f"overlay: {accuracy or OVERLAY_LABELS[OVERLAYS[index]]}",
+                    f"overlay: {label if has_values else OVERLAY_LABELS[OVERLAYS[index]]}",
                     provider.describe_game(shown_turns) * (OVERLAYS[index] in HINT_OVERLAYS),
                 ]
                 self.message = ", ".join(filter(None, parts))

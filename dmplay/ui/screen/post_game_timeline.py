@@ -10,13 +10,14 @@ from dmplay.core.session import Turn
 from dmplay.core.work_budget import ComputationStopped
 from dmplay.game.game import Game
 from dmplay.game.hints import review
-from dmplay.game.hints.hint_provider import Hint, HintProvider, count_decimals, format_fixed
+from dmplay.game.hints.hint_provider import Hint, HintProvider, format_fixed
 from dmplay.game.hints.review import ReviewedAction
 from dmplay.game.verdict import Verdict, iter_verdicts
 from dmplay.views.toolkit.canvas import BAR_LEVELS
 
 MAX_WORST_TURNS = 3  # worst turns that are named
-MIN_BAR_COLUMNS = 16  # minimum columns of the regret row that are left for its bars
+MIN_CAPTION_COLUMNS = 72  # columns of the screen from which the regret row explains its bracket
+MARGIN_COLUMNS = 5  # columns of the regret row for its margins and the bracket
 
 
 class GameTimeline(Game):
@@ -160,26 +161,27 @@ class GameTimeline(Game):
         worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
-        suffix = f"  worst: turn {', '.join(map(str, worst))}"
-        bar_columns = max(width - MIN_BAR_COLUMNS - len(suffix), 1)
+        turns = ", ".join(map(str, worst))
+        captions = [
+            ("regret by turn ", f"  [ ] next turn; worst first: {turns}"),
+            ("regret ", f"  worst first: turn {turns}"),
+        ]
+        prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
+        bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)
         first = max(min(self.turns_played - bar_columns // 2, self.turn_count - bar_columns), 0)
         max_regret = max(regrets)
         bars = [
             BAR_LEVELS[ceil((len(BAR_LEVELS) - 1) * (regret / max_regret))] for regret in regrets
         ]
         bars[self.turns_played] = f"[{bars[self.turns_played]}]"
-        return [f"regret {''.join(bars[first : first + bar_columns])}{suffix}"]
+        return [f"{prefix}{''.join(bars[first : first + bar_columns])}{suffix}"]
 
 
 def _describe_choice(move: ReviewedAction) -> str:
     """Return a choice as text, with the better action and its gain if there was one."""
     if move.chosen in move.best:
         return f"chose {move.chosen}, {review.append_scope('the best action', move.scope)}"
-    gain = (
-        ""
-        if move.regret is None
-        else f" by {format_fixed(move.regret, count_decimals([*move.values.values()]))}"
-    )
+    gain = "" if move.regret is None else f" by {format_fixed(move.regret, move.decimal_count)}"
     better = review.append_scope(f"was better{gain}", move.scope)
     return f"chose {move.chosen}; {' or '.join(move.best)} {better}"
 

@@ -16,7 +16,7 @@ from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import is_problem_name
 from dmplay.ui.shell import game_commands as of_game
 from dmplay.ui.shell import game_management_commands as of_table
-from dmplay.ui.shell.help_introduction import lesson_lines
+from dmplay.ui.shell.help_introduction import describe_other_players, lesson_lines
 
 CommandFunction = Callable[[GameController, str], str]
 MAX_LINE_CHARS = 100_000  # maximum characters of a typed or piped line
@@ -196,14 +196,15 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
+        *describe_other_players(game),
         "",
         f"actions: {actions_text}",
-        "keys",
+        "keys ([N] is for a typed command, such as :undo 3)",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
             for displayed_key, name, help_ in [*screen_keys, *keys]
         ),
-        f"commands, typed after ':'  {' '.join(keyless)}",
+        f"commands, typed after ':' (:help NAME explains one)  {' '.join(keyless)}",
     ]
 
 
@@ -443,7 +444,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "help",
             "[TOPIC]",
-            "list the commands, or explain a topic or a command",
+            "explain the game and its keys, or a command or topic",
             _show_help,
             "?",
             "?",

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from dmplay.agents.base import SeatPolicy
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
@@ -35,6 +36,17 @@ def lesson_lines(game: Game) -> list[str]:
     ]
 
 
+def describe_other_players(game: Game) -> list[str]:
+    """Return a sentence on each agent that plays beside the people: its name and its policy."""
+    return [
+        f"{agent} is played by {name}: {(type(seated.policy).__doc__ or '').partition(chr(10))[0]}"
+        for agent, name, seated in zip(
+            game.problem.agents, game.player_names, game.session.seated_policies, strict=True
+        )
+        if game.human_seats and seated and isinstance(seated.policy, SeatPolicy)
+    ]
+
+
 def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     """Return a sentence on the first turn of an example game, with its hidden states."""
     session = Session(problem, SeededUniforms(UNTYPABLE_SEED), turn_limit=1)
@@ -48,12 +60,13 @@ def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:
     initial_state = session.state
     reward = float(session.advance(actions).rewards[seat])
     shows_state = problem.state_count != 1 and not isinstance(problem.state_count, ContinuousStates)
-    state_word = "with the hidden state" if problem.partially_observable else "in state"
+    general_start = "with the hidden state {}" if problem.partially_observable else "in state {}"
     state_text = problem.format_state(initial_state)
     shows_state = shows_state and len(state_text) <= MAX_STATE_COLUMNS  # no whole board
-    start = f" {state_word} {state_text}" if shows_state else " one turn"
+    start = (lesson.example_start or general_start).format(state_text)
+    start = start if shows_state else "one turn"
     turn_text = load_view_module(problem).describe_turn(session.view(seat))
-    return f"For example,{start}: {turn_text} The reward is {reward:.4g}."
+    return f"For example, {start}: {turn_text} The reward is {reward:.4g}."
 
 
 def _choose_legal_action(session: Session, seat: int, preferred: float | None) -> float:

@@ -280,8 +280,8 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
         if adjacent[a] not in hexes
     ]
     if not parts:
-        return "numbers: value minus best value"
-    return f"walls: {' '.join(parts)} (value minus best)"
+        return "numbers: below the best step"
+    return f"into walls: {' '.join(parts)} (below best)"
 
 
 def format_move_condition(forecast: Forecast) -> str:

@@ -13,7 +13,7 @@ from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_regret_with_bar,
     iter_with_and_without_rows,
 )
-from dmplay.views.toolkit.canvas import Canvas
+from dmplay.views.toolkit.canvas import Canvas, format_percent
 
 INITIAL_COLUMNS = 2  # columns of an action's initial in the list of rounds
 # rows of a cell with the line above it; of the largest cell; below the table, with replies
@@ -22,6 +22,7 @@ CELL_ROWS, MAX_CELL_ROWS, REPLY_ROWS = 3, 9, 24
 # columns of a cell of the large table; columns before the first cell
 CELL_COLUMNS, ROW_LABEL_COLUMNS = 15, 12
 PAID_ROUND_COLUMNS = 5  # columns of a round that is listed with its payoff
+TOTAL_COLUMNS = 14  # columns of the total after the payoffs
 REGRET_BAR_COLUMNS = 4  # columns of a regret bar
 
 
@@ -204,12 +205,12 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     probabilities = options.forecast.reply_probabilities
     if probabilities is not None:
         texts = [
-            f"{text} ({probability:.2f})"
+            f"{text} ({format_percent(probability)})"
             for text, probability in zip(texts, probabilities.tolist(), strict=True)
             if probability > 0.0
         ]
     text = ", ".join(texts)
-    return [f"if {problem.format_action(seat, own_action)}: {text}"]
+    return [f"if {problem.format_action(seat, own_action)}, you get {text}"]
 
 
 def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
@@ -219,13 +220,13 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
     """
     problem = view.problem
     joints = [(int(first), int(second)) for first, second in view.joint_actions or ()]
-    max_rounds = max((width - ROW_LABEL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
+    max_rounds = max((width - ROW_LABEL_COLUMNS - TOTAL_COLUMNS) // PAID_ROUND_COLUMNS, 1)
     step, hidden_count = max(max_rounds // 3, 1), max(len(joints) - max_rounds, 0)
     visible = joints[-(-hidden_count // step) * step :]
     for seat, name in enumerate(list_agent_names(view)):
         total = sum(float(problem.payoffs[joint][seat]) for joint in joints)
         canvas.write_text(0, y + 2 * seat, name)
-        canvas.write_text(0, y + 2 * seat + 1, f"total {total:g}", "dim")
+        canvas.write_text(0, y + 2 * seat + 1, "reward", "dim")
         initials = [abbreviate_action(problem.actions[seat][joint[seat]]) for joint in visible]
         payoff_texts = [f"{problem.payoffs[joint][seat]:g}" for joint in visible]
         canvas.write_text(
@@ -236,7 +237,8 @@ def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int)
         canvas.write_text(
             ROW_LABEL_COLUMNS,
             y + 2 * seat + 1,
-            "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts),
+            "".join(payoff_text.rjust(PAID_ROUND_COLUMNS) for payoff_text in payoff_texts)
+            + f"   total {total:g}",
         )
     return y + 4
 

@@ -95,7 +95,7 @@ def play_varied_turns(game: Game, seat: int) -> Iterator[int]:
 
 def parse_hint(hint: str) -> tuple[str, dict[str, str]]:
     """Parse a hint into the recommended action and the text of each value."""
-    match = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. [a-z ]+: (.*))?", hint)
+    match = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. [a-z, ]+: (.*))?", hint)
     assert match, hint
     pairs = [pair.rsplit(" ", 1) for pair in (match[3] or "").split(", ") if pair]
     return match[2], dict(pairs)

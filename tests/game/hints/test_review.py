@@ -5,6 +5,7 @@ import pytest
 import dmplay
 from dmplay.agents.base import AdviceQuestion
 from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.game.hints.review import (
     ReviewedAction,
     format_table,
@@ -13,6 +14,7 @@ from dmplay.game.hints.review import (
 )
 
 FEED = 0
+UP = 3  # of 2048
 
 
 def make_reviewed_action(turn: int, seat: str, chosen: str, regret: float) -> ReviewedAction:
@@ -64,12 +66,21 @@ def test_the_total_regret_is_the_expected_return_that_the_actions_lose() -> None
     [
         ("exact values", "expected"),
         ("estimated values", "estimated"),
-        ("estimated points to come", "estimated"),
     ],
 )
 def test_a_regret_of_estimates_is_called_estimated(values_name: str, word: str) -> None:
     action = make_reviewed_action(1, "agent", "down", 1.0)._replace(values_name=values_name)
     assert f", total {word} regret (value lost) 1.00, " in format_table([action])[2]
+
+
+def test_ratings_of_2048_are_whole_numbers_and_not_points() -> None:
+    session = Session(dmplay.load_problem("2048"), SeededUniforms(3))
+    session.advance([UP])
+    (move,) = review_actions(session, [AdviceQuestion.about(session, 0)])
+    assert all(value == round(value) for value in move.values.values())
+    assert str(move).startswith("turn 1, agent: chose up, best action: left or right, regret 9. ")
+    assert ". ratings, not points: left 107339, " in str(move)
+    assert ", total estimated regret (rating lost) 9, " in format_table([move])[2]
 
 
 def test_bars_have_a_maximum_length_and_equally_good_actions_are_called_any() -> None:

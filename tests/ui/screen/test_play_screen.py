@@ -187,17 +187,10 @@ def test_help_names_every_action_and_every_command(key: str) -> None:
         assert command.name in page
         assert command.key_label in page
     assert "actions: l e,  u ne,  y nw,  h w,  b sw,  n se" in result.frames[1]
-    for shown_key in "VP+-":
+    for shown_key in "VCW":
         assert f"   {shown_key} " in result.frames[1]
     assert "turn 0 " in result.last
     assert "actions:" not in result.last
-
-
-def test_help_shows_the_keys_on_the_board_again() -> None:
-    current_game = make_game("hexworld", parameters={"rewards": []})
-    result = play_keys(current_game, *"hlhlhl", "?", "x")
-    has_key_labels = [any(f"  {key}  │" in frame for key in "hlyubn") for frame in result.frames]
-    assert has_key_labels == [True] * 5 + [False] * 3 + [True]
 
 
 def test_a_typed_action_closes_the_help() -> None:
@@ -905,3 +898,20 @@ def test_every_key_of_a_view_can_be_typed() -> None:
     for problem in PROBLEMS:
         for key in make_game(problem).view_module.KEYS:
             assert all(len(word) == 1 or word in KEY_SEQUENCES for word in key.split())
+
+
+def test_help_lists_the_keys_of_the_pace_only_if_something_moves_by_itself() -> None:
+    assert "pause" not in play_keys(make_game("hexworld"), "?", size=(80, 40)).last
+    assert "pause" in play_keys(make_game("hexworld", "random"), "?", size=(80, 40)).last
+
+
+def test_help_describes_the_agent_that_plays_the_other_seat() -> None:
+    current_game = make_game("rock-paper-scissors", "human", "frequency")
+    text = " ".join(play_keys(current_game, "?").last.split())
+    assert "agent2 is played by frequency: " in text
+
+
+def test_the_letters_of_the_steps_stay_on_the_map() -> None:
+    current_game = make_game("hexworld", parameters={"rewards": []})
+    for frame in play_keys(current_game, *"hlhlhlhl").frames:
+        assert any(f"  {key}  │" in frame for key in "hlyubn")

@@ -67,18 +67,18 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱
 @ you, ◆ reward, ✗ cost
 
- over: turn limit after 4 turns. agent score -1.539 (undiscounted -2).
- choices: best action 1 of 4 times; discounted regret 5.97
- luck: score -1.54 = 5.78 expected at best - 5.97 regret - 1.35 luck
- worst: turn 1: w, where se was worth 5.05 more
- other seeds: better than 57 of 100 random and 11 of 100 optimal games
- same draws: optimal scored 8.1, you -1.539
+ over: turn limit after 4 turns. your score -1.539 (undiscounted -2).
+ choices: best action 1 of 4 times; regret 5.97 (score lost on average)
+ score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
+ worst: turn 1, chose w; se better by 5.05
+ other seeds: you beat these games: 57 of 100 by random, 11 of 100 by optimal
+ same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
 
  Enter look back  PgUp log  Tab hint  Bksp undo  ? help  q quit  : command""",
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
- dmplay hexworld    seed 7   turn 2/4   score (discounted) 0
+ dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
  ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
 │     │     │     │     │     │  h  │  @  │  l  │     │     │  step     W
@@ -90,7 +90,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
-walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
+into walls: u -0.624 y -0.624 b -0.624 n -0.624 (below best)     e      -0.48
                                                                  w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
@@ -98,12 +98,12 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- regret █▂[▂]▁  worst: turn 1, 3, 2
+ regret by turn █▂[▂]▁  [ ] next turn; worst first: 1, 3, 2
  next, turn 3: chose se; e or w was better by 0.62.
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
     ("hexworld", ("enter", "left"), SMALL_SIZE, True): """\
- hexworld  turn 2/4  score (discounted) 0
+ hexworld  before turn 3/4  score (discounted) 0
  / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\
 |   |   |   |   |   | h*| @ | l*|   |   |
  \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ / \\ /
@@ -119,21 +119,21 @@ walls: u -0.624 y -0.624 b -0.624 n -0.624 (value minus best)    e      -0.48
  < > turns  Enter play from here  ? help  q quit""",
     ("crying-baby", (), SMALL_SIZE, False): """\
  crying-baby  turn 5/5  score -19.42  turn limit
- over: turn limit after 5 turns. agent score
+ over: turn limit after 5 turns. your score
    -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; discounted
-   regret 3.29
- luck: score -19.42 = -13.47 expected at best -
-   3.29 regret - 2.66 luck
- worst: turn 4: feed, where ignore was worth 3.88
-   more
- other seeds: better than 47 of 100 random and 11
-   of 100 optimal games
- same draws: optimal scored -15, you -19.423
+ choices: best action 2 of 5 times; regret 3.29
+   (score lost on average)
+ score -19.42 = -13.47 (average of best play) -
+   3.29 (regret) - 2.66 (bad luck)
+ worst: turn 4, chose feed; ignore better by 3.88
+ other seeds: you beat these games: 47 of 100 by
+   random, 11 of 100 by optimal
+ same seed: optimal scored -15, you -19.423
+ turn 5. chose sing, heard quiet. belief: sated …
 
  Enter look back  PgUp log  ? help  q quit""",
     ("crying-baby", ("left", "left"), SMALL_SIZE, False): """\
- crying-baby  turn 3/5  score (discounted) -15.45
+ crying-baby  before turn 4/5  score -15.45
 heard  quiet
 
 sated   ███████████████████▌ 0.973
@@ -142,21 +142,21 @@ chance of hunger by turn ▅▁▁▁················
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
- regret ▁▂▁[█]▂  worst: turn 4, 5, 2
+ regret ▁▂▁[█]▂  worst first: turn 4, 5, 2
  next, turn 4: chose feed; ignore was better by
    3.88.
 
  ← → turns  Enter play from here  ? help  q quit""",
     ("crying-baby", ("left", "left"), LARGE_SIZE, True): """\
- dmplay crying-baby    seed 7   turn 3/5   score (discounted) -15.45
- keep the baby sated; hunger costs 10; feeding 5; singing 0.5
+ dmplay crying-baby    seed 7   before turn 4/5   score (discounted) -15.45
+ keep the baby sated (not hungry); hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                               reward   0
                                                            discount 0.90
 sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
 chance of hunger by turn =___                                ignore -1.38
                                                              sing   -1.88
-reward this turn hunger  effort     sum  below best          feed   -5.27
+expected reward  hunger  effort     sum  rest of game        feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -168,13 +168,13 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- regret _._[#].  worst: turn 4, 5, 2
+ regret by turn _._[#].  [ ] next turn; worst first: 4, 5, 2
  next, turn 4: chose feed; ignore was better by 3.88.
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
     ("crying-baby", (), LARGE_SIZE, False): """\
  crying-baby  turn 5/5  score (discounted) -19.42  turn limit
- keep the baby sated; hunger costs 10; feeding 5; singing 0.5
+ keep the baby sated (not hungry); hunger costs 10; feeding 5; singing 0.5
 heard  quiet                                   reward   -0.5
                                                discount 0.90
 sated   ███████████████████▊ 0.989
@@ -182,12 +182,12 @@ hungry  ▎··················· 0.011
 chance of hunger by turn ▅▁▁▁▁▁··············
 true state: sated
 
- over: turn limit after 5 turns. agent score -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; discounted regret 3.29
- luck: score -19.42 = -13.47 expected at best - 3.29 regret - 2.66 luck
- worst: turn 4: feed, where ignore was worth 3.88 more
- other seeds: better than 47 of 100 random and 11 of 100 optimal games
- same draws: optimal scored -15, you -19.423
+ over: turn limit after 5 turns. your score -19.423 (undiscounted -21).
+ choices: best action 2 of 5 times; regret 3.29 (score lost on average)
+ score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
+ worst: turn 4, chose feed; ignore better by 3.88
+ other seeds: you beat these games: 47 of 100 by random, 11 of 100 by optimal
+ same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
  turn 2. chose sing, heard quiet. belief: sated 0.989, hungry 0.011.
@@ -278,9 +278,9 @@ def test_a_game_without_a_transcript_cannot_be_played_on() -> None:
 
 def test_a_different_end_is_reviewed_again() -> None:
     screen = play_to_end("hexworld")
-    assert "same draws: optimal scored 8.1, you -1.539" in press_keys(screen)
+    assert "same seed: optimal scored 8.1, you -1.539" in press_keys(screen)
     assert "same random numbers" not in press_keys(screen, "backspace")
-    assert "same draws: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
+    assert "same seed: optimal scored 8.1, you -0.81" in press_keys(screen, "u")
     assert "next, turn 4: chose ne" in press_keys(screen, "enter")
 
 
@@ -304,7 +304,7 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "regret" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert row.endswith("[▇]█▃▃  worst: turn 88, 87, 86")
+    assert row.endswith("[▇]█▃▃  worst first: turn 88, 87, 86")
 
 
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
@@ -322,6 +322,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
 
 def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
     assert "You are @" in press_keys(play_to_end("hexworld"), "enter", "?")
+    assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "?", "escape")
     assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
     assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")
     assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "x")

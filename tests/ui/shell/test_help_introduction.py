@@ -26,7 +26,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
             f"see lesson in dmplay/views/{name_to_stem(name)}.py"
         )
     assert re.match(
-        "For example, (one turn|(in|with the hidden) state .*): .* The reward is -?[0-9.]+",
+        "For example, (one turn|(in|with|from) .*): .* The reward is -?[0-9.]+",
         lines[-1],
     )
     other_game = make_game(name, "human", *others, seed=2)
@@ -43,7 +43,7 @@ def test_a_lesson_is_three_sentences_and_an_example_turn_independent_of_the_game
 @pytest.mark.parametrize(
     ("name", "parameters", "row", "phrase"),
     [
-        ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "border costs 3, and no step slips"),
+        ("hexworld", {"bump_cost": 3.0, "slip": 0.0}, 2, "wall costs 3, and no step slips"),
         ("hexworld", {"discount": 1.0}, 2, "slip sideways."),
         ("crying-baby", {"hungry_reward": -7.0}, 2, "hungry baby costs 7; feeding costs 5"),
         ("cart-pole", {"theta_limit": 20.0, "force": 5.0}, 1, "within 20 degrees of upright"),
@@ -62,10 +62,10 @@ def test_a_lesson_contains_the_parameters_of_the_game(
     ("name", "turn"),
     [
         ("2048", "slid left. new 2 in row 3, column 4. The reward is 4."),
-        ("hexworld", "in state (7,1): chose W, slipped, moved SW to (7,0). The reward is 0."),
+        ("hexworld", "from hex (7,1): chose W, slipped, moved SW to (7,0). The reward is 0."),
         (
             "crying-baby",
-            "with the hidden state hungry: chose feed, heard quiet. belief: sated 1.000, ",
+            "with a baby that is hungry: chose feed, heard quiet. belief: sated 1.000, ",
         ),
         ("rock-paper-scissors", "agent1 chose scissors. agent2 chose paper. The reward is 1."),
     ],
