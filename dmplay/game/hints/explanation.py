@@ -17,8 +17,8 @@ from dmplay.game.hints.hint_provider import (
     accuracy_data,
     format_fixed,
 )
+from dmplay.game.hints.obvious_actions import ObviousAction
 from dmplay.game.hints.rule_explanation import describe_rule, format_real_action
-from dmplay.game.hints.rules_of_thumb import RuleOfThumb
 from dmplay.views.protocol import REGRET_TOLERANCE
 
 MAX_LISTED_OUTCOMES = 3  # maximum number of outcomes that are listed one by one
@@ -31,7 +31,7 @@ UNKNOWN_ACCURACY = (
 MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the others
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
-RUNNER_UP = RuleOfThumb(-1, "the next best")
+RUNNER_UP = ObviousAction(-1, "the next best")
 VALUE_WORDS = {EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most"}
 
 
@@ -297,18 +297,20 @@ class _ValueExplainer:
             f"{self._number(max(totals))}"
         )
 
-    def _compare(self) -> tuple[RuleOfThumb | None, str]:
+    def _compare(self) -> tuple[ObviousAction | None, str]:
         """Return the action to compare with, and a sentence on the difference and its reason."""
         best, value = self._best, self._round(self._values[self._best])
         if self._action != best:
             gap = value - self._round(self._values[self._action])
             if not gap:
-                return RuleOfThumb(best, ""), f"The suggested action {self._name(best)} is as good."
+                return ObviousAction(
+                    best, ""
+                ), f"The suggested action {self._name(best)} is as good."
             subject = f"The best action {self._name(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._name(best)}"
             text = f"{subject} is worth {self._number(gap)} more"
-            return RuleOfThumb(best, ""), self._append_reason(text, self._action)
+            return ObviousAction(best, ""), self._append_reason(text, self._action)
         rule = self._choose_alternative()
         if rule is None:
             is_only_one = len(self._legal_actions) == 1
@@ -330,7 +332,7 @@ class _ValueExplainer:
         reasons = [*self._iter_reasons(best, other)] if best and other else []
         return _choose_short([*(f"{text}: {reason}." for reason in reasons), f"{text}."])
 
-    def _choose_alternative(self) -> RuleOfThumb | None:
+    def _choose_alternative(self) -> ObviousAction | None:
         """Return a rule of thumb that disagrees with the hint, else the best of the worse actions.
 
         None if no legal action is worse.
@@ -341,7 +343,7 @@ class _ValueExplainer:
             return None
         rule = None
         if set(self._breakdowns) == set(self._legal_actions):
-            rule = self._provider.find_contrasting_rule(self._breakdowns, self._best)
+            rule = self._provider.find_obvious_action(self._breakdowns, self._best)
         return rule or RUNNER_UP._replace(action=worse[0])
 
     def _iter_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
@@ -470,7 +472,7 @@ class _ValueExplainer:
     # The numbers as data
 
     def _build_data(
-        self, parts: ActionBreakdown | None, other: RuleOfThumb | None
+        self, parts: ActionBreakdown | None, other: ObviousAction | None
     ) -> dict[str, object]:
         """Return the numbers of the explanation."""
         data: dict[str, object] = {

@@ -23,12 +23,12 @@ from dmplay.game.hints.action_simulation import (
     can_simulate,
     simulate_returns,
 )
+from dmplay.game.hints.obvious_actions import ObviousAction, find_obvious_action
 from dmplay.game.hints.outcome_forecast import (
     AssumedPlayers,
     forecast_outcomes,
     format_forecast,
 )
-from dmplay.game.hints.rules_of_thumb import RuleOfThumb, find_contrasting_rule
 from dmplay.registry import agents
 from dmplay.views.protocol import REGRET_TOLERANCE, Forecast, Overlay
 
@@ -337,12 +337,12 @@ class HintProvider:
             )
         return breakdowns[action]
 
-    def find_contrasting_rule(
+    def find_obvious_action(
         self, breakdowns: Mapping[int, ActionBreakdown], best_action: int
-    ) -> RuleOfThumb | None:
+    ) -> ObviousAction | None:
         """Return a rule of thumb whose action is worth less than the best; None if all agree."""
         return self._query_agent(
-            lambda seated: find_contrasting_rule(seated, breakdowns, best_action)
+            lambda seated: find_obvious_action(seated, breakdowns, best_action)
         )
 
     def simulate_action(self, action: float) -> ActionSimulation | None:

@@ -23,6 +23,7 @@ from dmplay.game.hints.hint_provider import (
     count_decimals,
     count_hint_decimals,
     format_fixed,
+    round_ratings,
 )
 from dmplay.game.hints.review import ReviewedAction, review_actions
 from dmplay.game.launch_requests import GameRequest
@@ -239,7 +240,8 @@ def test_a_review_values_each_action_as_the_hint_did(name: str, seat: int) -> No
     )
     for move, row, advice in zip(reviewed, available_values, recommended, strict=True):
         labels = episode.problem.actions[seat].labels
-        assert move.values == {label: row[labels.index(label)] for label in move.values}
+        expected_row = round_ratings(np.asarray(row, float), move.values_name)
+        assert move.values == {label: expected_row[labels.index(label)] for label in move.values}
         assert advice in move.best
         if move.regret is None:
             assert move.scope or move.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}

@@ -1,4 +1,4 @@
-"""Rules of thumb: the actions that seem right at first sight, to compare with the best one."""
+"""Actions that seem right at first sight, by a rule of thumb, to compare with the best one."""
 
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
@@ -14,18 +14,18 @@ from dmplay.views.protocol import REGRET_TOLERANCE
 MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be certain
 
 
-class RuleOfThumb(NamedTuple):
+class ObviousAction(NamedTuple):
     """An action that a simple rule chooses."""
 
     action: int
     text: str  # the rule, as a clause after the action's name
 
 
-def find_contrasting_rule(
+def find_obvious_action(
     seated_policy: SeatedPolicy,
     breakdowns: Mapping[int, ActionBreakdown],
     best_action: int,
-) -> RuleOfThumb | None:
+) -> ObviousAction | None:
     """Return the first rule of thumb whose action is worth less than the best; None if all agree.
 
     `breakdowns` are those of all legal actions.
@@ -39,7 +39,7 @@ def find_contrasting_rule(
 
 def _iter_rules(
     seated_policy: SeatedPolicy, breakdowns: Mapping[int, ActionBreakdown]
-) -> Iterator[RuleOfThumb]:
+) -> Iterator[ObviousAction]:
     """Yield the rules of thumb that choose an action here."""
     session, seat = seated_policy.session, seated_policy.seat
     if session.problem.partially_observable:
@@ -49,10 +49,10 @@ def _iter_rules(
             breakdowns, lambda parts: parts.outcome_total(parts.outcomes[0])
         )
         if action is not None and len(breakdowns[action].outcomes) > 1:
-            yield RuleOfThumb(action, "best if its likeliest outcome were certain")
+            yield ObviousAction(action, "best if its likeliest outcome were certain")
     action = _find_single_maximum(breakdowns, lambda parts: parts.reward)
     if action is not None:
-        yield RuleOfThumb(action, "which pays the most now")
+        yield ObviousAction(action, "which pays the most now")
     yield from _repeat_success(session, seat, breakdowns)
 
 
@@ -70,7 +70,7 @@ def _find_single_maximum(
 
 def _trust_observation(
     seated_policy: SeatedPolicy, breakdowns: Mapping[int, ActionBreakdown]
-) -> Iterator[RuleOfThumb]:
+) -> Iterator[ObviousAction]:
     """Yield the best action if the state that explains the last observation best were certain."""
     session, seat, policy = seated_policy.session, seated_policy.seat, seated_policy.policy
     problem, view = session.problem, session.view(seat)
@@ -87,7 +87,7 @@ def _trust_observation(
         return
     action = max(breakdowns, key=lambda action: q[0, action])
     name = problem.format_state(problem.enumerate_states()[state])
-    yield RuleOfThumb(action, f"best if the last observation proved the state {name}")
+    yield ObviousAction(action, f"best if the last observation proved the state {name}")
 
 
 def _compute_likelihoods(session: Session, seat: int, state_count: int) -> Reals:
@@ -105,9 +105,9 @@ def _compute_likelihoods(session: Session, seat: int, state_count: int) -> Reals
 
 def _repeat_success(
     session: Session, seat: int, breakdowns: Mapping[int, ActionBreakdown]
-) -> Iterator[RuleOfThumb]:
+) -> Iterator[ObviousAction]:
     """Yield the last action if its visible reward was positive and it is legal now."""
     view = session.view(seat)
     if view.rewards and view.rewards[-1] > 0.0 and int(view.actions[-1]) in breakdowns:
         reward = f"{view.rewards[-1]:.4g}"
-        yield RuleOfThumb(int(view.actions[-1]), f"which just paid {reward}")
+        yield ObviousAction(int(view.actions[-1]), f"which just paid {reward}")
