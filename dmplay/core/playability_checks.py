@@ -36,8 +36,7 @@ RESERVED_WORDS = frozenset({
     "help", "hint", "info", "keys", "legal", "list", "load", "look", "new", "play", "plot",
     "policy", "quit", "records", "redo", "replay", "reroll", "restart", "resume", "review", "save",
     "screen", "seat", "seed", "set", "solve", "state", "step", "transcript", "undo", "value",
-    "values",
-    "whatif", "why",
+    "values", "watch", "whatif", "why",
 })  # fmt: skip
 
 

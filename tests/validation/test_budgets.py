@@ -55,6 +55,7 @@ from dmplay.solvers.pomdp import (
     belief_tree,
     bounded_search,
     exact_pomdp,
+    fast_informed_bound,
     point_based,
     sparse_pomdp,
     upper_envelope,
@@ -197,6 +198,9 @@ SOLVER_CALLS: dict[str, Callable[[], object]] = {
     "transition_graph": lambda: transition_graph.build_reachable_graph(Nim()),
     "grid_value_iteration": lambda: grid_value_iteration.run_grid_value_iteration(
         load_problem("mountain-car"), VALUE_GRID
+    ),
+    "fast_informed_bound": lambda: fast_informed_bound.compute_fast_informed_bound(
+        load_problem("crying-baby")
     ),
     "sparse_pomdp": lambda: sparse_pomdp.build_sparse_pomdp(
         load_problem("crying-baby"), Budget("rows", "try less")
