@@ -182,6 +182,9 @@ def _show_help(controller: GameController, argument: str) -> str:
     return format_reply(rows)
 
 
+FIRST_LISTED = {"hint", "undo", "watch"}  # commands whose keys the help page lists first
+
+
 def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) -> list[str]:
     """Return the rows of the help page: problem, actions, keys, and commands without a key.
 
@@ -192,7 +195,8 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     actions_text = ",  ".join(actions)
     if game.keyboard.is_number_entry(game.viewing_seat):
         actions_text = _describe_number_entry(game)
-    keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
+    commands = sorted(COMMANDS, key=lambda command: command.name not in FIRST_LISTED)  # stable
+    keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in commands if c.key]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
@@ -299,7 +303,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "watch",
             "[NAME]",
-            "watch an algorithm work, one step at a key; NAME selects it",
+            "watch an algorithm work, step by step; NAME selects it",
             of_table.watch_algorithm,
             "G",
             "G",
