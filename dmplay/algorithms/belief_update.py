@@ -173,19 +173,19 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
     observation = problem.observations[seat].format_observation(view.observations[turn])
     evidence = format_score(update.evidence)
+    earlier_states = "possible earlier states"
+    earlier = [rows.labels[row] for row in np.flatnonzero(rows.sum_rows(update.prior)).tolist()]
+    if len(earlier) <= MAX_TERMS:
+        noun = "possible earlier state" if len(earlier) == 1 else "earlier states"
+        earlier_states = f"{noun} {', '.join(earlier)}"
 
     sentences = [
         f"{agent} chose {_format_action(view, turn)}.",
-        "predicted = sum of (transition probability x prior), over the possible earlier states.",
+        f"predicted = sum of (transition probability x prior) over the {earlier_states}.",
     ]
     if others := [name for name in problem.agents if name != agent]:
         sentences.insert(1, f"{' and '.join(others)}: taken to act uniformly at random.")
     transitions, priors = _list_transitions(view, turn, rows, focus, update.prior)
-    earlier = [rows.labels[row] for row in np.flatnonzero(rows.sum_rows(update.prior)).tolist()]
-    if len(earlier) == 1:
-        sentences.append(f"The only possible earlier state is {earlier[0]}.")
-    elif len(earlier) <= MAX_TERMS:
-        sentences.append(f"Earlier states, in the order of the terms: {', '.join(earlier)}.")
     yield Step(
         f"turn {turn}: predict",
         tuple(sentences),
@@ -213,7 +213,7 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     yield Step(
         f"turn {turn}: normalize",
         (
-            "posterior = product / evidence (Bayes' rule). It is the prior of the next turn.",
+            "posterior = product / evidence (Bayes' rule); it becomes the prior of the next turn.",
             f"The likeliest is now {rows.labels[focus]}, with probability {posterior[focus]:.3g}.",
         ),
         f"b({rows.labels[focus]}) = {format_number(float(product[focus]))} / {evidence} "

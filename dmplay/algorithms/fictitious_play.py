@@ -54,9 +54,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         yield Step(
             f"round {round_number}",
             (
+                *([_describe_end(gains[-1])] if is_last else []),
                 f"{'A random draw chose' if is_first else 'The agents played'}: "
                 f"{game.format_actions(problem, played)}.",
-                *([_describe_end(gains[-1])] if is_last else []),
                 f"Best responses to these frequencies: {game.format_actions(problem, actions)}.",
                 *game.describe_ties(problem, payoffs, mixes),
                 *([] if is_last else [_describe_gain(gains[-1])]),

@@ -43,8 +43,8 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         cycle_length = round_number - first_rounds.setdefault(actions, round_number)
         sentences = [
             f"The agents switched to {game.format_actions(problem, actions)}.",
-            f"Best responses to these: {_format_responses(problem, payoffs, mixes)}.",
             _describe_progress(cycle_length, gains[-1]),
+            f"Best responses to these: {_format_responses(problem, payoffs, mixes)}.",
         ]
         if round_number == 1:
             sentences.append(game.ONE_ROUND_SENTENCE)
@@ -91,7 +91,7 @@ def _describe_progress(cycle_length: int, gain: float) -> str:
         return f"The same actions came {rounds} ago: the agents run in a circle, without an end."
     if gain > 0:
         return (
-            f"An agent gains {gain:.3g} by changing only its own action, so a next round follows."
+            f"An agent gains {gain:.3g} by changing only its own action, so another round follows."
         )
     return "No agent gains by changing only its own action."
 

@@ -22,7 +22,7 @@ MAX_JOINT_ACTIONS = 2**16
 MAX_NAMED_TIES = 4  # equally good actions that a sentence lists
 ONE_ROUND_SENTENCE = "The game is played once; the rounds here are steps of thinking."
 BEST_RESPONSE_SENTENCE = (
-    "> marks the highest U = sum of (probability of the others' actions x payoff)."
+    "Best responses (>) maximize U = sum of (probability of the others' actions x payoff)."
 )
 
 

@@ -58,10 +58,7 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         root_text = problem.format_state(first_state) if problem.partially_observable else ""
         yield Step(
             f"{prefix}: selection",
-            (
-                *_describe_selection(search, decisions, root_text),
-                *([ROW_SENTENCE] if is_first else []),
-            ),
+            _describe_selection(search, decisions, root_text),
             _format_score_formula(search, decisions),
             (painter.draw_tree(decisions),),
         )
@@ -71,9 +68,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         if is_new:
             tree = painter.draw_tree(decisions)
             outcome = _format_outcome(problem, decisions[-1].outcome_label)
-            yield Step(
-                f"{prefix}: expansion", (f"The tree gets a node for {outcome}.",), "", (tree,)
-            )
+            notes = [ROW_SENTENCE] if is_first else []
+            sentences = (f"The tree gets a node for {outcome}.", *notes)
+            yield Step(f"{prefix}: expansion", sentences, "", (tree,))
             max_turns = search.depth - len(decisions)
             rewards = search.play_out(state, max_turns)
             yield Step(
@@ -292,22 +289,24 @@ def _describe_backup(
 ) -> tuple[str, ...]:
     """Return the sentences about the update of the means; after the last one, of the choice."""
     best = max(search.root.actions.values(), key=lambda statistics: statistics.mean, default=None)
-    sentences = [
+    return_sentence = (
         f"The return from the root is {return_text} = {format_score(total)}: the rewards on the "
         "path, then the playout."
-    ]
+    )
+    if best and is_last:
+        return (
+            f"The search ends, and chooses {best.label}, the root's action with the highest Q.",
+            "Q is usually below the value of optimal play, because playouts act at random.",
+            return_sentence,
+        )
+    sentences = [return_sentence]
     if is_first:
         sentences += [
             "N counts the tries of an action; that of a state sums those of its actions.",
             "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
         ]
-    if best and not is_last:
+    if best:
         sentences.append(f"{best.label} has the highest Q in the root so far.")
-    elif best:
-        sentences += [
-            f"The search ends, and chooses {best.label}, the root's action with the highest Q.",
-            "Q is usually below the value of optimal play, because playouts act at random.",
-        ]
     return tuple(sentences)
 
 

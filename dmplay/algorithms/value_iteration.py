@@ -44,12 +44,15 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
         reason = _describe_choice_of_state(request, mdp, change)
-        sentences = (
+        turns_sentence = (
             f"V is now {'about ' * bool(mdp.note)}the value of a game with "
-            f"{format_count(sweep, 'turn')} left.",
+            f"{format_count(sweep, 'turn')} left."
+        )
+        sentences = (
+            *([] if has_converged else [turns_sentence]),
             *(_describe_end(mdp.discount, residuals[-1]) if is_last else []),
             f"{np.count_nonzero(change)} of {format_count(state_count, 'value')} changed, by at "
-            f"most {format_score(residuals[-1])} (called the residual).",
+            f"most {format_score(residuals[-1])} ({'called ' * (sweep == 1)}the residual).",
             *_describe_focus(request, mdp, state, action, q[focus], reason),
             *([_describe_formula(mdp.discount)] if sweep == 1 else []),
         )
@@ -156,8 +159,8 @@ def _describe_end(discount: float, residual: float) -> tuple[str, ...]:
         return (f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL:g}.",)
     error = format_upper_bound(bound_error(discount, residual))
     return (
-        f"The sweeps end: each V is within {error} of the value of a game without a turn limit.",
-        f"Each later sweep changes V at most {discount:g} times as much, in sum at most {error}.",
+        f"The sweeps end: later changes sum to at most {discount:g} x residual / "
+        f"(1 - {discount:g}), so V without a turn limit is within {error}.",
     )
 
 

@@ -37,7 +37,7 @@ def test_the_travelers_descend_dollar_by_dollar() -> None:
 def test_rock_paper_scissors_runs_in_a_circle() -> None:
     problem = dmplay.load_problem("rock-paper-scissors")
     assert list_actions(problem) == ["rock rock", "paper paper", "scissors scissors", "rock rock"]
-    assert watch(problem)[-1].sentences[2] == (
+    assert watch(problem)[-1].sentences[1] == (
         "The same actions came 3 rounds ago: the agents run in a circle, without an end."
     )
 
@@ -47,7 +47,7 @@ def test_the_prisoners_defect_as_in_the_only_equilibrium() -> None:
     assert list_actions(problem) == ["defect defect"] * 2
     (equilibrium,) = bimatrix_game.enumerate_equilibria(bimatrix_game.build_payoffs(problem))
     assert [mix.tolist() for mix in equilibrium] == [[0, 1], [0, 1]]
-    assert watch(problem)[-1].sentences[2] == (
+    assert watch(problem)[-1].sentences[1] == (
         "Nothing changed, so this is a Nash equilibrium: no agent gets more by changing only its "
         "own action."
     )
@@ -59,8 +59,8 @@ def test_sentences_marks_and_formula_are_about_the_same_round() -> None:
     assert step.title == "round 95"
     assert step.sentences == (
         "The agents switched to agent1 2, agent2 2.",
-        "Best responses to these: agent1 2, agent2 2.",
         "No agent gains by changing only its own action.",
+        "Best responses to these: agent1 2, agent2 2.",
     )
     assert step.formula == "U(agent1 2) = 1 x 2 = 2"
     for step in watch(problem):

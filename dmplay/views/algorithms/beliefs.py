@@ -174,10 +174,9 @@ def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
         )
     )
     label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
-    at_belief = picture.belief is not None
-    canvas.write_text(
-        0, 0, "vectors, the best at the belief first" if at_belief else "vectors", "dim"
-    )
+    heading = f"vectors ({', '.join(picture.state_labels)})"
+    heading += ", best at the belief first" if picture.belief is not None else ""
+    canvas.write_text(0, 0, heading[: options.width], "dim")
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
         numbers = " ".join(f"{value:.4g}" for value in picture.vectors[index])
         canvas.write_text(

@@ -50,7 +50,7 @@ def test_a_run_on_the_straight_line_in_lines() -> None:
         "step 3. sweep 2.\n"
         "V is now the value of a game with 2 turns left.\n"
         "The sweeps end here, but the values still change.\n"
-        "6 of 7 values changed, by at most 6.219 (called the residual).\n"
+        "6 of 7 values changed, by at most 6.219 (the residual).\n"
         "The best action in (5,0), where V changed most, is e; the second-best action has 0.2705.\n"
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919\n"
         "values: (0,0) -0.57 e; (1,0) -0.57 e; (2,0) -0.57 e; (3,0) -0.57 e; (4,0) -0.57 e; "

@@ -76,9 +76,9 @@ def test_hex_world_after_two_sweeps_in_ascii() -> None:
     rows = compose_step_rows([*islice(steps, 3)][-1], problem, DrawOptions(60, 14, ascii=True))
     assert [row.plain for row in rows] == [
         "V is now the value of a game with 2 turns left. 6 of 7",
-        "values changed, by at most 6.219 (called the residual). The",
-        "best action in (5,0), where V changed most, is e; the",
-        "second-best action has 0.2705.",
+        "values changed, by at most 6.219 (the residual). The best",
+        "action in (5,0), where V changed most, is e; the second-best",
+        "action has 0.2705.",
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919",
         "   / \\     / \\     / \\     / \\     / \\     / \\     / \\",
         " /     \\ /     \\ /     \\ /     \\ /     \\ /     \\ /     \\",
