@@ -206,10 +206,12 @@ def _describe_pruning(
     needed_count = len(dominated) - dominated_count
     sentences = ["No plan is removed: each is the best at some belief."]
     if dominated_count:
-        kept = "the kept plan" if needed_count == 1 else f"one of the {needed_count:,} kept plans"
+        kept_plans = (
+            "the kept plan" if needed_count == 1 else f"one of the {needed_count:,} kept plans"
+        )
         sentences = [
             f"Removed: {dominated_count:,} of {format_count(len(dominated), 'plan', ',')}; at each "
-            f"belief, {kept} is at least as good.",
+            f"belief, {kept_plans} is at least as good.",
             "This also holds after each observation, so longer plans need no removed plan.",
         ]
     return [

@@ -28,12 +28,12 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     payoffs = game.compute_payoffs(problem)
     mixes = [np.full(action_count, 1 / action_count) for action_count in problem.action_counts]
     gains = [game.compute_largest_gain(payoffs, mixes)]
-    opening = (
+    start_sentences = (
         *game.describe_payoffs(problem),
         "First all actions are equally likely; then all agents switch to best responses.",
         game.BEST_RESPONSE_SENTENCE,
     )
-    yield _make_step(request, payoffs, mixes, gains, "start", opening)
+    yield _make_step(request, payoffs, mixes, gains, "start", start_sentences)
     first_rounds: dict[tuple[int, ...], int] = {}  # the round that first led to these actions
     last_round = request.iterations or DEFAULT_ROUNDS
     for round_number in range(1, last_round + 1):

@@ -223,9 +223,9 @@ def _describe_selection(
             f"c = {format_score(search.exploration)} is {meaning}.",
         ]
     if last.action not in last.node.actions:
-        place = "in the root" if len(decisions) == 1 else "there"
+        node_text = "in the root" if len(decisions) == 1 else "there"
         sentences.append(
-            f"{last.action_label} was untried {place}, and untried actions come first."
+            f"{last.action_label} was untried {node_text}, and untried actions come first."
         )
     elif _is_new(last):
         outcome = _format_outcome(search.problem, last.outcome_label)

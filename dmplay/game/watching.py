@@ -164,9 +164,8 @@ def watch_game(game: Game, name: str = "") -> WatchedSteps:
     watched = WatchedSteps(algorithm, request, game.problem_name)
     if not name:
         fitting = registry.list_fitting_algorithms(game.problem)
-        others = " or ".join(other for other in fitting if other != algorithm.name)
-        note = f"{algorithm.name} suits this turn"
-        watched.note = f"{note}; :watch NAME opens {others}" if others else note
+        others = ", ".join(other for other in fitting if other != algorithm.name)
+        watched.note = f"chosen: {algorithm.name}{f'; :watch NAME for {others}' if others else ''}"
     is_hint = algorithm.shows_actions and not game.session.over
     if is_hint:
         game.check_hints_allowed("watch")

@@ -195,8 +195,9 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     actions_text = ",  ".join(actions)
     if game.keyboard.is_number_entry(game.viewing_seat):
         actions_text = _describe_number_entry(game)
-    commands = sorted(COMMANDS, key=lambda command: command.name not in FIRST_LISTED)  # stable
-    keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in commands if c.key]
+    with_key = [command for command in COMMANDS if command.key]
+    first = [_list_key(command) for command in with_key if command.name in FIRST_LISTED]
+    others = [_list_key(command) for command in with_key if command.name not in FIRST_LISTED]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
@@ -205,10 +206,15 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         "keys",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
-            for displayed_key, name, help_ in [*screen_keys, *keys]
+            for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
         f"commands, typed after ':'  {' '.join(keyless)}",
     ]
+
+
+def _list_key(command: Command) -> tuple[str, str, str]:
+    """Return the key of a command, the command with its argument, and its help."""
+    return command.key_label, f"{command.name} {command.argument_help}".strip(), command.help
 
 
 def _describe_number_entry(game: Game) -> str:
@@ -303,7 +309,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "watch",
             "[NAME]",
-            "watch an algorithm work, step by step; NAME selects it",
+            "watch an algorithm step by step; NAME selects it",
             of_table.watch_algorithm,
             "G",
             "G",

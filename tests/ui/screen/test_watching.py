@@ -49,10 +49,14 @@ def test_g_says_which_algorithm_it_chose_and_how_to_choose_another() -> None:
     screen = open_screen("crying-baby", "f", "i", "G")
     assert isinstance(screen.viewer, StepViewer)
     rows = [row.plain.strip() for row in screen.viewer.compose_rows(Viewport(80, 24))]
-    assert rows[-2] == (
-        "belief-update suits this turn; :watch NAME opens alpha-vectors or tree-search"
-    )
+    assert rows[-2] == "chosen: belief-update; :watch NAME for alpha-vectors, tree-search"
     assert "This is the last turn of your game." in " ".join(rows)
+
+
+@pytest.mark.parametrize("name", ["hexworld", "crying-baby", "rock-paper-scissors"])
+def test_the_first_page_of_the_help_lists_g(name: str) -> None:
+    rows = play_keys(make_game(name), "?", size=(80, 24)).frames[-1].split("\n")
+    assert any(row.split()[:2] == ["G", "watch"] for row in rows)
 
 
 def test_an_action_key_plays_nothing_while_the_viewer_is_open() -> None:
