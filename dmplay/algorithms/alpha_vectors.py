@@ -24,6 +24,11 @@ from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter, BudgetExceeded
 
 DEFAULT_STAGES = 8  # turns that the plans of the last stage cover
+MAX_NAMED_OBSERVATIONS = 3  # observations of which a sentence names the next action
+FORMULA_SENTENCE = (
+    "Its alpha(s) = reward + discount x sum of (transition probability x mean value of the plans "
+    "that follow)."
+)
 MAX_STATES = 8
 MAX_PLANS = 5000  # plans of one expansion
 
@@ -133,8 +138,8 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         "1 turn: plans",
         (
             "A plan for the last turn is one action.",
-            "Its alpha vector is its value in each state, here the reward R(s, a).",
-            f"The marked belief is that {owner}.",
+            "Its alpha vector holds its value in each state: here the reward R(s, a).",
+            f"The marked point is the belief {owner}.",
         ),
         _format_vector(problem, tables, plan_set, None, belief),
         (_picture_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
@@ -145,10 +150,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         next_count = _count_plans(problem, len(needed))
         is_last = turns == stage_count or next_count > MAX_PLANS
         sentences = _describe_pruning(problem, plan_set, dominated, belief, turns)
+        if turns == 1:
+            sentences.append("V(b) = sum of (belief x value of the best plan in that state).")
         if is_last and turns < stage_count:
             sentences.append(
                 f"The next expansion has {next_count:,} plans, too many to watch, so this is all."
             )
+        elif is_last:
+            sentences.append("The steps end here; dmplay watch --iterations N shows N turns.")
         yield Step(
             f"{format_count(turns, 'turn')}: pruning",
             tuple(sentences),
@@ -159,15 +168,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             return
         previous = PlanSet([plan_set.plans[k] for k in needed], plan_set.vectors[needed])
         plan_set = expand(tables, problem.discount, previous)
-        plans = format_count(len(needed), "plan")
+        observations = format_count(problem.observation_counts[0], "observation")
         yield Step(
             f"{format_count(turns + 1, 'turn')}: expansion",
             (
-                "A plan is an action now, and one of the earlier plans after each observation.",
-                f"{format_count(problem.action_counts[0], 'action')} and {plans} after each of "
-                f"{format_count(problem.observation_counts[0], 'observation')} make "
-                f"{len(plan_set.plans):,} plans.",
-                "The formula is about the plan that is best at the marked belief.",
+                f"A plan is one of {format_count(problem.action_counts[0], 'action')} now, then a "
+                f"kept plan after each of {observations}: {len(plan_set.plans):,} plans.",
+                *_describe_best_plan(problem, plan_set, previous, belief),
+                *([FORMULA_SENTENCE] if turns == 1 else []),
             ),
             _format_vector(problem, tables, plan_set, previous, belief),
             (_picture_vectors(problem, plan_set, np.zeros(len(plan_set.plans), bool), belief),),
@@ -194,15 +202,39 @@ def _describe_pruning(
     """Return the sentences about the dominated plans, and about the best plan at the belief."""
     best = plan_set.plans[int(np.argmax(plan_set.vectors @ belief))]
     action = problem.format_action(0, best.action)
-    needed_count = len(dominated) - int(dominated.sum())
+    dominated_count = int(dominated.sum())
+    needed_count = len(dominated) - dominated_count
+    sentences = ["No plan is removed: each is the best at some belief."]
+    if dominated_count:
+        kept_plans = (
+            "the kept plan" if needed_count == 1 else f"one of the {needed_count:,} kept plans"
+        )
+        sentences = [
+            f"Removed: {dominated_count:,} of {format_count(len(dominated), 'plan', ',')}; at each "
+            f"belief, {kept_plans} is at least as good.",
+            "This also holds after each observation, so longer plans need no removed plan.",
+        ]
     return [
-        f"Dominated and removed: {int(dominated.sum()):,} of "
-        f"{format_count(len(dominated), 'plan', ',')}. "
-        "At every belief, another plan is as good.",
-        f"Left: {format_count(needed_count, 'plan')}, each the best at some belief.",
+        *sentences,
         f"With {format_count(turns, 'turn')} left, the best plan at the marked belief begins with "
         f"{action}.",
     ]
+
+
+def _describe_best_plan(
+    problem: Problem, plan_set: PlanSet, previous: PlanSet, belief: Reals
+) -> list[str]:
+    """Return the best plan at the belief in words, if it has few observations."""
+    best = plan_set.plans[int(np.argmax(plan_set.vectors @ belief))]
+    if len(best.next_plans) > MAX_NAMED_OBSERVATIONS:
+        return ["The formula is about the plan that is best at the marked belief."]
+    after = [
+        f"{problem.format_action(0, previous.plans[plan].action)} after "
+        f"{problem.observations[0].format_observation(np.array(observation))}"
+        for observation, plan in enumerate(best.next_plans)
+    ]
+    first = problem.format_action(0, best.action)
+    return [f"At the marked belief the best plan is {first}, then {', '.join(after)}."]
 
 
 def _format_value(plan_set: PlanSet, belief: Reals) -> str:

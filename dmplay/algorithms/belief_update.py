@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.algorithms.formula_text import format_number, format_weighted_sum
+from dmplay.algorithms.formula_text import MAX_TERMS, format_number, format_weighted_sum
 from dmplay.algorithms.step import Algorithm, BeliefTable, Step, WatchRequest
 from dmplay.core.arrays import Ints, Reals
 from dmplay.core.belief import initial_seat_belief
@@ -76,11 +76,12 @@ def find_obstacle(problem: Problem) -> str:
 def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     """Yield the first belief, and three steps for each turn of the game."""
     problem, seat, session = request.problem, request.seat, request.session
-    origin = "These are the turns of your game."
     if session is None or not session.turns:
         session = play_randomly(problem, request.seed, request.iterations or DEFAULT_TURNS)
         turns = format_count(len(session.turns), "turn")
         origin = f"A random policy has played this game of {turns}, with the seed {request.seed}."
+    else:
+        origin = _describe_game_turns(len(session.turns), request.iterations)
     view = session.view(seat)
     first_turn = max(view.turns_played - (request.iterations or view.turns_played), 0) + 1
     belief = initial_seat_belief(problem, seat, view.observations[0])
@@ -91,6 +92,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         update = _update_after_turn(view, turn, belief)
         yield from _describe_update(view, turn, update)
         belief = update.posterior
+
+
+def _describe_game_turns(turn_count: int, iterations: int | None) -> str:
+    """Return a sentence about the turns of a game that are shown."""
+    if iterations is None or iterations >= turn_count > 1:
+        return "These are the turns of your game."
+    turns = format_count(iterations, "turn").removeprefix("1 ")
+    return f"{'This is' if iterations == 1 else 'These are'} the last {turns} of your game."
 
 
 def _update_after_turn(view: View[Problem], turn: int, belief: Reals) -> BeliefUpdate:
@@ -143,9 +152,9 @@ def _describe_start(view: View[Problem], turn: int, belief: Reals, origin: str) 
     ]
     agent = view.problem.agents[view.seat]
     sentences = [
-        f"A belief is a probability for each hidden state; this one is {agent}'s.",
+        f"A belief is a probability for each hidden state; this is the belief of {agent}.",
         origin,
-        "It uses only what this agent has done and observed.",
+        f"The belief uses only the actions and the observations of {agent}.",
     ]
     if len(tables) > 1:
         sentences.append("The belief is about all walkers together; each table shows one of them.")
@@ -164,10 +173,15 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     predicted, product = rows.sum_rows(update.predicted), rows.sum_rows(update.product)
     observation = problem.observations[seat].format_observation(view.observations[turn])
     evidence = format_score(update.evidence)
+    earlier_states = "possible earlier states"
+    earlier = [rows.labels[row] for row in np.flatnonzero(rows.sum_rows(update.prior)).tolist()]
+    if len(earlier) <= MAX_TERMS:
+        noun = "possible earlier state" if len(earlier) == 1 else "earlier states"
+        earlier_states = f"{noun} {', '.join(earlier)}"
 
     sentences = [
         f"{agent} chose {_format_action(view, turn)}.",
-        "Each term is the probability of the transition times the prior of the earlier state.",
+        f"predicted = sum of (transition probability x prior) over the {earlier_states}.",
     ]
     if others := [name for name in problem.agents if name != agent]:
         sentences.insert(1, f"{' and '.join(others)}: taken to act uniformly at random.")
@@ -183,11 +197,13 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     likelihood = product[possible] / predicted[possible]
     sentences = [
         f"{agent} observed {observation}.",
-        "The likelihood is the probability of this observation in each next state.",
-        f"The products sum to the evidence {evidence}, the probability of the observation.",
+        "The likelihood is the probability of this observation in each state; product = likelihood "
+        "x predicted.",
+        f"The evidence P({observation}) = sum of products = {evidence} is the probability of the "
+        "observation.",
     ]
     if not possible.all():
-        sentences[2:2] = ["It has no number in a state that cannot be the next one."]
+        sentences.append("A dash marks a state that is impossible now.")
     yield Step(
         f"turn {turn}: observe",
         tuple(sentences),
@@ -197,7 +213,7 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     yield Step(
         f"turn {turn}: normalize",
         (
-            "The posterior, which is the new belief, is each product divided by the evidence.",
+            "posterior = product / evidence (Bayes' rule); it becomes the prior of the next turn.",
             f"The likeliest is now {rows.labels[focus]}, with probability {posterior[focus]:.3g}.",
         ),
         f"b({rows.labels[focus]}) = {format_number(float(product[focus]))} / {evidence} "

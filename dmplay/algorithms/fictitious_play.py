@@ -10,6 +10,7 @@ import numpy as np
 
 from dmplay.algorithms import one_round_game as game
 from dmplay.algorithms.step import Algorithm, Curve, Step, WatchRequest
+from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
 from dmplay.core.uniforms import NATURE_STREAM, generate_uniforms
 
@@ -34,31 +35,50 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     yield Step(
         "start",
         (
-            "Each agent counts how often the others have played each action.",
-            "At the start every count is 1, so that all actions are equally likely.",
+            *game.describe_payoffs(problem),
+            "Each agent counts the actions of the others, beginning with 1 of each.",
             game.ONE_ROUND_SENTENCE,
+            game.BEST_RESPONSE_SENTENCE,
         ),
         pictures=(game.picture_mixes(problem, mixes), Curve(GAIN_LABEL, tuple(gains))),
     )
-    for round_number in range(1, (request.iterations or DEFAULT_ROUNDS) + 1):
+    last_round = request.iterations or DEFAULT_ROUNDS
+    for round_number in range(1, last_round + 1):
         played = actions
         for count, action in zip(counts, played, strict=True):
             count[action] += 1
         mixes = [count / count.sum() for count in counts]
         actions = game.choose_best_responses(payoffs, mixes)
         gains.append(game.compute_largest_gain(payoffs, mixes))
-        is_first = round_number == 1
+        is_first, is_last = round_number == 1, round_number == last_round
         yield Step(
             f"round {round_number}",
             (
-                f"{'A random draw chose' if is_first else 'The best responses were'}: "
+                *([_describe_end(gains[-1])] if is_last else []),
+                f"{'A random draw chose' if is_first else 'The agents played'}: "
                 f"{game.format_actions(problem, played)}.",
-                f"Next best responses: {game.format_actions(problem, actions)}.",
-                f"Against these frequencies, a best response gains at most {gains[-1]:.3g}.",
+                f"Best responses to these frequencies: {game.format_actions(problem, actions)}.",
+                *game.describe_ties(problem, payoffs, mixes),
+                *([] if is_last else [_describe_gain(gains[-1])]),
             ),
             game.format_response_value(problem, payoffs, mixes, seat, actions[seat]),
             (game.picture_mixes(problem, mixes, actions), Curve(GAIN_LABEL, tuple(gains))),
         )
+
+
+def _describe_gain(gain: float) -> str:
+    """Return a sentence about the largest gain of an agent."""
+    return f"An agent that leaves its own frequencies for a best response gains at most {gain:.3g}."
+
+
+def _describe_end(gain: float) -> str:
+    """Return a sentence about the frequencies after the last round."""
+    if gain <= VALUE_TOLERANCE:
+        return "The rounds end: no agent gains by leaving its frequencies, a Nash equilibrium."
+    return (
+        f"The rounds end: an agent gains at most {gain:.3g} by leaving its frequencies; a gain of "
+        "0 would be a Nash equilibrium."
+    )
 
 
 ALGORITHM = Algorithm(

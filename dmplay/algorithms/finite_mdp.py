@@ -51,11 +51,13 @@ class FiniteMdp(NamedTuple):
         # A next state that several events lead to is one term.
         next_states, event_states = np.unique(self.next_states[state, action], return_inverse=True)
         p = np.bincount(event_states, self.probabilities[state, action])
+        likeliest = np.argsort(-p, kind="stable")[: np.count_nonzero(p)]
+        terms = format_weighted_sum(p[likeliest], values[next_states[likeliest]])
         result = self.compute_action_values(values)[state, action]
         factor = "" if self.discount == 1.0 else f"{self.discount:g} "
         return (
             f"{name} = {format_score(self.rewards[state, action] + 0.0)} + "
-            f"{factor}({format_weighted_sum(p, values[next_states])}) = {format_score(result)}"
+            f"{factor}({terms}) = {format_score(result)}"
         )
 
     def choose_focus(self, session: Session | None, change: Reals) -> int:
@@ -212,11 +214,10 @@ def _describe_grid(problem: Problem, grid: Grid | None) -> str:
     if grid is None:
         return ""
     points = " x ".join(map(str, grid.shape))
-    note = f"A state is real numbers, so V is computed at {points} grid points."
-    between = "Between them it is interpolated: the weights are then the probabilities."
+    note = f"V is interpolated between {points} grid points; the weights are the probabilities."
     if isinstance(problem, CollisionAvoidance):
-        between += " The picture shows climb rate 0, without an earlier advisory."
-    return f"{note} {between}"
+        note += " Drawn: climb rate 0, no earlier advisory."
+    return note
 
 
 def format_state_name(problem: Problem, state: Array) -> str:

@@ -18,14 +18,19 @@ def format_number(value: float) -> str:
 def format_weighted_sum(weights: Iterable[float], values: Iterable[float]) -> str:
     """Return a sum of products as text: "0.7 x 6.1 + 0.3 x 4".
 
-    Terms of weight 0 are omitted. Of a long sum, the terms of the largest weights are written one
-    by one, and the others as one number.
+    The terms keep their order. Of a long sum, terms of weight 0 are omitted, the largest terms are
+    written one by one, and the others as one number.
     """
-    terms = [(w, v) for w, v in zip(weights, values, strict=True) if w]
-    by_weight = sorted(terms, key=lambda term: -term[0])
-    written = by_weight if len(terms) == MAX_TERMS + 1 else by_weight[:MAX_TERMS]
-    others = by_weight[len(written) :]
-    parts = [f"{format_number(w)} x {format_number(v)}" for w, v in written]
+    terms = list(zip(weights, values, strict=True))
+    if len(terms) > MAX_TERMS + 1:
+        terms = [(w, v) for w, v in terms if w]
+    by_size = sorted(range(len(terms)), key=lambda index: -abs(terms[index][0] * terms[index][1]))
+    is_long = len(terms) > MAX_TERMS + 1
+    written = {*(by_size[:MAX_TERMS] if is_long else by_size)}
+    others = [term for index, term in enumerate(terms) if index not in written]
+    parts = [
+        f"{format_number(terms[i][0])} x {format_number(terms[i][1])}" for i in sorted(written)
+    ]
     if others:
         rest_sum = format_number(sum(w * v for w, v in others))
         parts.append(f"{rest_sum} ({format_count(len(others), 'more term')})")

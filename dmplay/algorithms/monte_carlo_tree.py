@@ -29,8 +29,6 @@ class ActionStatistics:
 class SearchHistory:
     """A node of the tree: the actions tried in it, by their index."""
 
-    visits: int = 0
-    mean: float = 0.0  # mean return from here
     actions: dict[int, ActionStatistics] = field(default_factory=dict)
 
     @property
@@ -100,15 +98,15 @@ class MonteCarloTree:
         exploration = self.exploration * sqrt(log(node.decision_count) / statistics.visits)
         return statistics.mean + exploration
 
-    def expand(self, decisions: list[Decision]) -> SearchHistory:
-        """Return the node after these decisions; it is added to the tree if it is new."""
+    def expand(self, decisions: list[Decision]) -> None:
+        """Add the node after these decisions to the tree if it is new."""
         if not decisions:
-            return self.root
+            return
         decision = decisions[-1]
         statistics = decision.node.actions.setdefault(
             decision.action, ActionStatistics(decision.action_label)
         )
-        return statistics.outcomes.setdefault(decision.outcome_label, SearchHistory())
+        statistics.outcomes.setdefault(decision.outcome_label, SearchHistory())
 
     def play_out(self, state: Array, turns: int) -> list[float]:
         """Return the rewards of at most this many turns in which the seat acts at random."""
@@ -119,13 +117,13 @@ class MonteCarloTree:
             rewards.append(reward)
         return rewards
 
-    def back_up(self, decisions: list[Decision], leaf: SearchHistory, value: float) -> float:
-        """Update the means from the leaf to the root; return the return from the root."""
-        _add_to_mean(leaf, value)
+    def back_up(self, decisions: list[Decision], value: float) -> float:
+        """Update Q and N of the actions from the leaf to the root; return the root's return."""
         for decision in reversed(decisions):
             value = decision.reward + self.problem.discount * value
-            _add_to_mean(decision.node.actions[decision.action], value)
-            _add_to_mean(decision.node, value)
+            statistics = decision.node.actions[decision.action]
+            statistics.visits += 1
+            statistics.mean += (value - statistics.mean) / statistics.visits
         self.lowest_return = min(self.lowest_return, value)
         self.highest_return = max(self.highest_return, value)
         return value
@@ -166,9 +164,3 @@ class MonteCarloTree:
         if labels and labels[self.seat].labels:
             return labels[self.seat][int(value)]
         return self.problem.format_action(self.seat, value)
-
-
-def _add_to_mean(statistics: SearchHistory | ActionStatistics, value: float) -> None:
-    """Count one more visit, and move the mean towards its value."""
-    statistics.visits += 1
-    statistics.mean += (value - statistics.mean) / statistics.visits

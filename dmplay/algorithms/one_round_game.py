@@ -19,7 +19,11 @@ from dmplay.core.tabular import joint_actions
 from dmplay.core.text import format_score
 
 MAX_JOINT_ACTIONS = 2**16
-ONE_ROUND_SENTENCE = "This is one round: it says nothing about repeating the game."
+MAX_NAMED_TIES = 4  # equally good actions that a sentence lists
+ONE_ROUND_SENTENCE = "The game is played once; the rounds here are steps of thinking."
+BEST_RESPONSE_SENTENCE = (
+    "Best responses (>) maximize U = sum of (probability of the others' actions x payoff)."
+)
 
 
 def find_game_obstacle(problem: Problem, algorithm: str) -> str:
@@ -77,6 +81,37 @@ def compute_largest_gain(payoffs: Reals, mixes: Sequence[Reals]) -> float:
     """Return the most that an agent gains by a best response; 0 in a Nash equilibrium."""
     values = [compute_response_values(payoffs, mixes, seat) for seat in range(len(mixes))]
     return max(float(v.max() - mix @ v) for v, mix in zip(values, mixes, strict=True))
+
+
+def describe_payoffs(problem: Problem) -> list[str]:
+    """Return the rule of the payoffs, which is the first line of the problem's description."""
+    first_line = problem.description().strip().partition("\n")[0]
+    return [first_line] if first_line.endswith(".") else []
+
+
+def describe_ties(problem: Problem, payoffs: Reals, mixes: Sequence[Reals]) -> list[str]:
+    """Return sentences about the agents with several best responses, of which the first counts."""
+    seats_by_actions: dict[str, list[str]] = {}
+    for seat, agent in enumerate(problem.agents):
+        is_best = mark_best_actions(compute_response_values(payoffs, mixes, seat)[None])[0]
+        best = np.flatnonzero(is_best).tolist()
+        if len(best) < 2:
+            continue
+        names = [problem.format_action(seat, action) for action in best[:MAX_NAMED_TIES]]
+        if len(best) == len(is_best):
+            names = ["all actions"]
+        elif len(best) > MAX_NAMED_TIES:
+            names[-1] = f"{len(best) - MAX_NAMED_TIES + 1} others"
+        seats_by_actions.setdefault(" and ".join(names), []).append(agent)
+    return [
+        f"For {_name_agents(problem, agents)}, {names} are equally good; the first is taken."
+        for names, agents in seats_by_actions.items()
+    ]
+
+
+def _name_agents(problem: Problem, agents: Sequence[str]) -> str:
+    """Return the names of agents, or "each agent" if these are all."""
+    return "each agent" if len(agents) == len(problem.agents) else " and ".join(agents)
 
 
 def make_pure_mixes(problem: Problem, actions: Sequence[int]) -> list[Reals]:

@@ -30,9 +30,9 @@ class TreeNode(NamedTuple):
     """A node of a search tree: a state, the action that leads to it, and its statistics."""
 
     label: str  # the action or the outcome that leads here; the state for the root
-    visits: int
-    value: float  # mean return of the visits
-    score: float | None = None  # UCB score at its parent; None if it is not compared
+    visits: int  # N(s, a) of an action; N(s), the sum over its actions, of a state
+    value: float | None = None  # Q(s, a), the mean return of an action that was tried
+    score: float | None = None  # UCB score at its parent; None if it was not tried
     is_on_path: bool = False  # whether the current simulation passes through it
     children: tuple["TreeNode", ...] = ()
 

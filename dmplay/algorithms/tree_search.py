@@ -20,7 +20,8 @@ from dmplay.errors import EpisodeOver
 
 DEFAULT_SIMULATIONS = 50
 MAX_DEPTH = 50  # turns of one simulation
-MAX_NAMED_TURNS = 4  # decisions or random actions that a sentence lists
+ROW_SENTENCE = "The rows show, by turns, an action and the outcomes to which it led."
+MAX_PATH_CHARACTERS = 24  # characters of a path after which its other turns are not named
 
 
 def find_obstacle(problem: Problem) -> str:
@@ -48,7 +49,9 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     search = build_search(session, seat, request.seed)
     painter = TreePainter(search, _format_root(session))
     yield Step("start", _describe_start(request, search), "", (painter.draw_tree(),))
-    for simulation in range(1, (request.iterations or DEFAULT_SIMULATIONS) + 1):
+    last_simulation = request.iterations or DEFAULT_SIMULATIONS
+    for simulation in range(1, last_simulation + 1):
+        is_first, is_last = simulation == 1, simulation == last_simulation
         prefix = f"simulation {simulation}"
         first_state = search.sample_root_state()
         decisions, state = search.select(first_state)
@@ -60,27 +63,29 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
             (painter.draw_tree(decisions),),
         )
         is_new = bool(decisions) and _is_new(decisions[-1])
-        leaf = search.expand(decisions)
+        search.expand(decisions)
         rewards: list[float] = []
         if is_new:
             tree = painter.draw_tree(decisions)
             outcome = _format_outcome(problem, decisions[-1].outcome_label)
-            yield Step(
-                f"{prefix}: expansion", (f"The tree gets a node for {outcome}.",), "", (tree,)
-            )
-            rewards = search.play_out(state, search.depth - len(decisions))
+            notes = [ROW_SENTENCE] if is_first else []
+            sentences = (f"The tree gets a node for {outcome}.", *notes)
+            yield Step(f"{prefix}: expansion", sentences, "", (tree,))
+            max_turns = search.depth - len(decisions)
+            rewards = search.play_out(state, max_turns)
             yield Step(
                 f"{prefix}: playout",
-                _describe_playout(rewards),
+                _describe_playout(problem.discount, rewards, max_turns, is_first=is_first),
                 _format_playout_formula(problem, rewards),
                 (tree,),
             )
         value = float(np.sum(problem.discount ** np.arange(len(rewards)) * np.array(rewards)))
         formula = _format_backup_formula(search, decisions, value)
-        total = search.back_up(decisions, leaf, value)
+        return_text = _format_return(problem, decisions, value)
+        total = search.back_up(decisions, value)
         yield Step(
             f"{prefix}: backup",
-            _describe_backup(search, decisions, total),
+            _describe_backup(search, return_text, total, is_first=is_first, is_last=is_last),
             formula,
             (painter.draw_tree(decisions),),
         )
@@ -122,12 +127,12 @@ class TreePainter:
         exploration = self.search.exploration
         if path is None and node in self.drawn_nodes:
             visits, constant, picture = self.drawn_nodes[node]
-            if (visits, constant) == (node.visits, exploration):
+            if (visits, constant) == (node.decision_count, exploration):
                 return picture
         actions = tuple(self._draw_action(node, action, path) for action in node.actions)
-        picture = TreeNode(label, node.visits, node.mean, None, path is not None, actions)
+        picture = TreeNode(label, node.decision_count, None, None, path is not None, actions)
         if path is None:
-            self.drawn_nodes[node] = node.visits, exploration, picture
+            self.drawn_nodes[node] = node.decision_count, exploration, picture
         return picture
 
     def _draw_action(self, node: SearchHistory, action: int, path: Path | None) -> TreeNode:
@@ -142,15 +147,11 @@ class TreePainter:
             )
             for outcome, child in statistics.outcomes.items()
         )
-        score = self.search.compute_score(node, action) if statistics.visits else None
-        return TreeNode(
-            statistics.label,
-            statistics.visits,
-            statistics.mean,
-            score,
-            chosen is not None,
-            outcomes,
-        )
+        value, score = None, None
+        if statistics.visits:
+            value, score = statistics.mean, self.search.compute_score(node, action)
+        is_on_path = chosen is not None
+        return TreeNode(statistics.label, statistics.visits, value, score, is_on_path, outcomes)
 
 
 def _format_outcome(problem: Problem, label: str) -> str:
@@ -180,19 +181,18 @@ def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str,
     position = "the position of your game" if request.session else "the start of a game"
     turns = format_count(search.depth, "turn")
     sentences = [
-        f"The tree grows from {position}, for {agent}.",
-        f"Each simulation adds a node, and ends after {turns} at the latest.",
+        f"The tree grows from {position}{f', for {agent}' if others else ''}.",
+        f"Each simulation adds at most one node, and plays at most {turns}.",
     ]
     if problem.partially_observable:
         sentences += [
-            f"Each simulation draws its state from {agent}'s belief, not from the game.",
+            f"Its state is drawn from the belief of {agent}, not from the game.",
             "A node is a history of actions and observations.",
         ]
     if others:
-        sentences += [
-            f"{' and '.join(others)}: taken to act uniformly at random.",
-            "All values are against such play.",
-        ]
+        sentences.append(
+            f"All values are against {' and '.join(others)} acting uniformly at random."
+        )
     return tuple(sentences)
 
 
@@ -201,33 +201,35 @@ def _describe_selection(
 ) -> tuple[str, ...]:
     """Return the sentences about the path of a simulation through the tree."""
     sentences = [f"The belief gave the state {root_text}."] if root_text else []
-    steps = [
-        f"{decision.action_label} to {_format_outcome(search.problem, decision.outcome_label)}"
-        for decision in decisions[:MAX_NAMED_TURNS]
-    ]
-    if len(decisions) > MAX_NAMED_TURNS:
-        steps.append(f"{len(decisions) - MAX_NAMED_TURNS} more")
+    steps: list[str] = []
+    for decision in decisions:
+        outcome = _format_outcome(search.problem, decision.outcome_label)
+        if sum(map(len, steps)) > MAX_PATH_CHARACTERS:
+            steps.append(f"{len(decisions) - len(steps)} more")
+            break
+        steps.append(f"{decision.action_label} to {outcome}")
     sentences.append(f"Path: {', then '.join(steps) or 'none, because this state is an end'}.")
     if not decisions:
         return tuple(sentences)
     first, last = decisions[0], decisions[-1]
     if first.action in search.root.actions:
-        meaning = (
-            "the largest minus the smallest return so far"
-            if search.has_spread
-            else "used while all returns are equal"
-        )
+        meaning = "the range of the returns so far"
+        if not search.has_spread:
+            meaning = "used while all returns are equal"
         sentences += [
-            f"In the root, {first.action_label} has the highest score Q + c sqrt(ln N / n).",
-            f"The constant c = {format_score(search.exploration)} is {meaning}.",
+            f"In the root, {first.action_label} has the highest UCB score: Q plus a bonus for few "
+            "tries, c sqrt(ln N / n).",
+            f"N counts all tries in the root, n those of {first.action_label}; "
+            f"c = {format_score(search.exploration)} is {meaning}.",
         ]
     if last.action not in last.node.actions:
-        node_text = "In the root"
-        if len(decisions) > 1:
-            node_text = f"After {_format_outcome(search.problem, decisions[-2].outcome_label)}"
-        sentences.append(f"{node_text}, {last.action_label} comes first, because it is untried.")
+        node_text = "in the root" if len(decisions) == 1 else "there"
+        sentences.append(
+            f"{last.action_label} was untried {node_text}, and untried actions come first."
+        )
     elif _is_new(last):
-        sentences.append("The last outcome is new.")
+        outcome = _format_outcome(search.problem, last.outcome_label)
+        sentences.append(f"{last.action_label} led to {outcome} for the first time: the path ends.")
     else:
         sentences.append("The simulation ends inside the tree.")
     return tuple(sentences)
@@ -246,15 +248,23 @@ def _format_score_formula(search: MonteCarloTree, decisions: Sequence[Decision])
     return f"UCB({statistics.label}) = {terms} = {format_score(score)}"
 
 
-def _describe_playout(rewards: Sequence[float]) -> tuple[str, ...]:
+def _describe_playout(
+    discount: float, rewards: Sequence[float], max_turns: int, *, is_first: bool
+) -> tuple[str, ...]:
     """Return the sentences about the random actions after the tree."""
     if not rewards:
         return ("The simulation ends there, so nothing is played.",)
-    turns = format_count(len(rewards), "turn")
-    return (
-        f"Uniformly random actions play {turns} from there.",
-        "The discounted sum of their rewards estimates the value of the new node.",
-    )
+    end = "up to the limit of the simulation" if len(rewards) == max_turns else "to the game's end"
+    sentences = [
+        f"Uniformly random actions play {format_count(len(rewards), 'turn')}, {end}.",
+        "Their return estimates the value of the new node.",
+    ]
+    if is_first:
+        weight = "1" if discount == 1.0 else f"{discount:g} to the power of the turn"
+        sentences.append(
+            f"value = sum of ({weight} x reward), with turns from 0; rewards of 0 are left out."
+        )
+    return tuple(sentences)
 
 
 def _format_playout_formula(problem: Problem, rewards: Sequence[float]) -> str:
@@ -268,16 +278,36 @@ def _format_playout_formula(problem: Problem, rewards: Sequence[float]) -> str:
     return f"value = {format_weighted_sum(weights, values)} = {format_score(total)}"
 
 
+def _format_return(problem: Problem, decisions: Sequence[Decision], value: float) -> str:
+    """Return the return from the root as a sum: the rewards on the path, and the playout's."""
+    weights = problem.discount ** np.arange(len(decisions) + 1)
+    return format_weighted_sum(weights, [*(decision.reward for decision in decisions), value])
+
+
 def _describe_backup(
-    search: MonteCarloTree, decisions: Sequence[Decision], total: float
+    search: MonteCarloTree, return_text: str, total: float, *, is_first: bool, is_last: bool
 ) -> tuple[str, ...]:
-    """Return the sentences about the update of the means."""
+    """Return the sentences about the update of the means; after the last one, of the choice."""
     best = max(search.root.actions.values(), key=lambda statistics: statistics.mean, default=None)
-    return (
-        f"The return of this simulation is {format_score(total)}.",
-        f"It moves the means of {format_count(len(decisions), 'action')} on the path.",
-        *([f"The best mean so far is that of {best.label}."] if best else []),
+    return_sentence = (
+        f"The return from the root is {return_text} = {format_score(total)}: the rewards on the "
+        "path, then the playout."
     )
+    if best and is_last:
+        return (
+            f"The search ends, and chooses {best.label}, the root's action with the highest Q.",
+            "Q is usually below the value of optimal play, because playouts act at random.",
+            return_sentence,
+        )
+    sentences = [return_sentence]
+    if is_first:
+        sentences += [
+            "N counts the tries of an action; that of a state sums those of its actions.",
+            "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
+        ]
+    if best:
+        sentences.append(f"{best.label} has the highest Q in the root so far.")
+    return tuple(sentences)
 
 
 def _format_backup_formula(

@@ -26,10 +26,12 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     mdp, problem = build_finite_mdp(request.problem), request.problem
     values = np.zeros(len(mdp.states))
     residuals: list[float] = []
-    start = "V(s) is the value of state s: the best expected return from there."
-    no_turns = "At first V is 0 everywhere, the value of a game with no turn left."
-    notes = filter(None, [mdp.note, _describe_turns_left(request)])
+    rewards = "sum of rewards" if mdp.discount == 1.0 else "discounted sum of rewards"
+    start = f"V(s), the value of state s, is the best expected return ({rewards}) from it."
+    no_turns = "At first no turn is left, and V is 0."
+    notes = filter(None, [mdp.note, _describe_terminal(mdp), _describe_turns_left(request)])
     yield Step("start", (start, no_turns, *notes), "", (_picture(mdp, values),))
+    state_count = int(np.count_nonzero(~mdp.terminal))
     last_sweep = request.iterations or MAX_SWEEPS
     for sweep in range(1, last_sweep + 1):
         q = mdp.compute_action_values(values)  # one step of lookahead
@@ -41,13 +43,18 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
         is_last = sweep == last_sweep or has_converged
         focus = mdp.choose_focus(request.session, change)
         state, action = format_state_name(problem, mdp.states[focus]), int(greedy[focus])
-        sentences = (
+        reason = _describe_choice_of_state(request, mdp, change)
+        turns_sentence = (
             f"V is now {'about ' * bool(mdp.note)}the value of a game with "
-            f"{format_count(sweep, 'turn')} left.",
-            *([_describe_end(mdp.discount, residuals[-1])] if is_last else []),
-            f"{np.count_nonzero(change)} of {len(values)} values changed; the largest change, the "
-            f"residual, is {format_score(residuals[-1])}.",
-            *_describe_focus(request, mdp, state, action, q[focus]),
+            f"{format_count(sweep, 'turn')} left."
+        )
+        sentences = (
+            *([] if has_converged else [turns_sentence]),
+            *(_describe_end(mdp.discount, residuals[-1]) if is_last else []),
+            f"{np.count_nonzero(change)} of {format_count(state_count, 'value')} changed, by at "
+            f"most {format_score(residuals[-1])} ({'called ' * (sweep == 1)}the residual).",
+            *_describe_focus(request, mdp, state, action, q[focus], reason),
+            *([_describe_formula(mdp.discount)] if sweep == 1 else []),
         )
         formula = mdp.format_lookahead(format_value_name(state), focus, action, previous)
         pictures = (
@@ -101,33 +108,60 @@ def _describe_turns_left(request: WatchRequest) -> str:
     )
 
 
-def _describe_focus(
-    request: WatchRequest, mdp: FiniteMdp, state: str, action: int, q: Reals
+def _describe_terminal(mdp: FiniteMdp) -> str:
+    """Return a sentence about the terminal states, which no step counts; '' if there are none."""
+    states = format_count(int(np.count_nonzero(mdp.terminal)), "state")
+    note = f"V stays 0 where the game is over ({states}, not counted)."
+    return note if mdp.terminal.any() else ""
+
+
+def _describe_formula(discount: float) -> str:
+    """Return the formula of a sweep in words."""
+    factor = "" if discount == 1.0 else f"discount {discount:g} x "
+    return f"V = reward now + {factor}sum of (probability x old V of the next state)."
+
+
+def _describe_choice_of_state(request: WatchRequest, mdp: FiniteMdp, change: Reals) -> str:
+    """Return why the formula is about its state: the game is in it, or its V changed most."""
+    if request.session is not None and not request.session.over:
+        return f"the {'grid point nearest to the ' * bool(mdp.note)}state of the game"
+    changes = change[mdp.drawn]
+    tied_count = np.count_nonzero(np.isclose(changes, changes.max(), rtol=1e-9, atol=0.0))
+    state = f"one of {tied_count} states " if tied_count > 1 else ""
+    return f"{state}where V changed most"
+
+
+def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
+    request: WatchRequest, mdp: FiniteMdp, state: str, action: int, q: Reals, reason: str
 ) -> tuple[str, ...]:
-    """Return a sentence about the action of the formula and the next best one."""
+    """Return a sentence about the action of the formula and the second-best one."""
     if action < 0:
         return ()
-    reason = "where V changed most"
-    if request.session is not None and not request.session.over:
-        reason = f"the {'grid point nearest to the ' * bool(mdp.note)}state of the game"
     name, position = request.problem.format_action(0, action), f"in {state}, {reason}"
     others = np.delete(q, action)
     if not np.isfinite(others).any():
         return (f"The formula is for {name} {position}.",)
-    if others.max() > q[action] - VALUE_TOLERANCE:
-        return (f"The formula is for {name} {position}; another action is equally good.",)
-    runner_up = format_score(float(others.max()))
-    return (f"The best action {position}, is {name}; the next best has {runner_up}.",)
+    equal_count = np.count_nonzero(others > q[action] - VALUE_TOLERANCE)
+    if equal_count:
+        are_good = "1 other action is" if equal_count == 1 else f"{equal_count} other actions are"
+        if equal_count == np.count_nonzero(np.isfinite(others)):
+            are_good = "all actions are"
+        return (f"The formula is for {name} {position}; {are_good} equally good.",)
+    second = format_score(float(others.max()))
+    return (f"The best action {position}, is {name}; the second-best action has {second}.",)
 
 
-def _describe_end(discount: float, residual: float) -> str:
-    """Return a sentence about the values of the last step."""
+def _describe_end(discount: float, residual: float) -> tuple[str, ...]:
+    """Return sentences about the values of the last step."""
     if not is_converged(discount, residual):
-        return "The sweeps end here, but the values still change."
+        return ("The sweeps end here, but the values still change.",)
     if discount == 1.0:
-        return f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL:g}."
+        return (f"The sweeps end: the residual is at most {UNDISCOUNTED_RESIDUAL:g}.",)
     error = format_upper_bound(bound_error(discount, residual))
-    return f"The sweeps end: each V is within {error} of the value of a game without a turn limit."
+    return (
+        f"The sweeps end: later changes sum to at most {discount:g} x residual / "
+        f"(1 - {discount:g}), so V without a turn limit is within {error}.",
+    )
 
 
 ALGORITHM = Algorithm(

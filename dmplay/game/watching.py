@@ -26,6 +26,7 @@ class WatchedSteps:
         registry.check_algorithm_fits(algorithm, request.problem, problem_name)
         self.algorithm, self.request, self.problem_name = algorithm, request, problem_name
         self.steps: list[Step] = []
+        self.note = ""  # how this algorithm was chosen
         self.is_complete = False  # whether the last step is known
         self._iterator: Iterator[Step] | None = None
 
@@ -161,6 +162,10 @@ def watch_game(game: Game, name: str = "") -> WatchedSteps:
     iterations = LAST_TURN_ONLY if algorithm.name == BELIEF_UPDATE else None
     request = WatchRequest(game.problem, game.viewing_seat, game.session, iterations)
     watched = WatchedSteps(algorithm, request, game.problem_name)
+    if not name:
+        fitting = registry.list_fitting_algorithms(game.problem)
+        others = ", ".join(other for other in fitting if other != algorithm.name)
+        watched.note = f"chosen: {algorithm.name}{f'; :watch NAME for {others}' if others else ''}"
     is_hint = algorithm.shows_actions and not game.session.over
     if is_hint:
         game.check_hints_allowed("watch")

@@ -98,8 +98,21 @@ def test_the_marked_belief_is_that_of_the_game() -> None:
     for step in watch(session.problem, 3, session):
         assert read_vectors(step).belief == pytest.approx([0.09278, 0.90722], abs=1e-5)
     last = watch(session.problem, 3, session)[-1]
-    assert last.sentences[2] == (
+    assert last.sentences[-2] == (
         "With 3 turns left, the best plan at the marked belief begins with feed."
+    )
+
+
+def test_each_step_says_why_plans_are_removed_and_the_last_one_why_it_stops() -> None:
+    *_, expansion, pruning = watch(load_problem("crying-baby"), 3)
+    assert expansion.sentences[-1] == (
+        "At the marked belief the best plan is feed, then ignore after crying, ignore after quiet."
+    )
+    assert pruning.sentences == (
+        "Removed: 9 of 12 plans; at each belief, one of the 3 kept plans is at least as good.",
+        "This also holds after each observation, so longer plans need no removed plan.",
+        "With 3 turns left, the best plan at the marked belief begins with feed.",
+        "The steps end here; dmplay watch --iterations N shows N turns.",
     )
 
 

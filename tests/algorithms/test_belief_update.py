@@ -147,12 +147,39 @@ def test_the_baby_of_the_book_is_fed_and_cries() -> None:
         "turn 2: normalize",
     ]
     assert steps[0].sentences[1] == "These are the turns of your game."
-    assert steps[1].formula == "predicted(hungry) = 1 x 0.5 + 0.1 x 0.5 = 0.55"
-    assert steps[2].formula == "P(crying) = 0.8 x 0.55 + 0.1 x 0.45 = 0.485"
+    assert steps[1].formula == "predicted(hungry) = 0.1 x 0.5 + 1 x 0.5 = 0.55"
+    assert steps[2].formula == "P(crying) = 0.1 x 0.45 + 0.8 x 0.55 = 0.485"
     assert steps[3].formula == "b(hungry) = 0.44 / 0.485 = 0.9072"
     assert steps[4].formula == "predicted(sated) = 1 x 0.09278 + 1 x 0.9072 = 1"
-    assert "It has no number in a state that cannot be the next one." in steps[5].sentences
+    assert "A dash marks a state that is impossible now." in steps[5].sentences
     assert read_column(steps[6], "posterior").tolist() == [1, 0]
+
+
+def test_a_product_of_zero_stays_in_the_sum_of_the_evidence() -> None:
+    session = make_session("crying-baby", [0.9], [0.5], [0.05], [0.05])
+    play_actions(session.problem, session, "ignore", "sing")
+    observe = watch(session.problem, session=session)[5]
+    assert observe.formula == "P(crying) = 0 x 0.08351 + 0.9 x 0.9165 = 0.8248"
+
+
+@pytest.mark.parametrize(
+    ("iterations", "sentence"),
+    [
+        (None, "These are the turns of your game."),
+        (1, "This is the last turn of your game."),
+        (2, "These are the last 2 turns of your game."),
+        (9, "These are the turns of your game."),
+    ],
+)
+def test_the_first_step_says_which_turns_of_a_game_it_shows(
+    iterations: int | None, sentence: str
+) -> None:
+    problem = load_problem("crying-baby")
+    session = belief_update.play_randomly(problem, SEED, 3)
+    first, *_ = ALGORITHM.iterate_steps(
+        WatchRequest(problem, session=session, iterations=iterations)
+    )
+    assert first.sentences[1] == sentence
 
 
 def test_the_last_turns_of_a_long_game_begin_with_the_belief_before_them() -> None:

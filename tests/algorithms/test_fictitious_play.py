@@ -106,6 +106,26 @@ def test_prisoners_end_in_the_equilibrium_that_the_solver_finds() -> None:
 
 def test_the_seed_draws_the_first_round() -> None:
     problem = load_game("rock-paper-scissors")
-    first_rounds = {watch(problem, 1, seed)[1].sentences[0] for seed in range(20)}
+    first_rounds = {watch(problem, 2, seed)[1].sentences[0] for seed in range(20)}
     assert "A random draw chose: agent1 rock, agent2 scissors." in first_rounds
     assert len(first_rounds) > 4
+
+
+def test_the_last_round_says_how_far_the_frequencies_are_from_an_equilibrium() -> None:
+    problem = load_game("rock-paper-scissors")
+    last = watch(problem, 100)[-1]
+    row, column = read_mixes(last).mixes
+    payoffs = bimatrix_game.build_payoffs(problem)[..., 0]
+    gain = max((payoffs @ column).max() - row @ payoffs @ column, 0)
+    assert gain == pytest.approx(0.068, abs=5e-4)
+    assert last.sentences[0] == (
+        "The rounds end: an agent gains at most 0.068 by leaving its frequencies; a gain of 0 "
+        "would be a Nash equilibrium."
+    )
+
+
+def test_ties_of_best_responses_are_named() -> None:
+    third = watch(load_game("rock-paper-scissors"), 5)[3]
+    assert "For each agent, rock and scissors are equally good; the first is taken." in (
+        third.sentences
+    )

@@ -24,8 +24,8 @@ def list_actions(problem: Problem, rounds: int | None = None) -> list[str]:
     for step in watch(problem, rounds)[1:]:
         picture = step.pictures[0]
         assert isinstance(picture, StrategyMixes)
-        labels = zip(picture.action_labels, picture.best_responses, strict=True)
-        actions.append(" ".join(names[action] for names, action in labels))
+        labels = zip(picture.action_labels, picture.mixes, strict=True)
+        actions.append(" ".join(names[int(mix.argmax())] for names, mix in labels))
     return actions
 
 
@@ -48,7 +48,42 @@ def test_the_prisoners_defect_as_in_the_only_equilibrium() -> None:
     (equilibrium,) = bimatrix_game.enumerate_equilibria(bimatrix_game.build_payoffs(problem))
     assert [mix.tolist() for mix in equilibrium] == [[0, 1], [0, 1]]
     assert watch(problem)[-1].sentences[1] == (
-        "Nothing changed: this is a Nash equilibrium, in which no agent gains alone."
+        "Nothing changed, so this is a Nash equilibrium: no agent gets more by changing only its "
+        "own action."
+    )
+
+
+def test_sentences_marks_and_formula_are_about_the_same_round() -> None:
+    problem = dmplay.load_problem("travelers-dilemma")
+    *_, step, _ = watch(problem)
+    assert step.title == "round 95"
+    assert step.sentences == (
+        "The agents switched to agent1 2, agent2 2.",
+        "No agent gains by changing only its own action.",
+        "Best responses to these: agent1 2, agent2 2.",
+    )
+    assert step.formula == "U(agent1 2) = 1 x 2 = 2"
+    for step in watch(problem):
+        picture = step.pictures[0]
+        assert isinstance(picture, StrategyMixes)
+        payoffs = bimatrix_game.build_payoffs(problem)
+        values = payoffs[..., 0] @ picture.mixes[1]
+        assert values[picture.best_responses[0]] == pytest.approx(values.max())
+        assert float(step.formula.rpartition(" = ")[2]) == pytest.approx(values.max(), rel=1e-3)
+
+
+def test_the_first_step_gives_the_rule_and_names_equally_good_actions() -> None:
+    start, first, *_ = watch(dmplay.load_problem("travelers-dilemma"))
+    assert start.sentences[0] == (
+        "Both get the lower claim: plus 2 for the lower claimant, minus 2 for the higher."
+    )
+    assert start.sentences[-1] == (
+        "For each agent, 96 and 97 are equally good; the first is taken."
+    )
+    assert "The game is played once; the rounds here are steps of thinking." in first.sentences
+    start, *_ = watch(dmplay.load_problem("rock-paper-scissors"))
+    assert start.sentences[-1] == (
+        "For each agent, all actions are equally good; the first is taken."
     )
 
 

@@ -1,16 +1,19 @@
 """The registry of algorithms, and what holds for each of them on each problem."""
 
+import re
 from itertools import islice
+from textwrap import wrap
 
 import numpy as np
 import pytest
 
 from dmplay.algorithms import registry
-from dmplay.algorithms.step import BeliefTable, StateValues, StrategyMixes, WatchRequest
+from dmplay.algorithms.step import BeliefTable, StateValues, Step, StrategyMixes, WatchRequest
 from dmplay.errors import BadParameter, UnknownName
 from dmplay.registry.builtin_names import problem_names
 from dmplay.registry.problems import load_problem
 
+MAX_WORDS, MAX_ROWS = 25, 4
 FITTING_PAIRS = [
     (name, problem)
     for name, algorithm in registry.load_algorithms().items()
@@ -80,3 +83,35 @@ def test_the_first_steps_are_the_same_each_time_and_well_formed(
                 case StrategyMixes():
                     for mix in picture.mixes:
                         assert mix.sum() == pytest.approx(1.0)
+
+
+def assert_is_short(step: Step) -> None:
+    """Assert that the sentences of a step are short, and fit in few rows of 80 columns."""
+    for sentence in " ".join(step.sentences).split(". "):
+        assert len(re.findall(r"[^\W\d]{2,}", sentence)) <= MAX_WORDS, sentence
+    assert len(wrap(" ".join(step.sentences), 80)) <= MAX_ROWS, step.sentences
+
+
+@pytest.mark.parametrize(("name", "problem_name"), FITTING_PAIRS)
+def test_a_step_has_at_most_four_rows_of_short_sentences(name: str, problem_name: str) -> None:
+    request = WatchRequest(load_problem(problem_name), iterations=3)
+    for step in islice(registry.find_algorithm(name).iterate_steps(request), 16):
+        assert_is_short(step)
+
+
+@pytest.mark.parametrize(
+    ("name", "problem_name"),
+    [
+        ("alpha-vectors", "crying-baby"),
+        ("belief-update", "crying-baby"),
+        ("fictitious-play", "rock-paper-scissors"),
+        ("iterated-best-response", "travelers-dilemma"),
+        ("policy-iteration", "hexworld"),
+        ("tree-search", "hexworld"),
+        ("value-iteration", "hexworld"),
+    ],
+)
+def test_the_last_steps_of_a_whole_run_are_short_too(name: str, problem_name: str) -> None:
+    request = WatchRequest(load_problem(problem_name))
+    for step in registry.find_algorithm(name).iterate_steps(request):
+        assert_is_short(step)

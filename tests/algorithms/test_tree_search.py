@@ -57,6 +57,18 @@ def iter_nodes(node: TreeNode) -> Iterator[TreeNode]:
         yield from iter_nodes(child)
 
 
+def sum_returns(root: TreeNode) -> float:
+    """Return the sum of the returns of all simulations, from the means of the root's actions."""
+    return sum(child.visits * child.value for child in root.children if child.value is not None)
+
+
+def iter_state_nodes(root: TreeNode) -> Iterator[TreeNode]:
+    yield root
+    for action in root.children:
+        for outcome in action.children:
+            yield from iter_state_nodes(outcome)
+
+
 def find_best_action(problem: Problem, simulations: int, session: Session | None = None) -> str:
     children = read_tree(watch(problem, simulations, session)[-1]).children
     return max(children, key=lambda child: child.visits).label
@@ -73,25 +85,75 @@ def test_visits_means_and_formulas_agree_in_every_problem(name: str) -> None:
     assert [read_tree(step).visits for step in backups] == [1, 2, 3, 4, 5, 6]
     root = read_tree(backups[-1])
     assert sum(child.visits for child in root.children) == 6
-    total = sum(child.visits * child.value for child in root.children)
-    assert root.value == pytest.approx(total / 6)
-    for action in root.children:
-        assert sum(outcome.visits for outcome in action.children) == action.visits
+    start = "The return from the root is "
+    sums = [
+        sentence.removeprefix(start).partition(":")[0]
+        for step in backups
+        for sentence in step.sentences
+        if sentence.startswith(start)
+    ]
+    assert len(sums) == 6
+    for text in sums:
+        assert_formula_adds_up(f"return = {text}")
+    total = sum(float(text.rpartition(" = ")[2]) for text in sums)
+    assert sum_returns(root) == pytest.approx(total, rel=5e-3, abs=1e-2)
+
+
+@pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
+def test_the_count_of_a_state_is_the_sum_of_those_of_its_actions(name: str) -> None:
+    problem = USER_PROBLEMS[name] if name in USER_PROBLEMS else load_problem(name)
+    for step in watch(problem, 20):
+        for node in iter_state_nodes(read_tree(step)):
+            assert node.visits == sum(action.visits for action in node.children)
+            assert (node.value, node.score) == (None, None)
+            for action in node.children if step.title.endswith("backup") else ():
+                # The simulation that adds an outcome tries no action there.
+                later = sum(outcome.visits for outcome in action.children)
+                assert later <= action.visits - len(action.children)
 
 
 @pytest.mark.parametrize("name", ["hexworld", "catch", "predator-prey", "2048"])
-def test_scores_are_those_of_ucb1(name: str) -> None:
+def test_scores_follow_the_formula_with_the_counts_of_the_rows(name: str) -> None:
     steps = watch(load_problem(name), 40)
     trees = [read_tree(step) for step in steps if step.title.endswith("backup")]
-    returns = [trees[0].value] + [
-        after.visits * after.value - before.visits * before.value
-        for before, after in pairwise(trees)
-    ]
+    totals = [0.0, *map(sum_returns, trees)]
+    returns = [after - before for before, after in pairwise(totals)]
     c = max(returns) - min(returns)
-    for child in trees[-1].children:
-        assert child.score == pytest.approx(
-            child.value + c * math.sqrt(math.log(40) / child.visits), rel=1e-9
-        )
+    deep_scores = 0
+    for node in iter_state_nodes(trees[-1]):
+        for action in node.children:
+            assert action.value is not None
+            bonus = c * math.sqrt(math.log(node.visits) / action.visits)
+            assert action.score == pytest.approx(action.value + bonus, rel=1e-9)
+            deep_scores += node is not trees[-1]
+    assert deep_scores or name in ("catch", "2048"), "some simulations went deeper than the root"
+
+
+def test_the_last_step_chooses_the_action_of_the_highest_mean_as_in_the_book() -> None:
+    last = watch(load_problem("hexworld"), 50)[-1]
+    means = {child.label: child.value or 0.0 for child in read_tree(last).children}
+    best = max(means, key=means.__getitem__)
+    assert last.sentences[:2] == (
+        f"The search ends, and chooses {best}, the root's action with the highest Q.",
+        "Q is usually below the value of optimal play, because playouts act at random.",
+    )
+
+
+def test_the_first_steps_say_what_is_counted_and_where_a_playout_ends() -> None:
+    _, select, expand, playout, backup, *_ = watch(load_problem("hexworld"), 50)
+    assert select.sentences[1:] == ("e was untried in the root, and untried actions come first.",)
+    assert expand.sentences[1:] == (
+        "The rows show, by turns, an action and the outcomes to which it led.",
+    )
+    assert playout.sentences[0].endswith(("to the game's end.", "to the limit of the simulation."))
+    assert playout.sentences[2] == (
+        "value = sum of (0.9 to the power of the turn x reward), with turns from 0; "
+        "rewards of 0 are left out."
+    )
+    assert backup.sentences[1:3] == (
+        "N counts the tries of an action; that of a state sums those of its actions.",
+        "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
+    )
 
 
 def test_the_marked_path_is_the_path_of_the_simulation() -> None:
@@ -163,11 +225,10 @@ def test_the_first_step_names_the_partner_model() -> None:
     first, *_ = watch(load_problem("collaborative-predator-prey"), 1)
     assert first.sentences == (
         "The tree grows from the start of a game, for predator1.",
-        "Each simulation adds a node, and ends after 50 turns at the latest.",
-        "Each simulation draws its state from predator1's belief, not from the game.",
+        "Each simulation adds at most one node, and plays at most 50 turns.",
+        "Its state is drawn from the belief of predator1, not from the game.",
         "A node is a history of actions and observations.",
-        "predator2: taken to act uniformly at random.",
-        "All values are against such play.",
+        "All values are against predator2 acting uniformly at random.",
     )
 
 

@@ -63,8 +63,9 @@ def test_the_sweeps_stop_within_the_error_that_the_last_step_states() -> None:
     problem = load_problem("hexworld")
     exact = mdp_values.compute_optimal_q(tabulate(problem), problem.discount).max(axis=1)
     *_, last = ITERATE(WatchRequest(problem))
-    assert last.sentences[1] == (
-        "The sweeps end: each V is within 0.0004 of the value of a game without a turn limit."
+    assert last.sentences[0] == (
+        "The sweeps end: later changes sum to at most 0.9 x residual / (1 - 0.9), "
+        "so V without a turn limit is within 0.0004."
     )
     assert np.abs(picture_of(last).values - exact).max() <= 0.0004
 
@@ -88,6 +89,20 @@ def test_the_second_sweep_of_hex_world_as_in_a_calculation_by_hand() -> None:
     *_, second = ITERATE(WatchRequest(load_problem("hexworld"), iterations=2))
     assert second.title == "sweep 2"
     assert second.formula == "V(8,1) = -0.3 + 0.9 (0.7 x 10 + 0.3 x 0) = 6"
+
+
+def test_the_counts_leave_out_the_end_of_the_game_and_ties_are_named() -> None:
+    start, first, *_ = ITERATE(WatchRequest(load_problem("hexworld"), iterations=2))
+    assert start.sentences[-1] == "V stays 0 where the game is over (1 state, not counted)."
+    assert first.sentences[1:4] == (
+        "16 of 24 values changed, by at most 10 (called the residual).",
+        "The formula is for e in (2,0), one of 2 states where V changed most; all actions are "
+        "equally good.",
+        "V = reward now + discount 0.9 x sum of (probability x old V of the next state).",
+    )
+    changed = picture_of(first).changed
+    assert changed is not None
+    assert int(changed.sum()) == 16
 
 
 def test_the_formula_is_about_the_state_of_the_game() -> None:

@@ -182,6 +182,9 @@ def _show_help(controller: GameController, argument: str) -> str:
     return format_reply(rows)
 
 
+FIRST_LISTED = {"hint", "undo", "watch"}  # commands whose keys the help page lists first
+
+
 def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) -> list[str]:
     """Return the rows of the help page: problem, actions, keys, and commands without a key.
 
@@ -192,7 +195,9 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     actions_text = ",  ".join(actions)
     if game.keyboard.is_number_entry(game.viewing_seat):
         actions_text = _describe_number_entry(game)
-    keys = [(c.key_label, f"{c.name} {c.argument_help}".strip(), c.help) for c in COMMANDS if c.key]
+    with_key = [command for command in COMMANDS if command.key]
+    first = [_list_key(command) for command in with_key if command.name in FIRST_LISTED]
+    others = [_list_key(command) for command in with_key if command.name not in FIRST_LISTED]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
         *lesson_lines(game),
@@ -202,10 +207,15 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         "keys ([N] is for a typed command, such as :undo 3)",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
-            for displayed_key, name, help_ in [*screen_keys, *keys]
+            for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
         f"commands, typed after ':' (:help NAME explains one)  {' '.join(keyless)}",
     ]
+
+
+def _list_key(command: Command) -> tuple[str, str, str]:
+    """Return the key of a command, the command with its argument, and its help."""
+    return command.key_label, f"{command.name} {command.argument_help}".strip(), command.help
 
 
 def _describe_number_entry(game: Game) -> str:
@@ -300,7 +310,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
         Command(
             "watch",
             "[NAME]",
-            "watch an algorithm work, one step at a key; NAME selects it",
+            "watch an algorithm step by step; NAME selects it",
             of_table.watch_algorithm,
             "G",
             "G",

@@ -100,7 +100,8 @@ def _describe_tree(root: TreeNode) -> list[str]:
     """Return the statistics of the actions at the root, most visited first."""
     children = sorted(root.children, key=lambda child: -child.visits)
     parts = [
-        f"{child.label} N {child.visits}, Q {format_score(child.value) if child.visits else '-'}"
+        f"{child.label} N {child.visits}"
+        + ("" if child.value is None else f", Q {format_score(child.value)}")
         + ("" if child.score is None else f", UCB {format_score(child.score)}")
         for child in children[:MAX_NODES]
     ]
@@ -125,7 +126,7 @@ def _describe_vectors(picture: AlphaVectorSet) -> list[str]:
         numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
         lines.append(f"{picture.action_labels[index]}: {numbers}.")
     dominated = int(np.count_nonzero(picture.dominated))
-    lines += [f"dominated: {format_count(dominated, 'vector')}."] if dominated else []
+    lines += [f"removed: {format_count(dominated, 'vector')}."] if dominated else []
     if picture.belief is not None:
         numbers = ", ".join(f"{p:.4f}" for p in picture.belief)
         lines.append(f"belief: {numbers}.")

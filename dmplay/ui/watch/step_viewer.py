@@ -37,7 +37,7 @@ class StepViewer:
         self.watched, self.terminal = watched, terminal
         self.speed = speed  # steps per second while playing
         self.is_playing = False
-        self.message = self.progress_message = ""
+        self.message, self.progress_message = watched.note, ""
         self._index, self._start_index = -1, first_step  # -1 before the first step is computed
         self._typed_number = ""
         self._shows_help = False
@@ -73,19 +73,26 @@ class StepViewer:
 
     def _title_row(self, viewport: Viewport) -> Text:
         """Return the title row: the step, its number, the algorithm and the problem."""
-        step = self.watched.steps[self._index].title if self._index >= 0 else ""
+        step = self._find_title(self._index)
         total = f" of {len(self.watched.steps)}" if self.watched.is_complete else ""
         title = f" {escape_unprintable(self.watched.title)} "
-        status = f" {escape_unprintable(step)}   step {self._index + 1}{total} "
+        status = f" step {self._index + 1}{total}: {step} "
         if len(title) + len(status) > viewport.width:
             title = f" {self.watched.algorithm.name} "
         gap = " " * max(viewport.width - len(title) - len(status), 0)
         return Text(title, style="bold").append(f"{gap}{status}", style="not bold")
 
+    def _find_title(self, index: int) -> str:
+        """Return the title of a step; '' if it is not computed yet, or does not exist."""
+        is_computed = 0 <= index < len(self.watched.steps)
+        return escape_unprintable(self.watched.steps[index].title) if is_computed else ""
+
     def _message_row(self) -> Text:
         """Return the message row: the typed number, a task, a message, or the book's section."""
         if self._typed_number:
-            return Text(f" step {self._typed_number}: Enter goes there", style="bold")
+            title = self._find_title(int(self._typed_number) - 1)
+            step = f"step {self._typed_number}{f' ({title})' if title else ''}"
+            return Text(f" {step}: Enter goes there", style="bold")
         text = self.progress_message or self.message
         return Text(f" {text}" if text else f" book: {self.watched.algorithm.source}", style="dim")
 
@@ -170,6 +177,8 @@ class StepViewer:
     def show_previous_step(self) -> None:
         """Show the step before, and stop playing."""
         self.is_playing = False
+        if not self._index:
+            self.message = "this is the first step"
         self._index = max(self._index - 1, 0)
 
     def show_first_step(self) -> None:

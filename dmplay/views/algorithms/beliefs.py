@@ -16,6 +16,7 @@ from dmplay.views.toolkit.plots import ROWS_AROUND_AREA, Axis, PlotArea
 
 MAX_BAR_COLUMNS, MIN_BAR_COLUMNS = 16, 4
 NUMBER_COLUMNS = 8  # columns of a probability in a belief table
+MAX_LISTED_VECTORS = 8  # vectors whose numbers the legend lists
 VECTOR_GLYPHS = "ox+*#%&="
 VECTOR_STYLES = ("green", "cyan", "yellow", "magenta", "blue", "red")
 DOMINATED_GLYPH = "·"
@@ -75,34 +76,28 @@ def draw_alpha_vectors(picture: AlphaVectorSet, options: DrawOptions) -> Text:
 
 
 def _glyph_of(picture: AlphaVectorSet, index: int) -> tuple[str, str]:
-    """Return the glyph and the style of a vector; of many vectors, those of its action."""
+    """Return the glyph and the style of a vector: those of its action, or of a dominated one."""
     if picture.dominated[index]:
         return DOMINATED_GLYPH, "dim"
-    number = int(np.count_nonzero(~picture.dominated[:index]))
-    if _is_grouped(picture):
-        number = list(dict.fromkeys(picture.action_labels)).index(picture.action_labels[index])
+    number = list(dict.fromkeys(picture.action_labels)).index(picture.action_labels[index])
     return VECTOR_GLYPHS[number % len(VECTOR_GLYPHS)], VECTOR_STYLES[number % len(VECTOR_STYLES)]
-
-
-def _is_grouped(picture: AlphaVectorSet) -> bool:
-    """Return whether all vectors of an action have one glyph, because there are many."""
-    return int(np.count_nonzero(~picture.dominated)) > len(VECTOR_GLYPHS)
 
 
 def _list_notes(picture: AlphaVectorSet) -> list[tuple[str, str]]:
     """Return the legend: a text and a style for each vector or action, and for the belief."""
     indices = np.flatnonzero(~picture.dominated).tolist()
     labels = [picture.action_labels[index] for index in indices]
-    notes = []
+    is_short = len(indices) <= MAX_LISTED_VECTORS
+    notes = [(f"({', '.join(picture.state_labels)}):", "dim")] if is_short else []
     for index, label in zip(indices, labels, strict=True):
         glyph, style = _glyph_of(picture, index)
-        if not _is_grouped(picture):
+        if is_short:
             numbers = ", ".join(map(format_score, picture.vectors[index].tolist()))
             notes.append((f"{glyph} {label} ({numbers})", style))
         elif labels.index(label) == indices.index(index):
             notes.append((f"{glyph} {label}: {format_count(labels.count(label), 'vector')}", style))
     dominated = int(np.count_nonzero(picture.dominated))
-    notes += [(f"{DOMINATED_GLYPH} {dominated} dominated", "dim")] if dominated else []
+    notes += [(f"{DOMINATED_GLYPH} {dominated} removed", "dim")] if dominated else []
     return [*notes, ("● belief", "bold")] if picture.belief is not None else notes
 
 
@@ -136,8 +131,9 @@ def _draw_lines(picture: AlphaVectorSet, options: DrawOptions) -> Text:
 def _format_legend_row(picture: AlphaVectorSet, width: int) -> Text:
     """Return the glyphs and actions of the vectors that are best at some belief, in one row."""
     row = Text()
-    for text, style in _list_notes(picture):
-        row.append(f"{text.partition(' (')[0]}  ", style)
+    notes = [note for note in _list_notes(picture) if not note[0].endswith(":")]
+    for text, style in dict.fromkeys((text.partition(" (")[0], style) for text, style in notes):
+        row.append(f"{text}  ", style)
     row.truncate(width)
     return row
 
@@ -178,10 +174,9 @@ def _draw_vector_table(picture: AlphaVectorSet, options: DrawOptions) -> Text:
         )
     )
     label_columns = max((len(picture.action_labels[index]) for index in rows), default=0) + 1
-    at_belief = picture.belief is not None
-    canvas.write_text(
-        0, 0, "vectors, the best at the belief first" if at_belief else "vectors", "dim"
-    )
+    heading = f"vectors ({', '.join(picture.state_labels)})"
+    heading += ", best at the belief first" if picture.belief is not None else ""
+    canvas.write_text(0, 0, heading[: options.width], "dim")
     for y, index in enumerate(rows[: max(options.height - 1, 1)], 1):
         numbers = " ".join(f"{value:.4g}" for value in picture.vectors[index])
         canvas.write_text(

@@ -23,7 +23,8 @@ MIN_CURVE_COLUMNS, MIN_CURVE_ROWS = 16, 4
 def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
     """Return the probability of each action of each agent as bars.
 
-    If not all actions fit, the most probable ones and the best response are shown.
+    If not all actions fit, the best response and the most probable actions are shown; of equally
+    probable ones, those beside the best response.
     """
     agent_count = len(picture.agents)
     is_beside = options.width >= agent_count * MIN_AGENT_COLUMNS
@@ -41,7 +42,7 @@ def draw_strategy_mixes(picture: StrategyMixes, options: DrawOptions) -> Text:
         omitted = ""
         if len(actions) > capacity:
             rank = -mix - 2.0 * (actions == best)
-            likeliest = np.argsort(rank, kind="stable")[: max(capacity - 1, 1)]
+            likeliest = np.lexsort((abs(actions - best), rank))[: max(capacity - 1, 1)]
             actions = np.sort(likeliest[(mix[likeliest] > 0) | (likeliest == best)])
             omitted = f"{len(mix) - len(actions)} others {1 - mix[actions].sum():.3f}"
         labels = picture.action_labels[seat]

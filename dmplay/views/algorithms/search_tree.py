@@ -9,7 +9,12 @@ from dmplay.core.text import format_count, format_score
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import Canvas
 
-NUMBER_COLUMNS = 9  # columns of Q and of the score
+NUMBER_COLUMNS = 11  # columns of Q and of the score; "-1.234e-05" has 10
+LEGENDS = (  # the first that fits is drawn
+    "N: tries  Q: mean return  UCB: Q + c sqrt(ln N / n)  > simulation  (+2): 2 hidden rows",
+    "N: tries  Q: mean return  UCB: Q + c sqrt(ln N / n)  > simulation",
+    "N: tries  Q: mean  UCB: score  > simulation",
+)
 NodePath = tuple[int, ...]  # the child to take at each node from the root on
 
 
@@ -23,15 +28,14 @@ def draw_search_tree(root: TreeNode, options: DrawOptions) -> Text:
     canvas = Canvas()
     numbers = 6 + 2 * NUMBER_COLUMNS
     label_columns = min(max(len(text) for text, _ in rows), max(options.width - numbers, 8))
-    canvas.write_text(
-        0, 0, "N: visits  Q: mean return  UCB: score  > simulation"[: options.width], "dim"
-    )
+    legend = next(text for text in LEGENDS if len(text) <= options.width or text == LEGENDS[-1])
+    canvas.write_text(0, 0, legend[: options.width], "dim")
     header = f"{'N':>6}{'Q':>{NUMBER_COLUMNS}}{'UCB':>{NUMBER_COLUMNS}}"
     canvas.write_text(label_columns, 1, header, "dim")
     for y, (text, node) in enumerate(rows[: max(options.height - 2, 1)], 2):
         style = "bold" if node.is_on_path else "" if node.visits else "dim"
+        value = "" if node.value is None else format_score(node.value)
         score = "" if node.score is None else format_score(node.score)
-        value = format_score(node.value) if node.visits else "-"
         fits = len(text) <= label_columns
         canvas.write_text(0, y, text if fits else f"{text[: label_columns - 1]}…", style)
         figures = f"{node.visits:>6}{value:>{NUMBER_COLUMNS}}{score:>{NUMBER_COLUMNS}}"

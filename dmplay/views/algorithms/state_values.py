@@ -19,7 +19,9 @@ from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import Canvas, format_to_width, measure_text
 from dmplay.views.toolkit.hexgrid import ARROWS, COMPASS, HexCell, HexSize, iter_maps
 
-HEX_CAPTION = "* changed, > < state of the formula"
+HEX_CAPTION = "* changed  > < formula  ◆ ✗ exit: any action ends the game"
+SHORT_HEX_CAPTION = "* changed  > < formula"
+
 TABLE_CAPTION = "> state of the formula, * changed"
 MAX_COMPACT_ROWS = 9  # rows up to which a hex shows only its value
 
@@ -49,7 +51,7 @@ def _draw_hex_map(picture: StateValues, problem: HexWorld, options: DrawOptions)
         mark = "" if action < 0 else names[action]
         if hex_ in exits:
             mark = "◆" if exits[hex_] > 0 else "✗"
-        elif picture.changed is not None and picture.changed[state]:
+        if picture.changed is not None and picture.changed[state]:
             mark += "*"
         style = "green" if value > 0 else "yellow" if value else ""
         if state == picture.focus:
@@ -59,7 +61,8 @@ def _draw_hex_map(picture: StateValues, problem: HexWorld, options: DrawOptions)
             return HexCell(mark, text, style=style)
         return HexCell(text, dot_glyph=mark[:1] or ".", style=style)
 
-    caption = HEX_CAPTION if options.height > MAX_COMPACT_ROWS else ""
+    caption = HEX_CAPTION if options.width > len(HEX_CAPTION) else SHORT_HEX_CAPTION
+    caption = caption if options.height > MAX_COMPACT_ROWS else ""
     for board in iter_maps(problem.hexes, make_cell, options._replace(allow_large=True), caption):
         columns, rows = measure_text(board)
         if columns <= options.width and rows <= options.height:

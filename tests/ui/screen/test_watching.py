@@ -35,14 +35,28 @@ def title_of(screen: PlayScreen) -> str:
 
 def test_g_shows_the_belief_update_of_this_turn_and_q_returns_to_the_game() -> None:
     screen = open_screen("crying-baby", "f", "i", "G")
-    assert title_of(screen) == "belief-update on crying-baby start of turn 2 step 1"
+    assert title_of(screen) == "belief-update on crying-baby step 1: start of turn 2"
     for key in ("space", "space", "space"):
         handle_key(screen, key)
-    assert title_of(screen) == "belief-update on crying-baby turn 2: normalize step 4"
+    assert title_of(screen) == "belief-update on crying-baby step 4: turn 2: normalize"
     handle_key(screen, "q")
     assert screen.viewer is None
     handle_key(screen, "f")
     assert len(screen.game.session.turns) == 3
+
+
+def test_g_says_which_algorithm_it_chose_and_how_to_choose_another() -> None:
+    screen = open_screen("crying-baby", "f", "i", "G")
+    assert isinstance(screen.viewer, StepViewer)
+    rows = [row.plain.strip() for row in screen.viewer.compose_rows(Viewport(80, 24))]
+    assert rows[-2] == "chosen: belief-update; :watch NAME for alpha-vectors, tree-search"
+    assert "This is the last turn of your game." in " ".join(rows)
+
+
+@pytest.mark.parametrize("name", ["hexworld", "crying-baby", "rock-paper-scissors"])
+def test_the_first_page_of_the_help_lists_g(name: str) -> None:
+    rows = play_keys(make_game(name), "?", size=(80, 24)).frames[-1].split("\n")
+    assert any(row.split()[:2] == ["G", "watch"] for row in rows)
 
 
 def test_an_action_key_plays_nothing_while_the_viewer_is_open() -> None:
@@ -53,7 +67,7 @@ def test_an_action_key_plays_nothing_while_the_viewer_is_open() -> None:
 
 def test_g_on_a_map_searches_from_the_present_state_and_counts_as_a_hint() -> None:
     screen = open_screen("hexworld", "l", "G", "end")
-    assert title_of(screen).startswith("tree-search on hexworld simulation ")
+    assert title_of(screen).startswith("tree-search on hexworld step 201 of 201: simulation 50")
     assert isinstance(screen.viewer, StepViewer)
     root = screen.viewer.watched.steps[-1].pictures[0]
     assert root[0] == screen.game.problem.format_state(screen.game.session.state)
@@ -80,7 +94,7 @@ def test_the_viewer_shows_a_turn_of_a_replay(tmp_path: Path) -> None:
     screen = PlayScreen(GameController(Playback(path)), TERMINAL)
     for key in ("right", "right", "right", "G"):
         handle_key(screen, key)
-    assert title_of(screen) == "belief-update on crying-baby start of turn 3 step 1"
+    assert title_of(screen) == "belief-update on crying-baby step 1: start of turn 3"
 
 
 def test_agents_that_play_by_themselves_wait_while_the_viewer_is_open() -> None:

@@ -66,7 +66,7 @@ def test_every_viewport_is_filled_and_does_not_overflow(
 
 def test_the_first_frame_shows_the_start_and_the_keys() -> None:
     rows = rows_of(open_viewer())
-    assert title_of(open_viewer()) == "value-iteration on hexworld start step 1"
+    assert title_of(open_viewer()) == "value-iteration on hexworld step 1: start"
     assert rows[-2] == " book: section 7.5, Value Iteration"
     assert rows[-1] == (
         " Space next  Bksp back  P play  + faster  - slower  End last  ? help  q quit"
@@ -77,16 +77,16 @@ def test_the_first_frame_shows_the_start_and_the_keys() -> None:
 @pytest.mark.parametrize(
     ("keys", "title"),
     [
-        (("space",), "sweep 1 step 2"),
-        (("right", "enter"), "sweep 2 step 3"),
-        (("space", "space", "backspace"), "sweep 1 step 2"),
-        (("backspace", "left"), "start step 1"),
-        (("1", "2", "enter"), "sweep 11 step 12"),
-        (("1", "2", "backspace", "enter"), "start step 1"),
-        (("7", "escape"), "start step 1"),
-        (("end",), "sweep 21 step 22 of 22"),
-        (("end", "home"), "start step 1 of 22"),
-        (("end", "space"), "sweep 21 step 22 of 22"),
+        (("space",), "step 2: sweep 1"),
+        (("right", "enter"), "step 3: sweep 2"),
+        (("space", "space", "backspace"), "step 2: sweep 1"),
+        (("backspace", "left"), "step 1: start"),
+        (("1", "2", "enter"), "step 12: sweep 11"),
+        (("1", "2", "backspace", "enter"), "step 1: start"),
+        (("7", "escape"), "step 1: start"),
+        (("end",), "step 22 of 22: sweep 21"),
+        (("end", "home"), "step 1 of 22: start"),
+        (("end", "space"), "step 22 of 22: sweep 21"),
     ],
 )
 def test_keys_move_through_the_steps(keys: tuple[str, ...], title: str) -> None:
@@ -104,12 +104,12 @@ def test_a_step_that_does_not_exist_gets_one_line() -> None:
 def test_the_clock_shows_a_step_at_each_beat_while_playing_and_stops_at_the_end() -> None:
     viewer = open_viewer("P", "", "")
     assert viewer.is_playing
-    assert title_of(viewer).endswith("sweep 2 step 3")
+    assert title_of(viewer).endswith("step 3: sweep 2")
     viewer = open_viewer("P", *[""] * 30)
     assert not viewer.is_playing
-    assert title_of(viewer).endswith("sweep 21 step 22 of 22")
+    assert title_of(viewer).endswith("step 22 of 22: sweep 21")
     viewer.handle_key("P")
-    assert title_of(viewer).endswith("start step 1 of 22"), "it begins again"
+    assert title_of(viewer).endswith("step 1 of 22: start"), "it begins again"
     viewer.handle_key("P")
     assert not viewer.is_playing
 
@@ -132,13 +132,22 @@ def test_plus_and_minus_change_the_speed_within_limits() -> None:
 def test_the_help_lists_the_keys_and_any_key_closes_it() -> None:
     rows = rows_of(open_viewer("?"))
     assert "   Space      show the next step" in rows
-    assert title_of(open_viewer("?", "space")).endswith("start step 1")
+    assert title_of(open_viewer("?", "space")).endswith("step 1: start")
 
 
 @pytest.mark.parametrize("key", ["q", "escape"])
 def test_q_and_escape_quit(key: str) -> None:
     with pytest.raises(PlayerQuit):
         open_viewer(key)
+
+
+def test_a_typed_number_shows_which_step_it_is_if_that_is_known() -> None:
+    assert rows_of(open_viewer("space", "2"))[-2] == " step 2 (sweep 1): Enter goes there"
+    assert rows_of(open_viewer("space", "9"))[-2] == " step 9: Enter goes there"
+
+
+def test_backspace_at_the_first_step_says_so() -> None:
+    assert rows_of(open_viewer("backspace"))[-2] == " this is the first step"
 
 
 def test_an_unknown_key_is_reported() -> None:
@@ -159,7 +168,7 @@ def test_a_computation_that_was_stopped_continues_with_the_same_step() -> None:
     viewer = open_viewer("space", "space", "space", watched=watched)
     assert rows_of(viewer)[-2] == " cancelled"
     viewer.handle_key("space")
-    assert title_of(viewer).endswith("sweep 3 step 4")
+    assert title_of(viewer).endswith("step 4: sweep 3")
 
 
 class KeyFeedingViewer(StepViewer):
@@ -194,7 +203,7 @@ def run_viewer(*keys: str, speed: float = 2.0) -> list[str]:
 def test_the_event_loop_passes_keys_to_the_viewer() -> None:
     frames = run_viewer("space", "space", "backspace")
     steps = [frame.split("\n", 1)[0].split("step ")[-1].strip() for frame in frames[1:]]
-    assert steps == ["1", "2", "3", "2"]
+    assert steps == ["1: start", "2: sweep 1", "3: sweep 2", "2: sweep 1"]
 
 
 def test_the_event_loop_plays_all_steps_by_its_clock() -> None:

@@ -75,10 +75,10 @@ def test_hex_world_after_two_sweeps_in_ascii() -> None:
     steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
     rows = compose_step_rows([*islice(steps, 3)][-1], problem, DrawOptions(60, 14, ascii=True))
     assert [row.plain for row in rows] == [
-        "V is now the value of a game with 2 turns left. 6 of 8",
-        "values changed; the largest change, the residual, is 6.219.",
-        "The best action in (5,0), where V changed most, is e; the",
-        "next best has 0.2705.",
+        "V is now the value of a game with 2 turns left. 6 of 7",
+        "values changed, by at most 6.219 (the residual). The best",
+        "action in (5,0), where V changed most, is e; the second-best",
+        "action has 0.2705.",
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919",
         "   / \\     / \\     / \\     / \\     / \\     / \\     / \\",
         " /     \\ /     \\ /     \\ /     \\ /     \\ /     \\ /     \\",
@@ -93,20 +93,21 @@ def test_hex_world_after_two_sweeps_in_ascii() -> None:
 
 
 def test_a_search_tree_marks_the_simulation_and_hides_what_does_not_fit() -> None:
-    leaf = TreeNode("quiet", 2, -8.0)
-    feed = TreeNode("feed", 3, -9.5, -4.25, is_on_path=True, children=(leaf, leaf))
-    sing = TreeNode("sing", 0, 0.0, None)
-    root = TreeNode("belief", 3, -9.5, None, is_on_path=True, children=(feed, sing))
-    assert draw(root, 60, 8) == [
-        "N: visits  Q: mean return  UCB: score  > simulation",
-        "                N        Q      UCB",
-        "> belief        3     -9.5",
-        "> ├ feed        3     -9.5    -4.25",
-        "  │ ├ quiet     2       -8",
-        "  │ └ quiet     2       -8",
-        "  └ sing        0        -",
+    leaf = TreeNode("quiet", 0)
+    feed = TreeNode("feed", 3, -0.009525, -4.25, is_on_path=True, children=(leaf, leaf))
+    sing = TreeNode("sing", 0)
+    root = TreeNode("belief", 12345, is_on_path=True, children=(feed, sing))
+    assert draw(root, 66, 8) == [
+        "N: tries  Q: mean return  UCB: Q + c sqrt(ln N / n)  > simulation",
+        "                N          Q        UCB",
+        "> belief    12345",
+        "> ├ feed        3  -0.009525      -4.25",
+        "  │ ├ quiet     0",
+        "  │ └ quiet     0",
+        "  └ sing        0",
     ]
-    assert draw(root, 60, 4)[-1] == "… 4 more nodes"
+    assert draw(root, 50, 4)[-1] == "… 4 more nodes"
+    assert draw(root, 50, 4)[0] == "N: tries  Q: mean  UCB: score  > simulation"
 
 
 def test_a_belief_table_shows_its_columns_with_bars_and_without_a_number_that_is_unknown() -> None:
@@ -129,13 +130,13 @@ def test_alpha_vectors_of_two_states_are_lines_and_the_belief_is_marked() -> Non
         np.array([False, False, True]),
         np.array([0.5, 0.5]),
     )
-    assert draw(vectors, 52, 9, ascii_=True) == [
+    assert draw(vectors, 53, 9, ascii_=True) == [
         "V",
-        "  |xxxx           |           oooo  o feed (0, 8)",
-        "  |    xxxxxxxx   |   oooooooo      x ignore (8, 0)",
-        "5 +            xxx*xxx              . 1 dominated",
-        "  |    oooooooo   |   xxxxxxxx      * belief",
-        "0 +oooo.......................xxxx",
+        "  |xxxx           |           oooo  (sated, hungry):",
+        "  |    xxxxxxxx   |   oooooooo      o feed (0, 8)",
+        "5 +            xxx*xxx              x ignore (8, 0)",
+        "  |    oooooooo   |   xxxxxxxx      . 1 removed",
+        "0 +oooo.......................xxxx  * belief",
         "  ++--------------+--------------+",
         "   0             0.5             1",
         "              P(hungry)",
@@ -151,11 +152,11 @@ def test_alpha_vectors_of_three_states_are_a_triangle() -> None:
         np.array([0.0, 0.0, 1.0]),
     )
     assert draw(vectors, 40, 7, ascii_=True) == [
-        "  good      o use (4, 0, 0)",
-        "    o       x examine (0, 4, 0)",
-        "   ooo      + replace (0, 0, 4)",
-        "  ooooo     * belief",
-        " xxxx+++",
+        "  good      (good, worn, bad):",
+        "    o       o use (4, 0, 0)",
+        "   ooo      x examine (0, 4, 0)",
+        "  ooooo     + replace (0, 0, 4)",
+        " xxxx+++    * belief",
         "xxxxx+++*",
         "worn  bad",
     ]
@@ -173,6 +174,28 @@ def test_mixes_mark_the_best_responses() -> None:
         "  rock  0.250 ###..........   > rock  1.000 #############",
         "> paper 0.750 ##########...     paper 0.000 .............",
     ]
+
+
+def test_an_action_keeps_its_glyph_in_all_steps_of_alpha_vectors() -> None:
+    steps = registry.find_algorithm("alpha-vectors").iterate_steps(WatchRequest(BABY))
+    legends = {
+        f"{row.rpartition(label)[0][-2]} {label}"
+        for step in steps
+        for row in draw(step.pictures[0], 80, 16, ascii_=True)
+        for label in BABY.actions[0].labels
+        if f" {label} (" in row
+    }
+    assert legends == {"o feed", "x sing", "+ ignore"}
+
+
+def test_each_changed_cell_of_a_hex_map_has_a_star_exits_included() -> None:
+    problem = load_problem("hexworld")
+    steps = registry.find_algorithm("value-iteration").iterate_steps(WatchRequest(problem))
+    step = [*islice(steps, 2)][1]
+    text = draw_algorithm_picture(step.pictures[0], problem, DrawOptions(80, 17)).plain
+    map_text, _, caption = text.rpartition("* changed")
+    assert caption.strip() == "> < formula  ◆ ✗ exit: any action ends the game"
+    assert step.sentences[1].startswith(f"{map_text.count('*')} of 24 values changed")
 
 
 def test_a_curve_has_a_log_scale_if_its_numbers_differ_much_in_size() -> None:
