@@ -14,6 +14,7 @@ from dmplay.tutor.typed_text import (
     parse_distribution,
     parse_number,
     parse_whole_number,
+    split_labels,
 )
 
 DEFAULT_TOLERANCE = 1e-9
@@ -113,7 +114,7 @@ def _check_typed_argument(
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
     sentence = f"{result} {format_number(truth.value)}"
     if is_right:
-        return AnswerCheck(True, sentence)
+        return AnswerCheck(True, f"{sentence}{_append(truth.explain(text))}")
     is_too_low = low is not None and truth.value < low
     bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
     return AnswerCheck(False, f"{sentence}; {bound} is needed{_append(truth.explain(text))}")
@@ -142,7 +143,7 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
 
 def _check_order(truth: Truth, text: str) -> AnswerCheck:
     """Return whether typed names are in the right order."""
-    names = [find_label(word, truth.labels) for word in text.replace(", ", " ").split()]
+    names = [find_label(word, truth.labels) for word in split_labels(text)]
     if sorted(names) != sorted(truth.labels):
         raise BadParameter(f"got {text!r}, expected each of {' '.join(sorted(truth.labels))} once")
     explanation = truth.explain(" ".join(names))

@@ -21,7 +21,6 @@ from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
-MIN_PLAYED_PROBABILITY = 1e-6  # an action with less is never played
 
 
 def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Truth:
@@ -31,7 +30,8 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
     """
     payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
     row = payoffs[_index(position, action)]
-    return Truth(float(row @ mix), lambda _: _list_payoffs(position, row, mix))
+    reason = "it is the average reward, weighted by the probabilities of the other's actions"
+    return Truth(float(row @ mix), lambda _: reason)
 
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
@@ -96,10 +96,9 @@ def equilibrium_payoff(position: PositionInGame) -> Truth:
         if claim not in labels:
             return ""
         index = labels.index(claim)
-        reply = labels[int(np.argmax(payoffs[:, index]))]
         value = format_number(float(payoffs[:, index].max()))
         both = format_number(float(payoffs[index, index]))
-        return f"if both play {claim}, each gets {both}, and a change to {reply} pays {value}"
+        return f"if both play {claim}, each gets {both}, and one that changes can get {value}"
 
     return Truth(float(nash[position.seat] @ payoffs @ nash[1 - position.seat]), explain)
 
@@ -138,11 +137,14 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
     if probabilities is None:
         raise BadParameter(f"agent {agent!r} has no known probabilities")
     labels = _labels(position)
-    played = sum(float(p) > MIN_PLAYED_PROBABILITY for p in probabilities[0])
-    return Truth(
-        float(probabilities[0][labels.index(find_action(position, action))]),
-        lambda _: f"{agent} plays {played} of the {len(labels)} actions here",
-    )
+    label = find_action(position, action)
+
+    def explain(answer: str) -> str:
+        """Return the probability that the answer leaves for the other actions."""
+        remaining = format_number(1.0 - parse_number(answer))
+        return f"that leaves {remaining} for all other actions together"
+
+    return Truth(float(probabilities[0][labels.index(label)]), explain)
 
 
 def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
@@ -157,10 +159,14 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
     s = find_state(position, state)
     _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
     rewards = p @ outcome.rewards
-    return Truth(
-        -float(rewards.sum()),
-        lambda _: f"{problem.agents[0]} alone loses {format_number(-float(rewards[0]))}",
-    )
+    count = len(problem.agents)
+
+    def explain(answer: str) -> str:
+        """Return the mean cost of an agent if the answer were right."""
+        mean = format_number(parse_number(answer) / count)
+        return f"each of the {count} agents would lose {mean} on average"
+
+    return Truth(-float(rewards.sum()), explain)
 
 
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
@@ -236,17 +242,6 @@ def _parse_mix(position: PositionInGame, text: str) -> Reals:
     is_action = text.strip() in labels
     typed = {text.strip(): 1.0} if is_action else parse_distribution(text, labels)
     return np.array([typed.get(label, 0.0) for label in labels])
-
-
-def _list_payoffs(position: PositionInGame, row: Reals, mix: Reals) -> str:
-    """Return the reward against each action of the other agent that has a probability."""
-    labels = position.problem.actions[1 - position.seat].labels
-    used = [index for index in np.flatnonzero(mix)][:4]
-    listed = ", ".join(
-        f"{format_number(float(row[i]))} if {labels[i]} ({format_number(float(mix[i]))})"
-        for i in used
-    )
-    return f"it pays {listed}"
 
 
 def _labels(position: PositionInGame) -> tuple[str, ...]:
