@@ -46,8 +46,9 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         index = labels.index(answer)
         loss = format_number(float(values.max() - values[index]))
         value = format_number(float(values[index]))
-        return f"{answer} pays {value} on average, {loss} less than a best reply"
+        return f"{answer} pays {value}{average}, {loss} less than a best reply"
 
+    average = " on average" * bool(mix.max() < 1.0)
     comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
     return Truth(best, explain, labels, comparison)
 
@@ -94,7 +95,7 @@ def equilibrium_payoff(position: PositionInGame) -> Truth:
         """Return by how much a change pays if both play the action that was typed."""
         claim = answer.strip().removesuffix(".0")
         if claim not in labels:
-            return ""
+            return f"{claim} is not an action" if labels[0].isdecimal() else ""
         index = labels.index(claim)
         value = format_number(float(payoffs[:, index].max()))
         both = format_number(float(payoffs[index, index]))
@@ -115,7 +116,8 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     label = position.problem.format_action(seat, choice)
     rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
     labels = position.problem.actions[seat].labels
-    return Truth(frozenset([label]), lambda _: f"{agent}: {rule}", labels)
+    reason = f"{agent} has the rule: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
+    return Truth(frozenset([label]), lambda _: reason, labels)
 
 
 def matching_agents(
@@ -137,14 +139,7 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
     if probabilities is None:
         raise BadParameter(f"agent {agent!r} has no known probabilities")
     labels = _labels(position)
-    label = find_action(position, action)
-
-    def explain(answer: str) -> str:
-        """Return the probability that the answer leaves for the other actions."""
-        remaining = format_number(1.0 - parse_number(answer))
-        return f"that leaves {remaining} for all other actions together"
-
-    return Truth(float(probabilities[0][labels.index(label)]), explain)
+    return Truth(float(probabilities[0][labels.index(find_action(position, action))]))
 
 
 def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:

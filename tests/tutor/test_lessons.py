@@ -160,7 +160,7 @@ def test_steps_that_are_finished_are_not_repeated() -> None:
     run.check_answer("-0.3")
     assert run.index == 2
     run.skip()
-    run.check_answer("9")
+    run.check_answer("10")
     assert run.is_over
     assert not run.is_passed
 
@@ -219,9 +219,9 @@ def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragm
             "crying-baby",
             "bayes-at-the-cradle",
             {
-                "becomes_hungry": "become hungry with 0.1",
-                "cries_hungry": "cry with 0.8",
-                "cries_sated": "sated with 0.1",
+                "becomes_hungry": "becomes hungry with probability 0.1",
+                "cries_hungry": "hungry baby with probability 0.8",
+                "cries_sated": "sated one with 0.1",
                 "hungry_reward": "hungry turn costs 10",
                 "feed_reward": "feeding costs 5",
             },
@@ -238,7 +238,7 @@ def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragm
             {
                 "feed_reward1": "you 2.5",
                 "feed_reward2": "partner 5",
-                "hungry_reward": "both of you 10",
+                "hungry_reward": "each of you 10",
             },
         ),
     ],

@@ -98,15 +98,15 @@ def test_the_first_sweeps_of_the_straight_line_by_hand() -> None:
     assert number(LINE, "sweep-value", state="(5,0)", sweep=2) == pytest.approx(second)
 
 
-def test_the_greedy_policy_of_the_straight_line_is_east_after_five_sweeps() -> None:
+def test_the_greedy_actions_of_the_straight_line_are_east_from_sweep_six_on() -> None:
     values = [0.0] * 7
     policies = []
     for _ in range(20):
         stay = [0.3 * (-1 + 0.9 * values[q]) for q in range(6)]
         east = [stay[q] + 0.7 * 0.9 * values[q + 1] for q in range(6)]
         west = [stay[q] + 0.7 * 0.9 * values[q - 1] if q else -math.inf for q in range(6)]
-        values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
         policies.append(all(values[q + 1] > values[q - 1] for q in range(1, 6)))
+        values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
     assert number(LINE, "last-policy-change") == policies.index(True) + 1
 
 

@@ -155,9 +155,19 @@ class LessonPlayer(LineDialog):
             case "" | "help" | "?":
                 return TutorReply((ANSWER_HELP,))
             case "look":
-                self._print_board(self._run.position)
-                return TutorReply(())
+                return self._show_question()
         return self._reply_to_command(line) or self._run.check_answer(line)
+
+    def _show_question(self) -> TutorReply:
+        """Print the board of the question again; without one, its text.
+
+        A question about another state or history than that of the position has no board.
+        """
+        step = self._run.step
+        if isinstance(step.task, Prediction) and step.task.shows_board:
+            self._print_board(self._run.position)
+            return TutorReply(())
+        return TutorReply(("this question has no board.", *step.text))
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""
