@@ -89,9 +89,7 @@ def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck
     ghost = play_ghost(position, task.beats)
     is_enough = ghost.player_lead >= -task.margin - TOLERANCE
     score = format_number(position.session.seat_return(position.seat))
-    margin = (
-        f"; the goal is at most {task.margin:g} less" if task.margin and not is_enough else ""
-    )
+    margin = f"; the goal is at most {task.margin:g} less" if task.margin and not is_enough else ""
     return AnswerCheck(
         is_enough,
         f"with the same draws, {task.beats} scored {format_number(ghost.score)} and you {score}"

@@ -42,11 +42,10 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
     best = frozenset(labels[a] for a in np.flatnonzero(mark_best_actions(values)))
 
     def explain(answer: str) -> str:
-        """Return the expected reward of the action, and by how much another is better."""
+        """Return by how much the expected reward of the action is less than the greatest."""
         index = labels.index(answer)
         loss = format_number(float(values.max() - values[index]))
-        value = format_number(float(values[index]))
-        return f"{answer} pays {value}{average}, {loss} less than a best reply"
+        return f"{answer} pays {loss} less{average} than a best reply"
 
     average = " on average" * bool(mix.max() < 1.0)
     comparison = list_values(dict(zip(labels, map(float, values), strict=True)))

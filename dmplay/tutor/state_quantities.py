@@ -17,6 +17,7 @@ from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import list_spellings, parse_distribution
 
+
 def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) -> Truth:
     """Return the value of a state: the expected return of the best play from it.
 
@@ -55,7 +56,8 @@ def best_action(
         """Return the loss of a wrong action, and its worst outcome."""
         loss = format_number(max(q.values()) - q[answer])
         worst = describe_worst_outcome(position, answer, state, turns_left)
-        return f"with {answer} you give up {loss} against the best action" + f"; {worst}" * bool(worst)
+        sentence = f"with {answer} you give up {loss} against the best action"
+        return f"{sentence}; {worst}" if worst else sentence
 
     return Truth(best, explain, tuple(names), list_values(q))
 

@@ -35,7 +35,7 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`."""
     words = split_labels(text.replace("=", " ").replace(": ", " "))
     if len(words) % 2 or not words:
-        example = f"{labels[0]} 0.9 {labels[1]} 0.1" if len(labels) > 1 else f"{labels[0]} 1"
+        example = " ".join(f"{label} {int(label != labels[0])}" for label in labels[:2])
         raise BadParameter(f"got {text!r}, expected pairs of a name and a number: {example}")
     typed: dict[str, float] = {}
     for name, number in zip(words[::2], words[1::2], strict=True):

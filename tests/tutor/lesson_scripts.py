@@ -96,7 +96,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "0.09", "the noise would cost 0.09 in 9 turns"),
     ),
     "how-good-is-the-catcher": (
-        WrongAnswer(1, "0.25", "0.25 would follow if P(80) were 0.123 just before 'caught'"),
+        WrongAnswer(1, "0.25", "0.25 would follow if P(80) were 0.124 just before 'caught'"),
         WrongAnswer(3, "100", "with 100 you give up 18.783"),
         WrongAnswer(4, "game: 10*100", "thompson scored 167.823"),
     ),
@@ -122,7 +122,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     ),
     "best-replies": (
         WrongAnswer(1, "rock", "beats the opponent's last one (its opponent is you)"),
-        WrongAnswer(3, "scissors", "scissors pays -0.25 on average"),
+        WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
         WrongAnswer(4, "0.5", "the reply paper earns the other agent 0.25"),
     ),
     "rounds-matter": (
@@ -131,8 +131,8 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "grim", "grim would have played defect in round 4"),
     ),
     "undercutting": (
-        WrongAnswer(1, "100", "100 pays 97, 3 less than a best reply"),
-        WrongAnswer(2, "2", "2 pays 4, 93 less"),
+        WrongAnswer(1, "100", "100 pays 3 less than a best reply"),
+        WrongAnswer(2, "2", "2 pays 93 less than a best reply"),
         WrongAnswer(3, "50", "if both play 50, each gets 50, and one that changes can get 51"),
     ),
     "hunt-and-hide": (

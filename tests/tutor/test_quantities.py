@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dmplay.algorithms.registry import find_algorithm
+from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.lesson import Position, QuantityCall
@@ -179,6 +181,38 @@ def test_beliefs_by_hand() -> None:
     distribution = compute(BABY, "belief-distribution", history=["ignore crying"])
     assert isinstance(distribution, Mapping)
     assert sum(distribution.values()) == pytest.approx(1)
+
+
+def test_the_reason_for_a_wrong_belief_is_the_prior_from_which_it_would_follow() -> None:
+    arguments = {"state": "hungry", "history": ["ignore crying"]}
+    reason = compute_truth(BABY, QuantityCall("belief", arguments)).explain("80%")
+    prior = float(reason.partition("were ")[2].split()[0])
+    assert prior * 0.8 / (prior * 0.8 + (1 - prior) * 0.1) == pytest.approx(0.8, abs=1e-3)
+
+
+@pytest.mark.parametrize("problem", ["hexworld", "hexworld:straight-line"])
+def test_the_greedy_actions_of_a_sweep_are_those_that_the_watched_algorithm_draws(
+    problem: str,
+) -> None:
+    position = open_problem(problem)
+    settled = int(number(position, "last-policy-change"))
+    request = WatchRequest(position.problem, 0, position.session)
+    arrows = []
+    for step in find_algorithm("value-iteration").iterate_steps(request):
+        picture = step.pictures[0]
+        assert isinstance(picture, StateValues)
+        actions = picture.actions
+        arrows.append([] if actions is None else actions.tolist())
+    assert all(drawn == arrows[-1] for drawn in arrows[settled:])
+    if problem == "hexworld":  # on the line, wrong actions tie before, and the arrows do not change
+        assert arrows[settled - 1] != arrows[settled]
+
+
+def test_with_a_small_discount_the_best_play_never_walks_to_an_exit() -> None:
+    position = open_problem("hexworld", seed=19)  # at (3,2)
+    arguments = {"exit_state": "(0,1)", "discount": 0.3}
+    reason = compute_truth(position, QuantityCall("exit-probability", arguments)).explain("0.3")
+    assert reason.endswith("the best play never leaves with probability 1")
 
 
 def test_the_boundary_with_two_turns_left_by_hand() -> None:

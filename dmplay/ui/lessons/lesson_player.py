@@ -91,7 +91,8 @@ class LessonPlayer(LineDialog):
         word = str(lesson.number) if lesson.is_builtin else quote(str(lesson.path))
         done = f"{len(run.finished_steps)} of {steps} done"
         if load_progress(lesson).is_finished:  # in an earlier run
-            text = f"{done} this time. It was finished before: dmplay learn {word} starts at step 1."
+            done += " this time"
+            text = f"{done}. It was finished before: dmplay learn {word} starts at step 1."
         else:
             text = f"{done}. dmplay learn {word} continues."
         self._print(f"lesson {lesson.number} is not finished: {text}")
