@@ -42,7 +42,7 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
         action = problem.format_action(0, int(np.argmax(q)))
         next_states = list_outcomes(position, action, find_state(position, state))
         listed = " or ".join(
-            f"{name}, with V {format_number(float(previous[_index_of(position, name)]))}"
+            f"{name} with V = {format_number(float(previous[_index_of(position, name)]))}"
             for name in next_states
         )
         return f"before sweep {sweep}, the best action leads to {listed}"

@@ -106,7 +106,7 @@ def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
     labels = tuple(map(position.problem.format_state, position.problem.enumerate_states()))
 
     def explain(answer: str) -> str:
-        """Return how many states the answer names, and how many are possible."""
+        """Return the number of states in the answer, and the number of possible ones."""
         count = sum(p > 0.0 for p in parse_distribution(answer, labels).values())
         named = format_count(count, "next state")
         return f"you give {named} a probability, and {len(probabilities)} are possible"

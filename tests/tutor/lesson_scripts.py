@@ -72,7 +72,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     ),
     "watch-v-converge": (
         WrongAnswer(1, "0", "Before sweep 1, the best action leads to"),
-        WrongAnswer(2, "6.3", "(6,0), with V 10 or (5,0), with V -0.3"),
+        WrongAnswer(2, "6.3", "(6,0) with V = 10 or (5,0) with V = -0.3"),
         WrongAnswer(3, "3", "In sweep 3, a wrong action is best or ties with the best in 3 states"),
     ),
     "greedy-is-wrong": (
