@@ -115,7 +115,7 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     label = position.problem.format_action(seat, choice)
     rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
     labels = position.problem.actions[seat].labels
-    reason = f"{agent} has the rule: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
+    reason = f"the rule of {agent}: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
     return Truth(frozenset([label]), lambda _: reason, labels)
 
 
