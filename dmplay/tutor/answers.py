@@ -119,12 +119,13 @@ def _check_typed_argument(
         high is None or truth.value <= high + DEFAULT_TOLERANCE
     )
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
-    sentence = f"{result} {format_number(truth.value)}"
+    value = format_number(truth.value)
+    sentence, explanation = f"{result} {value}", _append(truth.explain(value))
     if is_right:
-        return AnswerCheck(True, f"{sentence}{_append(truth.explain(text))}")
+        return AnswerCheck(True, sentence + explanation)
     is_too_low = low is not None and truth.value < low
     bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
-    return AnswerCheck(False, f"{sentence}; the goal is {bound}{_append(truth.explain(text))}")
+    return AnswerCheck(False, f"{sentence}; the goal is {bound}{explanation}")
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:

@@ -11,7 +11,8 @@ from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
-from dmplay.tutor.lesson import Position, QuantityCall
+from dmplay.tutor.answers import check_answer
+from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
 
@@ -312,6 +313,33 @@ def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     ]
     assert sum(probabilities) == pytest.approx(1)
     assert sum(p > 0.01 for p in probabilities) == 3
+
+
+@pytest.mark.parametrize(
+    ("problem", "call", "asks", "typed"),
+    [
+        ("crying-baby", QuantityCall("belief", {"history": ["feed crying"]}), "state", "sated"),
+        (
+            "multicaregiver-crying-baby",
+            QuantityCall("team-cost", {"state": "hungry"}),
+            "actions",
+            "feed sing",
+        ),
+        ("simple-regulator", QuantityCall("noise-cost"), "turns_left", "3"),
+        (
+            "predator-prey:triangle",
+            QuantityCall("agent-probability", {"agent": "equilibrium", "state": "(0,0) (0,1)"}),
+            "action",
+            "ne",
+        ),
+    ],
+)
+def test_an_argument_that_is_no_number_can_be_asked_for(
+    problem: str, call: QuantityCall, asks: str, typed: str
+) -> None:
+    position = open_problem(problem, turns=10)
+    assert check_answer(position, Prediction(call, asks, at_least=0.01), None, typed).is_right
+    assert not check_answer(position, Prediction(call, asks, at_least=99.0), None, typed).is_right
 
 
 @pytest.mark.parametrize(
