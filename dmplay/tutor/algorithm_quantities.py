@@ -103,10 +103,12 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
     never = 1.0 - float(transition[start, exits].sum())  # bumps on the way may cost too much
 
     def explain(_: str) -> str:
-        """Return the number of steps to each exit, and its reward discounted by so many turns."""
+        """Return the steps to each exit that pays, and its reward discounted by these turns."""
         state = _parse_hex_state(position, "")
         parts = []
         for hex_, reward in _hexworld(position).rewards:
+            if reward <= 0.0:
+                continue
             steps = hex_distance(state, hex_)
             worth = format_number(discount**steps * reward)
             parts.append(f"{reward:+g} in {steps} steps would count {worth} now")
