@@ -2,9 +2,7 @@
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
-from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
@@ -20,9 +18,11 @@ from dmplay.solvers.mdp.mdp_values import (
 from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
 from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
 from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.typed_text import parse_number
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
+MIN_LISTED_PROBABILITY = 0.001
 MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong
 SEARCH_RUNS = 20  # searches with different random numbers whose choices are compared
 
@@ -37,55 +37,49 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
     previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
 
     def explain(_: str) -> str:
-        """Return the outcomes of the best action, with their rewards and earlier values."""
+        """Return the next states of the best action with their values before the sweep."""
         q = compute_action_values(tables, problem.discount, previous)[index]
-        action = int(np.argmax(q))
-        states, actions = find_state(position, state)[None], np.array([[action]])
-        _rows, probabilities, outcome = enumerate_possible_outcomes(problem, states, actions)
-        parts: dict[str, float] = {}
-        rows = zip(probabilities, outcome.state, outcome.rewards, strict=True)
-        for probability, next_state, rewards in rows:
-            value = previous[int(problem.state_indices(next_state[None])[0])]
-            text = f"to {problem.format_state(next_state)} with reward {rewards[0]:g}"
-            text += f" and V {format_number(float(value))} from sweep {sweep - 1}"
-            parts[text] = parts.get(text, 0.0) + float(probability)
-        listed = "; ".join(f"{format_number(p)} {text}" for text, p in parts.items())
-        return f"the best action leads with probability {listed}"
+        action = problem.format_action(0, int(np.argmax(q)))
+        next_states = list_outcomes(position, action, find_state(position, state))
+        listed = " or ".join(
+            f"{name} with V = {format_number(float(previous[_index_of(position, name)]))}"
+            for name in next_states
+        )
+        return f"before sweep {sweep}, the best action leads to {listed}"
 
     return Truth(float(values[index]), explain)
 
 
 def last_policy_change(position: PositionInGame) -> Truth:
-    """Return the first sweep after which the greedy policy is optimal in every state for good."""
+    """Return the first sweep from which the greedy actions are optimal in every state for good.
+
+    The greedy actions of a sweep are the best ones under V before it, as `dmplay watch` draws them.
+    An action that is not optimal counts as an error also if it ties with an optimal one.
+    """
     tables, discount = _tabulate(position), position.problem.discount
     best = mark_best_actions(compute_optimal_q(tables, discount))
     values = np.zeros(len(tables.transition))
     last_wrong, wrong_counts = 0, []
     for sweep in range(1, MAX_SWEEPS + 1):
-        values = compute_action_values(tables, discount, values).max(axis=1)
-        wrong_count = _count_wrong_choices(tables, discount, values, best)
+        q = compute_action_values(tables, discount, values)
+        wrong_count = int((mark_best_actions(q) & ~best).any(axis=1).sum())
+        values = q.max(axis=1)
         wrong_counts.append(wrong_count)
         last_wrong = sweep if wrong_count else last_wrong
         if sweep > 2 * last_wrong + 10:
             break
 
     def explain(answer: str) -> str:
-        """Return the number of states whose greedy action is wrong after the typed sweep."""
-        typed = int(float(answer))
-        if not 1 <= typed <= len(wrong_counts):
-            return f"the first {len(wrong_counts)} sweeps are enough to see it"
+        """Return the number of states with a wrong greedy action in the typed sweep."""
+        typed = parse_number(answer)
+        if typed < 1:
+            return "the first sweep has the number 1"
         if typed > last_wrong:
             return "the greedy policy is optimal earlier"
-        states = format_count(wrong_counts[typed - 1], "state")
-        return f"after sweep {typed}, {states} had another greedy action"
+        states = format_count(wrong_counts[int(typed) - 1], "state")
+        return f"in sweep {int(typed)}, a wrong action is best or ties with the best in {states}"
 
     return Truth(float(last_wrong + 1), explain)
-
-
-def _count_wrong_choices(tables: Tables, discount: float, values: Reals, best: Bools) -> int:
-    """Return the number of states with a greedy action that is not optimal."""
-    greedy = mark_best_actions(compute_action_values(tables, discount, values))
-    return int((greedy & ~best).any(axis=1).sum())
 
 
 def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:
@@ -106,16 +100,22 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
         transition = transition @ transition
     start = _index_of(position, "")
     probability = float(transition[start, _index_of(position, exit_state)])
+    never = 1.0 - float(transition[start, exits].sum())  # bumps on the way may cost too much
 
     def explain(_: str) -> str:
-        """Return the number of steps to each exit and what each is worth at the start."""
+        """Return the steps to each exit that pays, and its reward discounted by these turns."""
         state = _parse_hex_state(position, "")
         parts = []
         for hex_, reward in _hexworld(position).rewards:
+            if reward <= 0.0:
+                continue
             steps = hex_distance(state, hex_)
             worth = format_number(discount**steps * reward)
-            parts.append(f"{reward:+g} in {steps} steps counts {worth} now")
-        return "; ".join(parts)
+            parts.append(f"{reward:+g} in {steps} steps would count {worth} now")
+        sentence = f"without slips, {'; '.join(parts)}"
+        if never > MIN_LISTED_PROBABILITY:
+            sentence += f"; the best play never leaves with probability {format_number(never)}"
+        return sentence
 
     return Truth(probability, explain)
 
@@ -210,7 +210,7 @@ def furthest_number(position: PositionInGame, action: str, turns: int, component
             break
         numbers.append(float(session.advance([index]).state[component - 1]))
     turn = int(np.argmax(numbers)) + 1
-    return Truth(max(numbers), lambda _: f"it is largest after {turn} turns, then it falls")
+    return Truth(max(numbers), lambda _: f"the largest one comes after {turn} turns")
 
 
 def state_after_undo(position: PositionInGame, action: str) -> Truth:
@@ -225,9 +225,9 @@ def state_after_undo(position: PositionInGame, action: str) -> Truth:
     replayed.advance(actions, session.turns[-1].uniforms)
 
     def explain(_: str) -> str:
-        """Return the draws of the turn."""
+        """Return the random numbers of the turn."""
         draws = ", ".join(format_number(float(u)) for u in session.turns[-1].uniforms)
-        return f"the draw of that turn is {draws}, before and after the undo"
+        return f"the random number of that turn is {draws}, before and after the undo"
 
     names = tuple(map(problem.format_state, problem.enumerate_states()))
     return Truth(frozenset([problem.format_state(replayed.state)]), explain, names)

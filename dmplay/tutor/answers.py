@@ -8,12 +8,14 @@ from dmplay.errors import BadParameter
 from dmplay.tutor.lesson import Prediction
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.quantity import compute_truth, find_quantity
+from dmplay.tutor.state_quantities import format_briefly
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import (
     find_label,
     parse_distribution,
     parse_number,
     parse_whole_number,
+    split_labels,
 )
 
 DEFAULT_TOLERANCE = 1e-9
@@ -43,7 +45,7 @@ def describe_expected_answer(
         if prediction.asks == "action":
             return _list_labels(position.problem.actions[position.seat].labels)
         if prediction.asks == "state":
-            return f"a state, such as {position.problem.format_state(position.session.state)}"
+            return f"a state, such as {format_briefly(position, position.session.state)}"
         return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
     if isinstance(truth.value, Mapping):
         example = truth.labels[: min(2, len(truth.labels))]
@@ -78,8 +80,14 @@ def check_answer(
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))
 
 
-def describe_truth(truth: Truth | None) -> str:
-    """Return the right answer as text; '' if the player chooses among many."""
+def describe_right_answer(
+    position: PositionInGame, prediction: Prediction, truth: Truth | None
+) -> str:
+    """Return the right answer as text; '' if the player chooses a state, belief or number."""
+    if truth is None and prediction.asks == "action":
+        labels = position.problem.actions[position.seat].labels
+        checks = {label: _check_typed_argument(position, prediction, label) for label in labels}
+        return " or ".join(label for label, check in checks.items() if check.is_right)
     if truth is None:
         return ""
     match truth.value:
@@ -111,12 +119,13 @@ def _check_typed_argument(
         high is None or truth.value <= high + DEFAULT_TOLERANCE
     )
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
-    sentence = f"{result} {format_number(truth.value)}"
+    value = format_number(truth.value)
+    sentence, explanation = f"{result} {value}", _append(truth.explain(value))
     if is_right:
-        return AnswerCheck(True, sentence)
+        return AnswerCheck(True, sentence + explanation)
     is_too_low = low is not None and truth.value < low
     bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
-    return AnswerCheck(False, f"{sentence}; {bound} is needed{_append(truth.explain(text))}")
+    return AnswerCheck(False, f"{sentence}; the goal is {bound}{explanation}")
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:
@@ -142,7 +151,7 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
 
 def _check_order(truth: Truth, text: str) -> AnswerCheck:
     """Return whether typed names are in the right order."""
-    names = [find_label(word, truth.labels) for word in text.replace(", ", " ").split()]
+    names = [find_label(word, truth.labels) for word in split_labels(text)]
     if sorted(names) != sorted(truth.labels):
         raise BadParameter(f"got {text!r}, expected each of {' '.join(sorted(truth.labels))} once")
     explanation = truth.explain(" ".join(names))

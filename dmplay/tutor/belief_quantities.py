@@ -13,16 +13,19 @@ from dmplay.solvers.pomdp.exact_pomdp import (
     compute_action_values,
     solve_finite_horizon,
 )
-from dmplay.tutor.beliefs import compute_belief, describe_belief, parse_history
+from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.state_quantities import find_action
+from dmplay.tutor.state_quantities import find_action, find_state
 from dmplay.tutor.truth import Truth, format_number
-from dmplay.tutor.typed_text import find_label, parse_distribution
+from dmplay.tutor.typed_text import find_label, parse_distribution, parse_number
 
 BISECTIONS = 50
 MAX_COMPARED_TURNS = 12
 SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
+EXPLANATION_OF_AVERAGE = (
+    "it is the average of the chances in each state, weighted by the belief in that state"
+)
 
 
 def belief(position: PositionInGame, state: str, history: Sequence[str] = ()) -> Truth:
@@ -30,7 +33,7 @@ def belief(position: PositionInGame, state: str, history: Sequence[str] = ()) ->
     probabilities = compute_belief(position, history)
     return Truth(
         float(probabilities[_state_index(position, state)]),
-        lambda _: describe_bayes_rule(position, history),
+        lambda answer: describe_implied_prior(position, history, state, parse_number(answer)),
     )
 
 
@@ -38,11 +41,7 @@ def belief_distribution(position: PositionInGame, history: Sequence[str] = ()) -
     """Return the probability of each hidden state after a history."""
     names = _state_names(position)
     probabilities = compute_belief(position, history)
-    return Truth(
-        dict(zip(names, map(float, probabilities), strict=True)),
-        lambda _: describe_bayes_rule(position, history),
-        names,
-    )
+    return Truth(dict(zip(names, map(float, probabilities), strict=True)), labels=names)
 
 
 def observation_probability(
@@ -56,12 +55,7 @@ def observation_probability(
     probabilities = compute_belief(position, history)
     joint = problem.joint_belief_update(probabilities, actions, observations)
 
-    def explain(_: str) -> str:
-        """Return the belief, and the likelihood of the observation in each state."""
-        likelihoods = _describe_likelihoods(position, f"{action} {observation}")
-        return f"{describe_belief(position, history)}; {likelihoods}"
-
-    return Truth(float(joint.sum()), explain)
+    return Truth(float(joint.sum()), lambda _: EXPLANATION_OF_AVERAGE)
 
 
 def best_action_boundary(
@@ -91,7 +85,7 @@ def best_action_boundary(
 
     def explain(answer: str) -> str:
         """Return the values of both actions at the typed probability."""
-        typed = min(max(float(answer.strip().removesuffix("%")), 0.0), 1.0)
+        typed = min(max(parse_number(answer), 0.0), 1.0)
         values = compute_action_values(stage, _make_beliefs(position, index, np.array([typed])))[0]
         low_value, high_value = (format_number(float(values[a])) for a in (low_action, high_action))
         at = f"at P({state}) = {format_number(typed)}"
@@ -126,7 +120,7 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
 
     def explain(answer: str) -> str:
         """Return the values of the action and of the best one with this many turns."""
-        typed = min(max(round(float(answer)), 1), MAX_COMPARED_TURNS)
+        typed = min(max(round(parse_number(answer)), 1), MAX_COMPARED_TURNS)
         own_value, best = (
             format_number(float(v)) for v in (q[typed - 1][index], q[typed - 1].max())
         )
@@ -145,30 +139,33 @@ def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
     )
 
 
-def describe_bayes_rule(position: PositionInGame, history: Sequence[str]) -> str:
-    """Return the likelihood of the last observation in each state, and the belief before it."""
-    if not history:
+def describe_implied_prior(
+    position: PositionInGame, history: Sequence[str], state: str, answer: float
+) -> str:
+    """Return the probability before the last observation from which a typed belief would follow.
+
+    It is Bayes' rule backwards, with the true proportions of the other states.
+    """
+    if not history or len(position.problem.agents) > 1:
         return ""
-    problem = position.problem
-    if len(problem.agents) > 1:
-        return ""
-    action, _ = parse_history(position, history)[-1]
+    action, observation = parse_history(position, history[-1:])[0]
+    tables, index = tabulate(position.problem), _state_index(position, state)
     prior = compute_belief(position, history[:-1], from_start=True)
-    predicted = prior @ tabulate(problem).transition[:, action]
-    names, word = _state_names(position), history[-1].rpartition(" ")[2]
-    before = ", ".join(
-        f"{name} {format_number(float(p))}" for name, p in zip(names, predicted, strict=True)
+    predicted = prior @ tables.transition[:, action]
+    likelihoods = tables.observation_model[action, :, observation]
+    others = np.arange(len(predicted)) != index
+    weight = float(predicted[others].sum())
+    own_likelihood = float(likelihoods[index])
+    if not (0.0 < answer < 1.0 and weight and own_likelihood):
+        return ""
+    other_likelihood = float(predicted[others] @ likelihoods[others]) / weight
+    odds = answer / (1.0 - answer) * other_likelihood / own_likelihood
+    name = position.problem.format_state(find_state(position, state))
+    observed = history[-1].rpartition(" ")[2]
+    before = format_number(odds / (1.0 + odds))
+    return (
+        f"{format_number(answer)} would follow if P({name}) were {before} just before {observed!r}"
     )
-    return f"before {word}: {before}; {_describe_likelihoods(position, history[-1])}"
-
-
-def _describe_likelihoods(position: PositionInGame, turn: str) -> str:
-    """Return the likelihood of a turn's observation in each next state."""
-    action, observation = parse_history(position, [turn])[0]
-    likelihoods = tabulate(position.problem).observation_model[action, :, observation]
-    pairs = zip(_state_names(position), likelihoods, strict=True)
-    word = turn.rpartition(" ")[2]
-    return ", ".join(f"P({word} | {name}) = {format_number(float(p))}" for name, p in pairs)
 
 
 def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:

@@ -70,4 +70,5 @@ def describe_belief(position: PositionInGame, history: Sequence[str]) -> str:
     belief = compute_belief(position, history)
     names = map(position.problem.format_state, position.problem.enumerate_states())
     pairs = zip(names, belief, strict=True)
-    return "the belief is " + ", ".join(f"{name} {format_number(float(p))}" for name, p in pairs)
+    listed = [f"P({name}) = {format_number(float(p))}" for name, p in pairs]
+    return f"the probabilities of the hidden states are {', '.join(listed)}"

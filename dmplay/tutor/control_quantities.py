@@ -9,6 +9,7 @@ from dmplay.solvers.mdp.linear_gaussian_evaluation import (
 )
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.typed_text import parse_number
 
 
 def linear_policy_value(
@@ -34,14 +35,13 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     """Return the expected cost that remains if you start at 0 and play best."""
     problem = _regulator(position)
     cost = -_evaluate(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
-    variance = format_number(problem.noise**2)
-    return Truth(
-        cost,
-        lambda _: (
-            f"the first turn costs 0, each later one {variance} on average; "
-            f"a turn later counts {format_number(problem.discount)}"
-        ),
-    )
+
+    def explain(answer: str) -> str:
+        """Return the number of turns that would cost as much without a discount."""
+        turns = format_number(parse_number(answer) / problem.noise**2)
+        return f"without a discount, the noise would cost {answer} in {turns} turns"
+
+    return Truth(cost, explain if problem.noise else lambda _: "")
 
 
 def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left: int) -> float:

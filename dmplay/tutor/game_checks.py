@@ -58,7 +58,7 @@ def _iter_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCh
         score = session.seat_return(position.seat)
         yield AnswerCheck(
             score >= task.return_at_least - TOLERANCE,
-            f"you scored {format_number(score)}, and {task.return_at_least:g} is needed",
+            f"you scored {format_number(score)}; the goal is at least {task.return_at_least:g}",
         )
     if task.beats:
         yield _compare_with_agent(position, task)
@@ -89,9 +89,7 @@ def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck
     ghost = play_ghost(position, task.beats)
     is_enough = ghost.player_lead >= -task.margin - TOLERANCE
     score = format_number(position.session.seat_return(position.seat))
-    margin = (
-        f"; you may lose at most {task.margin:g} of it" if task.margin and not is_enough else ""
-    )
+    margin = f"; the goal is at most {task.margin:g} less" if task.margin and not is_enough else ""
     return AnswerCheck(
         is_enough,
         f"with the same draws, {task.beats} scored {format_number(ghost.score)} and you {score}"

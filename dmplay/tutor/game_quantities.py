@@ -21,7 +21,6 @@ from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
-MIN_PLAYED_PROBABILITY = 1e-6  # an action with less is never played
 
 
 def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Truth:
@@ -31,7 +30,8 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
     """
     payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
     row = payoffs[_index(position, action)]
-    return Truth(float(row @ mix), lambda _: _list_payoffs(position, row, mix))
+    reason = "it is the average reward, weighted by the probabilities of the other's actions"
+    return Truth(float(row @ mix), lambda _: reason)
 
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
@@ -42,12 +42,12 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
     best = frozenset(labels[a] for a in np.flatnonzero(mark_best_actions(values)))
 
     def explain(answer: str) -> str:
-        """Return the expected reward of the action, and by how much another is better."""
+        """Return by how much the expected reward of the action is less than the greatest."""
         index = labels.index(answer)
         loss = format_number(float(values.max() - values[index]))
-        value = format_number(float(values[index]))
-        return f"{answer} pays {value} on average, {loss} less than a best reply"
+        return f"{answer} pays {loss} less{average} than a best reply"
 
+    average = " on average" * bool(mix.max() < 1.0)
     comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
     return Truth(best, explain, labels, comparison)
 
@@ -94,12 +94,11 @@ def equilibrium_payoff(position: PositionInGame) -> Truth:
         """Return by how much a change pays if both play the action that was typed."""
         claim = answer.strip().removesuffix(".0")
         if claim not in labels:
-            return ""
+            return f"{claim} is not an action" if labels[0].isdecimal() else ""
         index = labels.index(claim)
-        reply = labels[int(np.argmax(payoffs[:, index]))]
         value = format_number(float(payoffs[:, index].max()))
         both = format_number(float(payoffs[index, index]))
-        return f"if both play {claim}, each gets {both}, and a change to {reply} pays {value}"
+        return f"if both play {claim}, each gets {both}, and one that changes can get {value}"
 
     return Truth(float(nash[position.seat] @ payoffs @ nash[1 - position.seat]), explain)
 
@@ -116,7 +115,8 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     label = position.problem.format_action(seat, choice)
     rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
     labels = position.problem.actions[seat].labels
-    return Truth(frozenset([label]), lambda _: f"{agent}: {rule}", labels)
+    reason = f"the rule of {agent}: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
+    return Truth(frozenset([label]), lambda _: reason, labels)
 
 
 def matching_agents(
@@ -138,11 +138,7 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
     if probabilities is None:
         raise BadParameter(f"agent {agent!r} has no known probabilities")
     labels = _labels(position)
-    played = sum(float(p) > MIN_PLAYED_PROBABILITY for p in probabilities[0])
-    return Truth(
-        float(probabilities[0][labels.index(find_action(position, action))]),
-        lambda _: f"{agent} plays {played} of the {len(labels)} actions here",
-    )
+    return Truth(float(probabilities[0][labels.index(find_action(position, action))]))
 
 
 def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
@@ -157,10 +153,14 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
     s = find_state(position, state)
     _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
     rewards = p @ outcome.rewards
-    return Truth(
-        -float(rewards.sum()),
-        lambda _: f"{problem.agents[0]} alone loses {format_number(-float(rewards[0]))}",
-    )
+    count = len(problem.agents)
+
+    def explain(answer: str) -> str:
+        """Return the mean cost of an agent if the answer were right."""
+        mean = format_number(parse_number(answer) / count)
+        return f"each of the {count} agents would lose {mean} on average"
+
+    return Truth(-float(rewards.sum()), explain)
 
 
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
@@ -236,17 +236,6 @@ def _parse_mix(position: PositionInGame, text: str) -> Reals:
     is_action = text.strip() in labels
     typed = {text.strip(): 1.0} if is_action else parse_distribution(text, labels)
     return np.array([typed.get(label, 0.0) for label in labels])
-
-
-def _list_payoffs(position: PositionInGame, row: Reals, mix: Reals) -> str:
-    """Return the reward against each action of the other agent that has a probability."""
-    labels = position.problem.actions[1 - position.seat].labels
-    used = [index for index in np.flatnonzero(mix)][:4]
-    listed = ", ".join(
-        f"{format_number(float(row[i]))} if {labels[i]} ({format_number(float(mix[i]))})"
-        for i in used
-    )
-    return f"it pays {listed}"
 
 
 def _labels(position: PositionInGame) -> tuple[str, ...]:

@@ -175,7 +175,7 @@ class LessonRun:
         text = (
             game_checks.describe_model_game(self.position)
             if isinstance(task, GameTask)
-            else answers.describe_truth(self.truth)
+            else answers.describe_right_answer(self.position, task, self.truth)
         )
         sentence = f"answer: {text}." if text else "answer: many are right; see the hint."
         return self._finish(REVEALED, (sentence, self._describe_learned()))

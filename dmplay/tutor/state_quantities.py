@@ -9,13 +9,13 @@ from dmplay.core.arrays import Array
 from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
 from dmplay.core.problem import ContinuousStates, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
-from dmplay.tutor.beliefs import describe_belief, remember_history
+from dmplay.tutor.beliefs import remember_history
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number, list_values
-
-MAX_NAMED_OUTCOMES = 3  # outcomes in an explanation
+from dmplay.tutor.typed_text import list_spellings, parse_distribution
 
 
 def state_value(position: PositionInGame, state: str = "", turns_left: int = 0) -> Truth:
@@ -41,9 +41,7 @@ def action_value(
     """
     q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
-    return Truth(
-        q[label], lambda _: describe_consequences(position, label, state, history, turns_left)
-    )
+    return Truth(q[label], lambda _: describe_worst_outcome(position, label, state, turns_left))
 
 
 def best_action(
@@ -55,10 +53,11 @@ def best_action(
     best = frozenset(names[index] for index in np.flatnonzero(mark_best_actions(values)))
 
     def explain(answer: str) -> str:
-        """Return the loss of a wrong action, and its outcomes."""
+        """Return the loss of a wrong action, and its worst outcome."""
         loss = format_number(max(q.values()) - q[answer])
-        consequences = describe_consequences(position, answer, state, history, turns_left)
-        return f"with {answer} you give up {loss} against the best action; {consequences}"
+        worst = describe_worst_outcome(position, answer, state, turns_left)
+        sentence = f"with {answer} you give up {loss} against the best action"
+        return f"{sentence}; {worst}" if worst else sentence
 
     return Truth(best, explain, tuple(names), list_values(q))
 
@@ -74,7 +73,7 @@ def action_loss(
     q = compute_q(position, state, history, turns_left)
     label = find_action(position, action)
     loss = max(q.values()) - q[label]
-    return Truth(loss, lambda _: describe_consequences(position, label, state, history, turns_left))
+    return Truth(loss, lambda _: describe_worst_outcome(position, label, state, turns_left))
 
 
 def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
@@ -104,14 +103,14 @@ def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
     s = find_state(position, state)
     probabilities = list_outcomes(position, label, s)
 
-    def explain(_: str) -> str:
-        """Return the number of outcomes, and the probability of the likeliest one."""
-        return (
-            f"there are {len(probabilities)} outcomes with a positive probability; "
-            f"the likeliest has {format_number(max(probabilities.values()))}"
-        )
-
     labels = tuple(map(position.problem.format_state, position.problem.enumerate_states()))
+
+    def explain(answer: str) -> str:
+        """Return the number of states in the answer, and the number of possible ones."""
+        count = sum(p > 0.0 for p in parse_distribution(answer, labels).values())
+        named = format_count(count, "next state")
+        return f"you give {named} a probability, and {len(probabilities)} are possible"
+
     return Truth(probabilities, explain, labels)
 
 
@@ -122,10 +121,10 @@ def outcome_probability(
     label = find_action(position, action)
     probabilities = list_outcomes(position, label, find_state(position, state))
     name = position.problem.format_state(find_state(position, outcome))
-    others = [p for other, p in probabilities.items() if other != name]
+    count = format_count(len(probabilities), "next state")
     return Truth(
         probabilities.get(name, 0.0),
-        lambda _: f"the other outcomes have {', '.join(map(format_number, others)) or 'none'}",
+        lambda _: f"{count} can follow, and their probabilities add up to 1",
     )
 
 
@@ -135,17 +134,17 @@ def find_state(position: PositionInGame, text: str) -> Array:
     if not text:
         return current
     problem = position.problem
-    try:
-        state = problem.parse_state(text)
-        is_valid = state.shape == current.shape and (
+    for spelling in list_spellings(text):
+        try:
+            state = problem.parse_state(spelling)
+        except (ValueError, LookupError):
+            continue
+        if state.shape == current.shape and (
             state.dtype.kind != "f" or bool(np.isfinite(state).all())
-        )
-    except (ValueError, LookupError):
-        is_valid = False
-    if not is_valid:
-        example = problem.format_state(position.session.initial_state)
-        raise BadParameter(f"got {text!r}, expected a state such as {example}")
-    return state
+        ):
+            return state
+    example = problem.format_state(position.session.initial_state)
+    raise BadParameter(f"got {text!r}, expected a state such as {example}")
 
 
 def format_briefly(position: PositionInGame, s: Array) -> str:
@@ -213,22 +212,20 @@ def list_outcomes(position: PositionInGame, action: str, s: Array) -> dict[str, 
     return dict(sorted(probabilities.items(), key=lambda pair: -pair[1]))
 
 
-def describe_consequences(
-    position: PositionInGame, action: str, state: str, history: Sequence[str], turns_left: int
+def describe_worst_outcome(
+    position: PositionInGame, action: str, state: str, turns_left: int
 ) -> str:
-    """Return a sentence with numbers on where an action leads."""
-    problem = position.problem
-    if problem.partially_observable:
-        return describe_belief(position, history)
-    if len(problem.agents) > 1:
+    """Return a clause on the worst next state after an action, without its name.
+
+    A lesson may ask for that state. The clause is empty with hidden states and several agents.
+    """
+    if position.problem.partially_observable or len(position.problem.agents) > 1:
         return ""
     probabilities = list_outcomes(position, action, find_state(position, state))
-    parts = []
-    for name, probability in [*probabilities.items()][:MAX_NAMED_OUTCOMES]:
-        value = format_number(value_after_turn(position, name, turns_left))
-        next_state = format_briefly(position, problem.parse_state(name))
-        parts.append(f"with {format_number(probability)} to {next_state}, worth {value}")
-    return f"it leads {'; '.join(parts)}"
+    values = {name: value_after_turn(position, name, turns_left) for name in probabilities}
+    worst = min(values, key=lambda name: values[name])
+    value, probability = format_number(values[worst]), format_number(probabilities[worst])
+    return f"its worst next state is worth {value} and has probability {probability}"
 
 
 def value_after_turn(position: PositionInGame, state: str, turns_left: int) -> float:

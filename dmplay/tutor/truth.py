@@ -31,8 +31,9 @@ class Truth:
 def list_values(values: Mapping[str, float]) -> str:
     """Return labels with their values, the greatest first; only the first ones of many."""
     ranked = sorted(values, key=lambda label: -values[label])
-    listed = [f"{label} {format_number(values[label])}" for label in ranked[:MAX_LISTED_VALUES]]
-    more = ", ..." if len(ranked) > MAX_LISTED_VALUES else ""
+    listed = [f"{label}: {format_number(values[label])}" for label in ranked[:MAX_LISTED_VALUES]]
+    others = len(ranked) - MAX_LISTED_VALUES
+    more = f", and {others} lower ones" if others > 0 else ""
     return f"the values are {', '.join(listed)}{more}"
 
 

@@ -6,6 +6,7 @@ import re
 from dmplay.core.spaces import normalize_label
 from dmplay.errors import BadParameter, UnknownName
 
+PAIR_PATTERN = re.compile(r"\(?\s*(-?\d+)\s*(?:,|\s)\s*(-?\d+)\s*\)?")  # such as (8,2)
 FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
 
 
@@ -32,9 +33,9 @@ def parse_whole_number(text: str) -> int:
 
 def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`."""
-    words = text.replace("=", " ").replace(": ", " ").replace(", ", " ").split()
+    words = split_labels(text.replace("=", " ").replace(": ", " "))
     if len(words) % 2 or not words:
-        example = " ".join(f"{label} 0.5" for label in labels[:2])
+        example = " ".join(f"{label} {int(label != labels[0])}" for label in labels[:2])
         raise BadParameter(f"got {text!r}, expected pairs of a name and a number: {example}")
     typed: dict[str, float] = {}
     for name, number in zip(words[::2], words[1::2], strict=True):
@@ -45,10 +46,31 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     return typed
 
 
+def split_labels(text: str) -> list[str]:
+    """Return the words of a list, which spaces, commas or `>` separate; `(8, 2)` is one word."""
+    joined = re.sub(r"(?<=\d),\s+(?=-?\d+\s*\))", ",", text)  # within parentheses
+    return re.sub(r",\s|>|(?<=\)),", " ", joined).split()
+
+
 def find_label(text: str, labels: tuple[str, ...]) -> str:
-    """Return the label that a text names; raise UnknownName with the nearest names."""
-    by_normal_form = {normalize_label(label): label for label in labels}
-    label = by_normal_form.get(normalize_label(text.strip()))
+    """Return the label that a text names; raise UnknownName with the nearest names.
+
+    Parentheses, and spaces after commas, need not be typed: `8,2` names `(8,2)`.
+    """
+    by_normal_form = {_strip_parentheses(label): label for label in labels}
+    label = by_normal_form.get(_strip_parentheses(text))
     if label is None:
         raise UnknownName("answer", text.strip(), labels)
     return label
+
+
+def list_spellings(text: str) -> list[str]:
+    """Return a typed state as it is, as a pair `(8,2)`, and with spaces for commas."""
+    pair = PAIR_PATTERN.fullmatch(text.strip())
+    return [text, f"({pair[1]},{pair[2]})" if pair else " ".join(text.replace(",", " ").split())]
+
+
+def _strip_parentheses(text: str) -> str:
+    """Return a label in lower case, without outer parentheses and spaces around commas."""
+    pair = PAIR_PATTERN.fullmatch(text.strip())
+    return f"{pair[1]},{pair[2]}" if pair else normalize_label(text)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
     "first-walk": ("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15", "game: se se e", "(8,2)"),
     "discount": ("(5,0) (4,0) (2,0) (0,0)", "0.7", "game: 3*w sw sw e"),
-    "watch-v-converge": ("-0.3", "5.92", "5", "9"),
+    "watch-v-converge": ("-0.3", "5.92", "6", "10"),
     "greedy-is-wrong": ("nw", "(2,0)", "(4,2)", "game: nw w e"),
     "look-ahead": (
         "50",
@@ -30,8 +30,8 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
     "collision-course": (
         "climb",
         "150 0 0 10",
-        "game: 19*no-advisory 22*climb",
-        "game: 10*no-advisory 31*climb",
+        "game: 41*climb",
+        "game: 41*descend",
     ),
     "best-replies": ("scissors", "game: 3*paper,rock,scissors paper", "paper", "1/3"),
     "rounds-matter": (
@@ -41,7 +41,7 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
         "tit-for-tat",
     ),
     "undercutting": ("98", "95", "2", "game: 5*96"),
-    "hunt-and-hide": ("game: sw 3*se e e ne e e w w e", "game: 3*e se nw se nw w w e", "33%"),
+    "hunt-and-hide": ("game: sw 3*se e e ne e e w w e", "game: 3*e se nw se nw w w e", "e"),
     "two-at-the-cradle": (
         "27.5",
         "feed",
@@ -61,24 +61,24 @@ class WrongAnswer(NamedTuple):
 
 WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "first-walk": (
-        WrongAnswer(1, "(8,2) 1", "1 for (8,2) is too high. There are 3 outcomes"),
+        WrongAnswer(1, "(8,2) 1", "1 for (8,2) is too high. You give 1 next state"),
         WrongAnswer(1, "(8,2) 0.7 (8,1) 0.15", "your probabilities add up to 0.85"),
-        WrongAnswer(3, "(7,2)", "The draw of that turn is 0.612"),
+        WrongAnswer(3, "(7,2)", "The random number of that turn is 0.612"),
     ),
     "discount": (
         WrongAnswer(1, "(4,0) (5,0) (2,0) (0,0)", "(4,0) is worth 1.537 less than (5,0)"),
-        WrongAnswer(2, "0.9", "+5 in 4 steps counts 3.28 now"),
+        WrongAnswer(2, "0.9", "+5 in 4 steps would count 3.28 now"),
         WrongAnswer(3, "game: 12*e 60*se", "Turn 9 lost most: e was worth 2.032 less"),
     ),
     "watch-v-converge": (
-        WrongAnswer(1, "0", "0.3 to (5,0) with reward -1 and V 0 from sweep 0"),
-        WrongAnswer(2, "6.3", "0.7 to (6,0) with reward 0 and V 10 from sweep 1"),
-        WrongAnswer(3, "3", "After sweep 3, 2 states had another greedy action"),
+        WrongAnswer(1, "0", "Before sweep 1, the best action leads to"),
+        WrongAnswer(2, "6.3", "(6,0) with V = 10 or (5,0) with V = -0.3"),
+        WrongAnswer(3, "3", "In sweep 3, a wrong action is best or ties with the best in 3 states"),
     ),
     "greedy-is-wrong": (
-        WrongAnswer(1, "w", "with 0.15 to (2,0), worth -10"),
+        WrongAnswer(1, "w", "its worst next state is worth -10 and has probability 0.15"),
         WrongAnswer(2, "(1,1)", "(1,1) has probability 0.7 and is worth 4.308"),
-        WrongAnswer(3, "(1,1)", "there, the straight way loses 0; at least 1 is needed"),
+        WrongAnswer(3, "(1,1)", "there, the straight way loses 0; the goal is at least 1"),
     ),
     "look-ahead": (
         WrongAnswer(1, "5", "18 chose w"),
@@ -86,64 +86,64 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "game: 40*right,left,up", "corner scored 248"),
     ),
     "momentum": (
-        WrongAnswer(1, "0.6", "0.6 is too high. It is largest after 38 turns"),
+        WrongAnswer(1, "0.6", "0.6 is too high. The largest one comes after 38 turns"),
         WrongAnswer(1, "-0.52", "-0.52 is too low"),
         WrongAnswer(3, "game: 20*left 38*right 38*left 60*right", "and 115 are allowed"),
     ),
     "push-to-zero": (
-        WrongAnswer(1, "-0.5", "that policy loses 0.305"),
+        WrongAnswer(1, "-0.5", "compared with the best policy, it loses 0.305"),
         WrongAnswer(2, "game: 10*0", "optimal scored -0.114 and you"),
-        WrongAnswer(3, "0", "each later one 0.01 on average"),
+        WrongAnswer(3, "0.09", "the noise would cost 0.09 in 9 turns"),
     ),
     "how-good-is-the-catcher": (
-        WrongAnswer(1, "0.25", "P(caught | 80) = 0.881"),
+        WrongAnswer(1, "0.25", "0.25 would follow if P(80) were 0.124 just before 'caught'"),
         WrongAnswer(3, "100", "with 100 you give up 18.783"),
         WrongAnswer(4, "game: 10*100", "thompson scored 167.823"),
     ),
     "bayes-at-the-cradle": (
-        WrongAnswer(1, "0.8", "Before crying: sated 0.45, hungry 0.55"),
-        WrongAnswer(2, "0.5", "Before crying: sated 1, hungry 0"),
+        WrongAnswer(1, "0.8", "0.8 would follow if P(hungry) were 0.333 just before 'crying'"),
+        WrongAnswer(2, "0.5", "0.5 would follow if P(hungry) were 0.111 just before 'crying'"),
         WrongAnswer(4, "game: 10*feed", "Turn 10 lost most"),
     ),
     "alpha-vectors": (
         WrongAnswer(1, "3", "3 plans are compared"),
         WrongAnswer(2, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
-        WrongAnswer(4, "hungry 0.9 sated 0.1", "there, singing loses 5.692"),
+        WrongAnswer(4, "hungry 0.9 sated 0.1", "singing loses 5.692; the goal is at most 0"),
     ),
     "when-to-look": (
         WrongAnswer(1, "examine", "with examine you give up 0.162"),
-        WrongAnswer(2, "0 0.6 1 0.3 2 0.1", "there, examining loses 0.247"),
+        WrongAnswer(2, "0 0.6 1 0.3 2 0.1", "examining loses 0.247"),
         WrongAnswer(3, "2", "With 2 turns left, replace is worth -1.098"),
     ),
     "collision-course": (
-        WrongAnswer(1, "descend", "with 0.25 to 60 -3 -5 19, worth -0.04"),
-        WrongAnswer(2, "50 0 0 10", "there, no advisory loses 0.047"),
-        WrongAnswer(4, "game: 41*descend,climb", "and -0.02 is needed"),
+        WrongAnswer(1, "descend", "its worst next state is worth -0.04 and has probability 0.25"),
+        WrongAnswer(2, "50 0 0 10", "no advisory loses 0.047"),
+        WrongAnswer(4, "game: 41*descend,climb", "the goal is at least -0.01"),
     ),
     "best-replies": (
-        WrongAnswer(1, "rock", "beats the opponent's last one"),
-        WrongAnswer(3, "scissors", "scissors pays -0.25 on average"),
+        WrongAnswer(1, "rock", "beats the opponent's last one (its opponent is you)"),
+        WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
         WrongAnswer(4, "0.5", "the reply paper earns the other agent 0.25"),
     ),
     "rounds-matter": (
-        WrongAnswer(2, "game: 10*defect", "you scored -27, and -10 is needed"),
-        WrongAnswer(3, "game: 10*cooperate", "you scored -10, and -9 is needed"),
+        WrongAnswer(2, "game: 10*defect", "you scored -27; the goal is at least -10"),
+        WrongAnswer(3, "game: 10*cooperate", "you scored -10; the goal is at least -9"),
         WrongAnswer(4, "grim", "grim would have played defect in round 4"),
     ),
     "undercutting": (
-        WrongAnswer(1, "100", "100 pays 97 on average, 3 less than a best reply"),
-        WrongAnswer(2, "2", "2 pays 4 on average, 93 less"),
-        WrongAnswer(3, "50", "if both play 50, each gets 50, and a change to 49 pays 51"),
+        WrongAnswer(1, "100", "100 pays 3 less than a best reply"),
+        WrongAnswer(2, "2", "2 pays 93 less than a best reply"),
+        WrongAnswer(3, "50", "if both play 50, each gets 50, and one that changes can get 51"),
     ),
     "hunt-and-hide": (
         WrongAnswer(1, "game: 12*nw", "you scored -7.176"),
-        WrongAnswer(2, "game: 10*w", "and 0 is needed"),
-        WrongAnswer(3, "1", "equilibrium plays 3 of the 6 actions"),
+        WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
+        WrongAnswer(3, "ne", "it plays this move with probability 0.333; the goal is at least 0.4"),
     ),
     "two-at-the-cradle": (
-        WrongAnswer(1, "22.5", "caregiver1 alone loses 12.5"),
-        WrongAnswer(2, "ignore", "the belief is sated 0.5, hungry 0.5"),
-        WrongAnswer(3, "game: 10*ignore", "and -27 is needed"),
+        WrongAnswer(1, "22.5", "each of the 2 agents would lose 11.25 on average"),
+        WrongAnswer(2, "ignore", "P(sated) = 0.5, P(hungry) = 0.5"),
+        WrongAnswer(3, "game: 10*ignore", "the goal is at least -27"),
     ),
 }
 

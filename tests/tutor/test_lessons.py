@@ -1,6 +1,8 @@
 """Tests of the built-in lessons: right and wrong answers to each, and their texts."""
 
 import re
+from collections.abc import Mapping
+from itertools import permutations
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +13,10 @@ from dmplay.core.tabular import tabulate
 from dmplay.errors import DmplayError
 from dmplay.registry.problems import load_problem
 from dmplay.tutor.game_checks import check_game
-from dmplay.tutor.lesson import GameTask, Position, QuantityCall, TutorLesson
+from dmplay.tutor.lesson import GameTask, Position, Prediction, QuantityCall, TutorLesson
 from dmplay.tutor.lesson_list import load_builtin_lessons
 from dmplay.tutor.lesson_run import LessonRun, TutorReply
-from dmplay.tutor.positions import open_position
+from dmplay.tutor.positions import open_position, play_ghost
 from dmplay.tutor.progress import PASSED, load_progress
 from dmplay.tutor.quantity import compute_truth
 from tests.tutor.lesson_scripts import RIGHT_ANSWERS, WRONG_ANSWERS, WrongAnswer, list_lines
@@ -77,13 +79,165 @@ def test_a_wrong_answer_gets_its_reason_in_numbers(name: str, wrong: WrongAnswer
     assert reply.lines[1:] == ("Try again; hint gives you a hint.",)
 
 
-@pytest.mark.parametrize(("name", "wrong"), WRONG_CASES)
-def test_the_first_wrong_answer_never_reveals_the_right_one(name: str, wrong: WrongAnswer) -> None:
-    run = LessonRun(LESSONS[name], wrong.step - 1)
-    right_answer = RIGHT_ANSWERS[name][wrong.step - 1]
-    if right_answer != "0":  # the belief before the cry is 0 as well
-        reply = give_answer(run, wrong.answer)
-        assert right_answer not in re.split(r"[,;]? |[.]$", " ".join(reply.lines))
+def list_wrong_answers(run: LessonRun) -> list[str]:
+    """Return wrong answers of several kinds to the current question."""
+    task, truth = run.step.task, run.truth
+    assert isinstance(task, Prediction)
+    if truth is None:
+        wrong_answers = WRONG_ANSWERS[run.lesson.name]
+        return [wrong.answer for wrong in wrong_answers if wrong.step == run.index + 1]
+    value = truth.value
+    if isinstance(value, Mapping):
+        return [f"{label} 1" for label in truth.labels]
+    if isinstance(value, frozenset):
+        return [label for label in truth.labels if label not in value]
+    if isinstance(value, tuple):
+        return [" ".join(order) for order in permutations(value) if order != value]
+    guesses = (0.0, 0.5, 1.0, 3.0, 7.0, value / 2, value - 1, value + 1, 2 * value + 1, -value)
+    return [f"{guess:g}" for guess in guesses if abs(guess - value) > task.tolerance + 1e-5]
+
+
+def find_right_parts(run: LessonRun, reply: str, typed: str) -> list[str]:
+    """Return the parts of a reply that are the right answer, and that the player did not type."""
+    truth = run.truth
+    assert truth is not None
+    task, text = run.step.task, " ".join(run.step.text)
+    assert isinstance(task, Prediction)
+    words = {word.rstrip(".;:") for word in re.split(r"[,;:.]? |[.]$", reply)}
+    words -= {*typed.split(), *re.findall(r"[\d.]*\d", text)}
+    if isinstance(truth.value, frozenset):
+        return sorted(words & truth.value)
+    if isinstance(truth.value, tuple):
+        return [" ".join(truth.value)] if " ".join(truth.value) in reply else []
+    values = [*truth.value.values()] if isinstance(truth.value, Mapping) else [truth.value]
+    numbers = [word for word in words if re.fullmatch(r"-?\d+([.]\d+)?", word)]
+    return [
+        number
+        for number in numbers
+        if any(abs(float(number) - value) <= task.tolerance + 1e-9 for value in values)
+    ]
+
+
+PREDICTIONS = [
+    (name, index)
+    for name, lesson in LESSONS.items()
+    for index, step in enumerate(lesson.steps)
+    if isinstance(step.task, Prediction)
+]
+
+
+@pytest.mark.parametrize(("name", "index"), PREDICTIONS)
+def test_no_reply_reveals_the_answer_before_the_third_try(name: str, index: int) -> None:
+    wrong_answers = list_wrong_answers(LessonRun(LESSONS[name], index))
+    for wrong_answer in wrong_answers:
+        run = LessonRun(LESSONS[name], index)
+        for _ in range(2):  # the second reply contains the hint
+            reply = run.check_answer(wrong_answer)
+            assert not reply.finishes_step, (wrong_answer, reply.lines)
+            right_answer = RIGHT_ANSWERS[name][index]
+            text = " ".join(reply.lines)
+            if run.truth is None:
+                assert right_answer not in re.split(r"[,;:.]? |[.]$", text)
+            else:
+                assert not find_right_parts(run, text, wrong_answer), (wrong_answer, text)
+
+
+def test_a_wrong_action_does_not_name_the_next_state_that_the_next_step_asks_for() -> None:
+    run = LessonRun(LESSONS["greedy-is-wrong"])
+    replies = [*run.check_answer("w").lines, *run.check_answer("w").lines]
+    assert RIGHT_ANSWERS["greedy-is-wrong"][1] not in " ".join(replies)
+
+
+@pytest.mark.parametrize(
+    ("name", "step", "answer"),
+    [
+        ("first-walk", 1, "8,2 0.7 7,2 0.15 8,1 0.15"),
+        ("first-walk", 1, "(8, 2) 0.7, (7, 2) 0.15, (8, 1) 0.15"),
+        ("first-walk", 1, "(8,2)=70%, (7,2)=15%, (8,1)=15%"),
+        ("first-walk", 3, "8,2"),
+        ("first-walk", 3, "8 2"),
+        ("first-walk", 3, "( 8, 2 )"),
+        ("discount", 1, "5,0 4,0 2,0 0,0"),
+        ("discount", 1, "(5, 0), (4, 0), (2, 0), (0, 0)"),
+        ("discount", 1, "(5,0) > (4,0) > (2,0) > (0,0)"),
+        ("greedy-is-wrong", 2, "2,0"),
+        ("greedy-is-wrong", 3, "4,2"),
+        ("look-ahead", 2, "(1, 2)"),
+        ("collision-course", 2, "150, 0, 0, 10"),
+        ("when-to-look", 2, "0: 0.25, 1: 0, 2: 0.75"),
+    ],
+)
+def test_states_are_read_as_students_type_them(name: str, step: int, answer: str) -> None:
+    assert LessonRun(LESSONS[name], step - 1).check_answer(answer).finishes_step
+
+
+def test_a_line_that_cannot_be_read_does_not_show_a_right_belief() -> None:
+    run = LessonRun(LESSONS["alpha-vectors"], 3)
+    with pytest.raises(ValueError, match="expected pairs of a name and a number") as caught:
+        run.check_answer("0.5")
+    example = str(caught.value).rpartition(": ")[2]
+    assert not run.check_answer(example).finishes_step
+
+
+def test_the_answer_of_a_question_for_an_action_is_shown() -> None:
+    run = LessonRun(LESSONS["hunt-and-hide"], 2)
+    for _ in range(3):
+        run.check_answer("ne")
+    assert run.show_answer().lines[0] == "answer: e."
+
+
+@pytest.mark.parametrize("step", [3, 4])
+def test_an_encounter_collides_without_an_advisory(step: int) -> None:
+    run = LessonRun(LESSONS["collision-course"], step - 1)
+    assert not give_answer(run, "game: 41*no-advisory").finishes_step
+    assert run.position.session.seat_return(0) == -1.0
+    simple = play_ghost(LessonRun(run.lesson, step - 1).position, "simple")
+    assert round(simple.score / -0.01) == 2  # it changes its advisory twice
+
+
+def test_only_claims_near_the_best_reply_earn_what_the_game_asks_for() -> None:
+    def claim(number: int) -> float:
+        """Return the score of five equal claims."""
+        run = LessonRun(LESSONS["undercutting"], 3)
+        session = run.position.session
+        reply = give_answer(run, f"game: 5*{number}")
+        score = session.seat_return(0)
+        assert reply.finishes_step == (score >= 460)
+        return score
+
+    assert claim(2) == 20
+    assert [number for number in range(90, 101) if claim(number) >= 460] == [95, 96, 97, 98]
+
+
+def test_the_plan_of_the_caregivers_is_the_one_in_the_text() -> None:
+    plan = play_ghost(LessonRun(LESSONS["two-at-the-cradle"], 2).position, "joint-plan")
+    problem = plan.session.problem
+    actions = {
+        tuple(problem.format_action(seat, turn.actions[seat]) for seat in (0, 1))
+        for turn in plan.session.turns
+    }
+    assert actions == {("feed", "ignore")}
+
+
+def test_the_earnings_in_the_text_are_those_of_the_machine() -> None:
+    first, second, third, _ = (" ".join(s.text) for s in LESSONS["when-to-look"].steps)
+    problem = load_problem("machine-replacement")
+    tables = tabulate(problem)
+    earnings = tables.rewards[:, 0, 0]
+    assert f"A turn earns {earnings[0]:g}, {earnings[1]:g} or {earnings[2]:g}" in first
+    assert np.allclose(earnings - tables.rewards[:, 1, 0], 0.25)
+    repairs = -tables.rewards[:, 2, 0]
+    assert f"it costs {repairs[0]:g}, {repairs[1]:g} or {repairs[2]:g}" in first
+    assert (tables.rewards[:, 3, 0] == -2).all()
+    defects = tables.observation_model[1, :, 1]
+    assert f"with {defects[0]:g}, {defects[1]:g} or {defects[2]:g}" in second
+    belief = np.array([1.0, 0.0, 0.0])
+    means = []
+    for _ in range(3):
+        means.append(round(float(belief @ earnings), 4))
+        belief = belief @ tables.transition[:, 0]
+    assert means[0] == 0.9025
+    assert f"earns {means[0]:g}, {means[1]:.3f}, {means[2]:.3f} and so on" in third
 
 
 @pytest.mark.parametrize("name", LESSONS)
@@ -160,7 +314,7 @@ def test_steps_that_are_finished_are_not_repeated() -> None:
     run.check_answer("-0.3")
     assert run.index == 2
     run.skip()
-    run.check_answer("9")
+    run.check_answer("10")
     assert run.is_over
     assert not run.is_passed
 
@@ -212,21 +366,34 @@ def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragm
         (
             "hexworld",
             "watch-v-converge",
-            {"slip": "probability 0.3", "bump_cost": "a bump costs 1"},
+            {"slip": "probability 0.3", "bump_cost": "always bumps, which costs 1"},
         ),
         ("hexworld", "first-walk", {"slip": "probability 0.3", "bump_cost": "each bump costs 1"}),
         (
             "crying-baby",
             "bayes-at-the-cradle",
             {
-                "becomes_hungry": "become hungry with 0.1",
-                "cries_hungry": "cry with 0.8",
-                "cries_sated": "sated with 0.1",
+                "becomes_hungry": "becomes hungry with probability 0.1",
+                "cries_hungry": "hungry baby with probability 0.8",
+                "cries_sated": "sated one with 0.1",
                 "hungry_reward": "hungry turn costs 10",
                 "feed_reward": "feeding costs 5",
             },
         ),
-        ("crying-baby", "alpha-vectors", {"sing_reward": "Singing costs 0.5"}),
+        (
+            "crying-baby",
+            "alpha-vectors",
+            {
+                "sing_reward": "Singing costs 0.5",
+                "hungry_reward": "hungry turn costs 10",
+                "feed_reward": "feeding 5",
+                "discount": "turn later counts 0.9",
+                "becomes_hungry": "becomes hungry with 0.1",
+                "cries_hungry": "hungry baby cries with 0.8",
+                "cries_sated": "a sated one with 0.1",
+                "cries_hungry_sung": "a hungry one with 0.9",
+            },
+        ),
         (
             "simple-regulator",
             "push-to-zero",
@@ -238,7 +405,7 @@ def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragm
             {
                 "feed_reward1": "you 2.5",
                 "feed_reward2": "partner 5",
-                "hungry_reward": "both of you 10",
+                "hungry_reward": "each of you 10",
             },
         ),
     ],
@@ -290,6 +457,7 @@ def test_the_best_play_from_a_new_machine_never_examines(turns: int) -> None:
         ).value
         assert isinstance(best, frozenset)
         assert "examine" not in best
+        assert turns != 12 or best == {"manufacture"}
         history.append(f"{min(best)} nondefective")  # without an examination, nothing is seen
 
 

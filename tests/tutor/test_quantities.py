@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dmplay.algorithms.registry import find_algorithm
+from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
-from dmplay.tutor.lesson import Position, QuantityCall
+from dmplay.tutor.answers import check_answer
+from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
 
@@ -98,15 +101,15 @@ def test_the_first_sweeps_of_the_straight_line_by_hand() -> None:
     assert number(LINE, "sweep-value", state="(5,0)", sweep=2) == pytest.approx(second)
 
 
-def test_the_greedy_policy_of_the_straight_line_is_east_after_five_sweeps() -> None:
+def test_the_greedy_actions_of_the_straight_line_are_east_from_sweep_six_on() -> None:
     values = [0.0] * 7
     policies = []
     for _ in range(20):
         stay = [0.3 * (-1 + 0.9 * values[q]) for q in range(6)]
         east = [stay[q] + 0.7 * 0.9 * values[q + 1] for q in range(6)]
         west = [stay[q] + 0.7 * 0.9 * values[q - 1] if q else -math.inf for q in range(6)]
-        values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
         policies.append(all(values[q + 1] > values[q - 1] for q in range(1, 6)))
+        values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
     assert number(LINE, "last-policy-change") == policies.index(True) + 1
 
 
@@ -179,6 +182,38 @@ def test_beliefs_by_hand() -> None:
     distribution = compute(BABY, "belief-distribution", history=["ignore crying"])
     assert isinstance(distribution, Mapping)
     assert sum(distribution.values()) == pytest.approx(1)
+
+
+def test_the_reason_for_a_wrong_belief_is_the_prior_from_which_it_would_follow() -> None:
+    arguments = {"state": "hungry", "history": ["ignore crying"]}
+    reason = compute_truth(BABY, QuantityCall("belief", arguments)).explain("80%")
+    prior = float(reason.partition("were ")[2].split()[0])
+    assert prior * 0.8 / (prior * 0.8 + (1 - prior) * 0.1) == pytest.approx(0.8, abs=1e-3)
+
+
+@pytest.mark.parametrize("problem", ["hexworld", "hexworld:straight-line"])
+def test_the_greedy_actions_of_a_sweep_are_those_that_the_watched_algorithm_draws(
+    problem: str,
+) -> None:
+    position = open_problem(problem)
+    settled = int(number(position, "last-policy-change"))
+    request = WatchRequest(position.problem, 0, position.session)
+    arrows = []
+    for step in find_algorithm("value-iteration").iterate_steps(request):
+        picture = step.pictures[0]
+        assert isinstance(picture, StateValues)
+        actions = picture.actions
+        arrows.append([] if actions is None else actions.tolist())
+    assert all(drawn == arrows[-1] for drawn in arrows[settled:])
+    if problem == "hexworld":  # on the line, wrong actions tie before, and the arrows do not change
+        assert arrows[settled - 1] != arrows[settled]
+
+
+def test_with_a_small_discount_the_best_play_never_walks_to_an_exit() -> None:
+    position = open_problem("hexworld", seed=19)  # at (3,2)
+    arguments = {"exit_state": "(0,1)", "discount": 0.3}
+    reason = compute_truth(position, QuantityCall("exit-probability", arguments)).explain("0.3")
+    assert reason.endswith("the best play never leaves with probability 1")
 
 
 def test_the_boundary_with_two_turns_left_by_hand() -> None:
@@ -278,6 +313,33 @@ def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     ]
     assert sum(probabilities) == pytest.approx(1)
     assert sum(p > 0.01 for p in probabilities) == 3
+
+
+@pytest.mark.parametrize(
+    ("problem", "call", "asks", "typed"),
+    [
+        ("crying-baby", QuantityCall("belief", {"history": ["feed crying"]}), "state", "sated"),
+        (
+            "multicaregiver-crying-baby",
+            QuantityCall("team-cost", {"state": "hungry"}),
+            "actions",
+            "feed sing",
+        ),
+        ("simple-regulator", QuantityCall("noise-cost"), "turns_left", "3"),
+        (
+            "predator-prey:triangle",
+            QuantityCall("agent-probability", {"agent": "equilibrium", "state": "(0,0) (0,1)"}),
+            "action",
+            "ne",
+        ),
+    ],
+)
+def test_an_argument_that_is_no_number_can_be_asked_for(
+    problem: str, call: QuantityCall, asks: str, typed: str
+) -> None:
+    position = open_problem(problem, turns=10)
+    assert check_answer(position, Prediction(call, asks, at_least=0.01), None, typed).is_right
+    assert not check_answer(position, Prediction(call, asks, at_least=99.0), None, typed).is_right
 
 
 @pytest.mark.parametrize(

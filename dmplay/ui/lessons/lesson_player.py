@@ -29,6 +29,7 @@ ANSWER_HELP = (
     "type an answer, or: hint, show (the answer, after three tries), look (the board), "
     "skip (the next step), quit"
 )
+LEAVE_WORDS = ("quit", "q", "exit")
 GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
 
 
@@ -89,9 +90,12 @@ class LessonPlayer(LineDialog):
             return 0
         word = str(lesson.number) if lesson.is_builtin else quote(str(lesson.path))
         done = f"{len(run.finished_steps)} of {steps} done"
-        self._print(
-            f"lesson {lesson.number} is not finished: {done}. dmplay learn {word} continues."
-        )
+        if load_progress(lesson).is_finished:  # in an earlier run
+            done += " this time"
+            text = f"{done}. It was finished before: dmplay learn {word} starts at step 1."
+        else:
+            text = f"{done}. dmplay learn {word} continues."
+        self._print(f"lesson {lesson.number} is not finished: {text}")
         is_script = not self._terminal.is_interactive and self._stdin.line_count > 0
         return NOT_FINISHED_EXIT_CODE if is_script else 0
 
@@ -117,8 +121,13 @@ class LessonPlayer(LineDialog):
         if not self._terminal.full_screen:
             self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
             return
-        if self._read(f"w and Enter shows {name} step by step, Enter goes on> ") != "w":
-            return
+        prompt = f"w and Enter shows {name} step by step, Enter goes on> "
+        while (line := self._read(prompt)) != "w":
+            if not line:
+                return
+            if line in LEAVE_WORDS:
+                raise DialogLeft
+            self._print(f"error: got {line!r}, expected w or Enter; the step is done")
         from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
         from dmplay.algorithms.step import WatchRequest
         from dmplay.game.watching import WatchedSteps
@@ -147,9 +156,19 @@ class LessonPlayer(LineDialog):
             case "" | "help" | "?":
                 return TutorReply((ANSWER_HELP,))
             case "look":
-                self._print_board(self._run.position)
-                return TutorReply(())
+                return self._show_question()
         return self._reply_to_command(line) or self._run.check_answer(line)
+
+    def _show_question(self) -> TutorReply:
+        """Print the board of the question again; without one, its text.
+
+        A question about another state or history than that of the position has no board.
+        """
+        step = self._run.step
+        if isinstance(step.task, Prediction) and step.task.shows_board:
+            self._print_board(self._run.position)
+            return TutorReply(())
+        return TutorReply(("this question has no board.", *step.text))
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""
@@ -160,7 +179,7 @@ class LessonPlayer(LineDialog):
                 return self._run.show_answer()
             case "skip":
                 return self._run.skip()
-            case "quit" | "q" | "exit":
+            case _ if line in LEAVE_WORDS:
                 raise DialogLeft
         return None
 

@@ -45,8 +45,8 @@ def test_each_lesson_passes_as_a_script(name: str, tmp_path: Path) -> None:
 def test_a_wrong_game_is_judged_and_played_again(tmp_path: Path) -> None:
     script = "\n".join(["defect", *["defect"] * 10, "again", *["cooperate"] * 10, "quit"])
     result = run_dmplay(tmp_path, "learn", "rounds-matter", stdin=script)
-    assert "not yet. You scored -27, and -10 is needed." in result.stdout
-    assert "right. You scored -10, and -10 is needed." in result.stdout
+    assert "not yet. You scored -27; the goal is at least -10." in result.stdout
+    assert "right. You scored -10; the goal is at least -10." in result.stdout
     assert result.returncode == 1
 
 
@@ -65,6 +65,23 @@ def test_the_next_run_goes_on_with_the_first_open_step(tmp_path: Path) -> None:
     second = run_dmplay(tmp_path, "learn", "4")
     assert "step 2 of 4." in second.stdout
     assert "step 1 of 4." in run_dmplay(tmp_path, "learn", "4", "--restart").stdout
+
+
+def test_a_finished_lesson_that_is_left_starts_again(tmp_path: Path) -> None:
+    run_dmplay(tmp_path, "learn", "1", stdin=make_script("first-walk"))
+    left = run_dmplay(tmp_path, "learn", "1", stdin="skip\nquit\n")
+    assert left.stdout.endswith(
+        "lesson 1 is not finished: 0 of 3 steps done this time. "
+        "It was finished before: dmplay learn 1 starts at step 1.\n"
+    )
+    assert "step 1 of 3." in run_dmplay(tmp_path, "learn", "1").stdout
+
+
+def test_a_question_about_another_state_has_no_board(tmp_path: Path) -> None:
+    result = run_dmplay(tmp_path, "learn", "13", stdin="look\n")
+    text = result.stdout.partition("this question has no board.")[2]
+    assert "In the state 60 0 0 20" in " ".join(text.splitlines())
+    assert "40" not in text.partition("answer>")[0]  # the seconds at the start of the game
 
 
 def test_the_list_shows_the_progress_and_the_next_lesson(tmp_path: Path) -> None:
@@ -182,6 +199,8 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.until("step 2 of 4.")
         terminal.press("5.92\r")
         terminal.until("w and Enter shows value-iteration step by step")
+        terminal.press("hint\r")
+        terminal.until("error: got 'hint', expected w or Enter")
         terminal.press("w\r")
         terminal.until("value-iteration on hexworld:straight-line")
         terminal.press("q")
@@ -207,4 +226,4 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
         terminal.until("answer>")
         terminal.press("w\r")
         terminal.until("Try again; hint gives you a hint.")
-        assert "-10; with 0.15" in terminal.text.replace("\n", " ")
+        assert "worth -10 and has" in terminal.text.replace("\n", " ")
