@@ -39,6 +39,12 @@ PLOT_KINDS = {
 FIGURES = {
     "F.1": Figure("results of a move in hex world", "hexworld"),
     "F.2": Figure("optimal values and actions of both hex worlds", "hexworld", True),
+    "F.3": Figure("a random starting state of 2048", "2048"),
+    "F.4": Figure("a slide in 2048, and its new tile", "2048"),
+    "F.5": Figure("a slide in 2048 that merges two tiles, with its reward", "2048"),
+    "F.6": Figure("state, pushes and limits of the cart-pole", "cart-pole"),
+    "F.7": Figure("valley and goal of the mountain car", "mountain-car"),
+    "F.8": Figure("state variables of collision avoidance", "collision-avoidance"),
     "F.9": Figure("optimal values and advisories of collision avoidance", "collision-avoidance"),
     "F.10": Figure("value function of the crying baby", "crying-baby", True),
     "F.11": Figure("14-turn policy of machine replacement", "machine-replacement", True),

@@ -1,4 +1,4 @@
-"""The figures of the book's appendix F that are computed, and table F.2.
+"""The figures of the book's appendix F, and table F.2.
 
 Each is drawn by the functions that plot any problem. Settings, such as a discount, apply to all
 panels of a figure.
@@ -14,7 +14,7 @@ from dmplay.core.problem import initial_state_distribution
 from dmplay.core.spaces import Labels
 from dmplay.core.tabular import tabulate
 from dmplay.game.plot_kinds import FIGURES
-from dmplay.plots import belief_values, payoffs, state_values
+from dmplay.plots import belief_values, illustrations, payoffs, state_values
 from dmplay.plots.plot_data import (
     HexPanel,
     LinePanel,
@@ -195,6 +195,12 @@ def _format_numbers(*parts: Reals) -> list[str]:
 DRAW_FUNCTIONS: dict[str, Callable[[PlottedProblem], Plot]] = {
     "F.1": _draw_move_chances,
     "F.2": _draw_hex_world_policies,
+    "F.3": illustrations.draw_start_of_2048,
+    "F.4": illustrations.draw_slide,
+    "F.5": illustrations.draw_merge,
+    "F.6": illustrations.draw_cart_pole,
+    "F.7": illustrations.draw_valley,
+    "F.8": illustrations.draw_encounter,
     "F.9": _draw_collision_slices,
     "F.10": _draw_baby_values,
     "F.11": _draw_machine_policy,

@@ -9,16 +9,22 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.plots.picture_styles import NOTE_SIZE, REGION_COLOURS, PictureStyles, list_values
 from dmplay.plots.plot_data import (
+    BoardPanel,
+    Box,
     GridPanel,
     HexPanel,
+    Label,
     LinePanel,
     Panel,
     PlottedHex,
+    Polyline,
     Series,
+    ShapesPanel,
     TablePanel,
     TrianglePanel,
 )
 from dmplay.problems.shared.hexgrid import NEIGHBOUR_OFFSETS, Hex
+from dmplay.views.game_2048 import get_tile_style
 from dmplay.views.toolkit.plots import Axis
 
 if TYPE_CHECKING:
@@ -38,24 +44,39 @@ SMALL_PANEL_INCHES = 4.0  # panels below this width have other proportions
 TABLE_ROW_INCHES = 0.26
 TABLE_GAP, MIN_TABLE_CHARACTERS = 4, 60  # characters between columns, and of the whole width
 MAX_HEX_INCHES = 0.9  # width of a hex
+MAX_BOARD_INCHES = 2.4
+MIN_SHAPES_INCHES, MAX_SHAPES_INCHES = 2.0, 5.0  # height of shapes with equal scales
+ARROW_STYLES = {"end": "-|>", "both": "<|-|>"}
+LABEL_OFFSETS = {  # of a text from its point, in points, with its alignment
+    "left": (-7, 0, "right", "center"),
+    "right": (7, 0, "left", "center"),
+    "above": (0, 6, "center", "bottom"),
+    "below": (0, -6, "center", "top"),
+}
 TIE_TOLERANCE = 1e-9
 TRIANGLE_STEPS = 60  # points along a side at which values are drawn
 
 
 def compute_panel_height(panel: Panel, width: float) -> float:
     """Return the height of a panel in inches, given its width."""
+    height = min(0.5 * width, 3.0)
     match panel:
         case HexPanel():
             low, high = _measure_hexes(panel.cells)
             scale = min(0.86 * width / (high[0] - low[0]), MAX_HEX_INCHES)
-            return float(scale * (high[1] - low[1])) + 0.3
+            height = float(scale * (high[1] - low[1])) + 0.3
         case TrianglePanel():
-            return 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
+            height = 0.75 * width + 0.3 if width > SMALL_PANEL_INCHES else width + 0.15
         case TablePanel():
-            return TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
+            height = TABLE_ROW_INCHES * (len(panel.rows) + 2 + bool(panel.column_title))
         case GridPanel():
-            return 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
-    return min(0.5 * width, 3.0)
+            height = 0.62 * width if width > SMALL_PANEL_INCHES else 0.9 * width
+        case BoardPanel():
+            height = min(width, MAX_BOARD_INCHES) + 0.2
+        case ShapesPanel(has_equal_scales=True):
+            ratio = (panel.y.high - panel.y.low) / (panel.x.high - panel.x.low)
+            height = min(max(0.9 * width * ratio + 0.5, MIN_SHAPES_INCHES), MAX_SHAPES_INCHES)
+    return height
 
 
 def draw_panel(ax: "Axes", panel: Panel, styles: PictureStyles) -> None:
@@ -71,6 +92,10 @@ def draw_panel(ax: "Axes", panel: Panel, styles: PictureStyles) -> None:
             _draw_triangle(ax, panel, styles)
         case TablePanel():
             _draw_table(ax, panel)
+        case BoardPanel():
+            _draw_board(ax, panel)
+        case ShapesPanel():
+            _draw_shapes(ax, panel)
 
 
 def _set_axes(ax: "Axes", x: Axis, y: Axis) -> None:
@@ -324,3 +349,90 @@ def _make_cell_patch(corner: tuple[float, float], width: float, label: str) -> "
     return Rectangle(
         corner, width, 1, facecolor=REGION_COLOURS[0], edgecolor="#0072b2", label=label
     )
+
+
+def _draw_board(ax: "Axes", panel: BoardPanel) -> None:
+    """Draw a board of tiles, with an arrow for each tile that slides; marked ones have a border."""
+    from matplotlib.patches import Rectangle
+
+    ax.set_aspect("equal")
+    ax.set_xlim(-0.02, panel.size + 0.02)
+    ax.set_ylim(panel.size + 0.02, -0.02)
+    for row, column in np.ndindex(panel.size, panel.size):
+        ax.add_patch(Rectangle((column, row), 1, 1, facecolor="#ffffff", edgecolor="#777777"))
+    occupied = {(tile.row, tile.column) for tile in panel.tiles}
+    for tile in panel.tiles:
+        ink, fill = _get_tile_colours(tile.number)
+        edge, width = (LINE_COLOURS[0], 3.0) if tile.is_marked else ("#444444", 0.8)
+        corner = (tile.column + 0.08, tile.row + 0.08)
+        ax.add_patch(Rectangle(corner, 0.84, 0.84, facecolor=fill, edgecolor=edge, linewidth=width))
+        middle = np.array([tile.column, tile.row]) + 0.5
+        ax.text(
+            *_to_pair(middle),
+            str(tile.number),
+            color=ink,
+            fontweight="bold",
+            ha="center",
+            va="center",
+        )
+        if tile.end:
+            path = np.array(tile.end[::-1]) + 0.5 - middle
+            direction = np.sign(path)
+            tip = middle + path + (-0.45 if tile.end in occupied else 0.3) * direction
+            ax.annotate(
+                "", _to_pair(tip), _to_pair(middle + 0.42 * direction),
+                arrowprops={"arrowstyle": "-|>", "color": "#444444", "linewidth": 1.4,
+                            "shrinkA": 0, "shrinkB": 0},
+            )  # fmt: skip
+
+
+def _get_tile_colours(number: int) -> tuple[str, str]:
+    """Return the colours of a tile's number and of its background, as in a game."""
+    from rich.style import Style
+
+    style = Style.parse(get_tile_style(number.bit_length() - 1))
+    assert style.color is not None
+    assert style.bgcolor is not None
+    return style.color.get_truecolor().hex, style.bgcolor.get_truecolor().hex
+
+
+def _draw_shapes(ax: "Axes", panel: ShapesPanel) -> None:
+    """Draw lines, rectangles and labels over two axes."""
+    from matplotlib.patches import Rectangle
+
+    _set_axes(ax, panel.x, panel.y)
+    if panel.has_equal_scales:
+        ax.set_aspect("equal")
+    for order, shape in enumerate(panel.shapes, 2):
+        match shape:
+            case Polyline():
+                _draw_polyline(ax, shape, order)
+            case Box():
+                size = shape.right - shape.left, shape.top - shape.bottom
+                ax.add_patch(
+                    Rectangle(
+                        (shape.left, shape.bottom), *size, facecolor=REGION_COLOURS[0],
+                        edgecolor="#000000", zorder=order,
+                    )
+                )  # fmt: skip
+            case Label():
+                if shape.has_dot:
+                    ax.plot(shape.x, shape.y, "o", markersize=8, color="#000000", zorder=order)
+                right, up, horizontal, vertical = LABEL_OFFSETS[shape.side]
+                ax.annotate(
+                    shape.text, (shape.x, shape.y), (right, up), textcoords="offset points",
+                    ha=horizontal, va=vertical, fontsize=NOTE_SIZE, zorder=order,
+                )  # fmt: skip
+
+
+def _draw_polyline(ax: "Axes", line: Polyline, order: int) -> None:
+    """Draw lines through points, with the heads of an arrow at the ends."""
+    if not line.arrow_heads:
+        style, width = ("--", 1.0) if line.is_dashed else ("-", 2.0)
+        ax.plot(*np.transpose(line.points), style, color="#444444", linewidth=width, zorder=order)
+        return
+    ax.annotate(
+        "", line.points[-1], line.points[0], zorder=order,
+        arrowprops={"arrowstyle": ARROW_STYLES[line.arrow_heads], "color": LINE_COLOURS[0],
+                    "linewidth": 1.4, "shrinkA": 0, "shrinkB": 0},
+    )  # fmt: skip

@@ -161,7 +161,71 @@ class TablePanel:
     mark_label: str = ""
 
 
-Panel = LinePanel | GridPanel | HexPanel | TrianglePanel | TablePanel
+@dataclass(frozen=True)
+class PlottedTile:
+    """A numbered tile in a cell of a board, and the cell that it slides to."""
+
+    row: int
+    column: int
+    number: int
+    end: tuple[int, int] | None = None  # row and column; None if it does not slide
+    is_marked: bool = False
+
+
+@dataclass(frozen=True)
+class BoardPanel:
+    """A square board of numbered tiles."""
+
+    title: str
+    size: int  # rows, and columns
+    tiles: Sequence[PlottedTile]
+
+
+@dataclass(frozen=True)
+class Polyline:
+    """Straight lines through points, in the units of the axes; an arrow has one or two heads."""
+
+    points: Sequence[tuple[float, float]]
+    arrow_heads: Literal["", "end", "both"] = ""
+    is_dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Box:
+    """A filled rectangle, in the units of the axes."""
+
+    left: float
+    bottom: float
+    right: float
+    top: float
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text beside a point, and a dot at the point if `has_dot` is set."""
+
+    text: str
+    x: float
+    y: float
+    side: Literal["left", "right", "above", "below"] = "right"
+    has_dot: bool = False
+
+
+Shape = Polyline | Box | Label
+
+
+@dataclass(frozen=True)
+class ShapesPanel:
+    """Lines, rectangles and labels over two axes; later shapes are drawn over earlier ones."""
+
+    title: str
+    x: Axis
+    y: Axis
+    shapes: Sequence[Shape]
+    has_equal_scales: bool = False  # whether a unit has the same length on both axes
+
+
+Panel = LinePanel | GridPanel | HexPanel | TrianglePanel | TablePanel | BoardPanel | ShapesPanel
 
 
 @dataclass(frozen=True)

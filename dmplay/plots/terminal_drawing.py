@@ -5,6 +5,7 @@ Braille dots, which screen readers read as noise and ASCII lacks; without colour
 the same. Neither draws hexes, triangles, tables or regions.
 """
 
+import itertools
 import textwrap
 from collections.abc import Sequence
 
@@ -13,16 +14,23 @@ from rich.text import Text
 
 from dmplay.core.arrays import Reals
 from dmplay.plots.plot_data import (
+    BoardPanel,
+    Box,
     GridPanel,
     HexPanel,
+    Label,
     LinePanel,
     Panel,
     Plot,
+    PlottedTile,
+    Polyline,
     Series,
+    ShapesPanel,
     TablePanel,
     TrianglePanel,
 )
 from dmplay.problems.shared.hexgrid import Hex
+from dmplay.views.game_2048 import EMPTY_GLYPH, get_tile_style
 from dmplay.views.toolkit import hexgrid
 from dmplay.views.toolkit.belief_triangle import belief_at, draw_belief_triangle
 from dmplay.views.toolkit.canvas import (
@@ -47,6 +55,12 @@ VALUE_LEVELS = f" {BAR_LEVELS}"
 STYLES = ("cyan", "yellow", "green", "magenta", "blue", "red")
 HEX_STYLES = {"gain": "bold green", "loss": "bold red", "hunter": "bold red", "prey": "bold blue"}
 MARK_GLYPH, POINT_GLYPH = "✗", "#"
+MIN_TILE_COLUMNS = 4
+MIN_SHAPES_ROWS = 8
+ROWS_PER_COLUMN = 0.5  # a row is as high as two columns are wide
+DOT_GLYPH, BOX_GLYPH, DASH_GLYPH = "●", "▒", "·"
+FLAT_SLOPE, STEEP_SLOPE = 0.5, 2.0  # rows per column, of lines drawn as ─ and as │
+DIRECTION_GLYPHS = {(0, -1): "←", (0, 1): "→", (-1, 0): "↑", (1, 0): "↓"}  # by rows and columns
 
 
 def draw_plot(plot: Plot, columns: int) -> Text:
@@ -137,6 +151,10 @@ def _draw_panel(panel: Panel, columns: int, actions: dict[str, str], *, is_small
             drawing = _draw_triangle(panel, actions, is_small=is_small)
         case TablePanel():
             drawing = _draw_table(panel)
+        case BoardPanel():
+            drawing = _draw_board(panel)
+        case ShapesPanel():
+            drawing = _draw_shapes(panel, columns)
     return Text("\n").join([Text(panel.title, "bold"), drawing]) if panel.title else drawing
 
 
@@ -328,3 +346,110 @@ def _draw_table(panel: TablePanel) -> Text:
     lines = [canvas.to_text()]
     lines += [Text(f"* {panel.mark_label}", "bold green")] if panel.marked else []
     return Text("\n").join(lines)
+
+
+def _draw_board(panel: BoardPanel) -> Text:
+    """Return a board of tiles: an arrow at each one that slides, brackets around marked ones."""
+    texts = {(tile.row, tile.column): _format_tile(tile) for tile in panel.tiles}
+    width = max([MIN_TILE_COLUMNS, *map(len, texts.values())])
+    canvas = Canvas()
+    for row in range(panel.size + 1):
+        middle = "├┼┤" if 0 < row < panel.size else "┌┬┐" if row == 0 else "└┴┘"
+        border = ("─" * width + middle[1]) * panel.size
+        canvas.write_text(0, 2 * row, middle[0] + border[:-1] + middle[2], "dim")
+    for row, column in np.ndindex(panel.size, panel.size):
+        x = column * (width + 1)
+        canvas.write_text(x, 2 * row + 1, "│", "dim")
+        text = texts.get((row, column), EMPTY_GLYPH)
+        canvas.write_text(x + 1, 2 * row + 1, text.center(width), "dim")
+    for row in range(panel.size):
+        canvas.write_text(panel.size * (width + 1), 2 * row + 1, "│", "dim")
+    for tile in panel.tiles:
+        text = texts[tile.row, tile.column].center(width)
+        style = get_tile_style(tile.number.bit_length() - 1)
+        canvas.write_text(tile.column * (width + 1) + 1, 2 * tile.row + 1, text, style)
+    return canvas.to_text()
+
+
+def _format_tile(tile: PlottedTile) -> str:
+    """Return the number of a tile with an arrow if it slides, in brackets if it is marked."""
+    if tile.is_marked:
+        return f"[{tile.number}]"
+    if tile.end is None:
+        return f"{tile.number}"
+    step = np.sign(np.subtract(tile.end, (tile.row, tile.column))).tolist()
+    return f"{tile.number} {DIRECTION_GLYPHS[step[0], step[1]]}"
+
+
+def _draw_shapes(panel: ShapesPanel, columns: int) -> Text:
+    """Return lines, rectangles and labels over two axes."""
+    rows = AREA_ROWS
+    if panel.has_equal_scales:
+        ratio = (panel.y.high - panel.y.low) / (panel.x.high - panel.x.low)
+        rows = round(min(max(columns * ratio * ROWS_PER_COLUMN, MIN_SHAPES_ROWS), AREA_ROWS))
+    area = PlotArea(panel.x, panel.y, columns, rows)
+    for shape in panel.shapes:
+        match shape:
+            case Polyline():
+                _draw_polyline(area, shape)
+            case Box():
+                for row in range(area.row_of(shape.top), area.row_of(shape.bottom) + 1):
+                    for column in range(
+                        area.column_of(shape.left), area.column_of(shape.right) + 1
+                    ):
+                        area.draw_cell(column, row, BOX_GLYPH, "cyan")
+            case Label():
+                _draw_label(area, shape)
+    return area.to_text()
+
+
+def _draw_polyline(area: PlotArea, line: Polyline) -> None:
+    """Draw lines through points with the glyph of their slope, and the heads of an arrow."""
+    scale = np.array(
+        [
+            (area.columns - 1) / (area.x.high - area.x.low),
+            -(area.rows - 1) / (area.y.high - area.y.low),
+        ]
+    )
+    cells = (np.array(line.points) - (area.x.low, area.y.high)) * scale  # [N, 2] columns, rows
+    style = "cyan" if line.arrow_heads else ""
+    for start, end in itertools.pairwise(cells):
+        glyph = DASH_GLYPH if line.is_dashed else _choose_slope_glyph(end - start)
+        count = max(int(np.ceil(np.abs(end - start).max())), 1)
+        for column, row in np.linspace(start, end, count + 1).round().astype(int).tolist():
+            area.draw_cell(column, row, glyph, style)
+    if line.arrow_heads:
+        _draw_arrow_head(area, cells[-1], cells[-1] - cells[-2])
+    if line.arrow_heads == "both":
+        _draw_arrow_head(area, cells[0], cells[0] - cells[1])
+
+
+def _choose_slope_glyph(step: Reals) -> str:
+    """Return the glyph of a line that goes this number of columns and rows."""
+    columns, rows = step.tolist()
+    if abs(rows) <= FLAT_SLOPE * abs(columns):
+        return "─"
+    if abs(rows) >= STEEP_SLOPE * abs(columns):
+        return "│"
+    return "╲" if columns * rows > 0 else "╱"
+
+
+def _draw_arrow_head(area: PlotArea, cell: Reals, step: Reals) -> None:
+    """Draw the head of an arrow, in the direction of most of its columns or rows."""
+    is_flat = bool(np.abs(step[1]) <= np.abs(step[0]))
+    direction = (0, int(np.sign(step[0]))) if is_flat else (int(np.sign(step[1])), 0)
+    column, row = cell.round().astype(int).tolist()
+    area.draw_cell(column, row, DIRECTION_GLYPHS.get(direction, DOT_GLYPH), "bold cyan")
+
+
+def _draw_label(area: PlotArea, label: Label) -> None:
+    """Draw a text beside its point, inside the area, and a dot at the point."""
+    column, row = area.column_of(label.x), area.row_of(label.y)
+    if label.has_dot:
+        area.draw_cell(column, row, DOT_GLYPH, "bold")
+    length = len(label.text)
+    start = {"left": column - length - 1, "right": column + 2}.get(label.side, column - length // 2)
+    start = max(min(start, area.columns - length), 0)
+    row += {"above": -1, "below": 1}.get(label.side, 0)
+    for offset, glyph in enumerate(label.text):
+        area.draw_cell(start + offset, row, glyph, "bold")

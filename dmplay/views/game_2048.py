@@ -151,12 +151,12 @@ def _choose_displayed_board(view: View[Game2048], options: DrawOptions) -> Displ
         before, action = view.observations[-2], int(view.actions[-1])
         return DisplayedBoard(
             np.zeros_like(before),
-            sliding_tiles=(*_iter_sliding_tiles(before, action, options.motion_progress),),
+            sliding_tiles=(*iter_sliding_tiles(before, action, options.motion_progress),),
         )
     return DisplayedBoard(view.observation, _find_new_tile(view))
 
 
-def _iter_sliding_tiles(board: Array, action: int, motion_progress: float) -> Iterator[DrawnTile]:
+def iter_sliding_tiles(board: Array, action: int, motion_progress: float) -> Iterator[DrawnTile]:
     """Yield the tiles of a board while it slides.
 
     `motion_progress` is the part of the slide that is over, from 0 to 1.

@@ -1,7 +1,9 @@
 """Tests of the figures of the book's appendix F."""
 
 import itertools
+import math
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,14 +11,20 @@ import pytest
 from dmplay.game.plot_kinds import FIGURES, find_figure_name
 from dmplay.plots.appendix_figures import DRAW_FUNCTIONS, draw_figure
 from dmplay.plots.plot_data import (
+    BoardPanel,
     GridPanel,
     HexPanel,
+    Label,
     LinePanel,
     Plot,
+    Polyline,
     Series,
+    ShapesPanel,
     TablePanel,
     TrianglePanel,
 )
+from dmplay.problems.mountain_car import MountainCar
+from tests.support.programs import run_dmplay
 
 
 @cache
@@ -29,6 +37,26 @@ def find_series(panel: LinePanel, label: str) -> Series:
     return series
 
 
+def format_boards(name: str) -> list[str]:
+    """Return the boards of a figure as texts, such as `2 . / . 4`."""
+    texts = []
+    for panel in draw_cached_figure(name).panels:
+        assert isinstance(panel, BoardPanel)
+        numbers = {(tile.row, tile.column): str(tile.number) for tile in panel.tiles}
+        side = range(panel.size)
+        rows = [" ".join(numbers.get((row, column), ".") for column in side) for row in side]
+        texts.append("/".join(rows))
+    return texts
+
+
+def find_shapes(name: str) -> tuple[list[Polyline], list[str]]:
+    """Return the lines and the texts of a figure of shapes."""
+    (panel,) = draw_cached_figure(name).panels
+    assert isinstance(panel, ShapesPanel)
+    lines = [shape for shape in panel.shapes if isinstance(shape, Polyline)]
+    return lines, [shape.text for shape in panel.shapes if isinstance(shape, Label) and shape.text]
+
+
 def test_every_figure_has_a_function() -> None:
     assert list(FIGURES) == list(DRAW_FUNCTIONS)
 
@@ -38,7 +66,7 @@ def test_a_figure_is_found_by_several_spellings(spelling: str) -> None:
     assert find_figure_name(spelling) == "F.2"
 
 
-@pytest.mark.parametrize("spelling", ["F.3", "", "values"])
+@pytest.mark.parametrize("spelling", ["F.17", "", "values"])
 def test_other_words_are_no_figure(spelling: str) -> None:
     assert find_figure_name(spelling) is None
 
@@ -63,6 +91,108 @@ def test_settings_change_a_figure_and_its_title() -> None:
 def test_figure_f2_has_both_maps() -> None:
     maps = draw_cached_figure("F.2").panels
     assert [len(panel.cells) for panel in maps if isinstance(panel, HexPanel)] == [24, 7]
+
+
+def test_figure_f3_is_the_start_of_the_game_with_its_seed(tmp_path: Path) -> None:
+    assert format_boards("F.3") == [". . . 4/. . . ./. . 2 ./. . . ."]
+    assert draw_cached_figure("F.3").title == "2048: a random starting state (seed 11)"
+    start = run_dmplay(tmp_path, "2048", "--seed", "11", stdin="").stdout
+    assert "row 1: empty empty empty 4." in start
+    assert "row 3: empty empty 2 empty." in start
+
+
+def test_figure_f3_follows_the_probability_of_a_2() -> None:
+    (panel,) = draw_figure("F.3", ["p_two=0"]).panels
+    assert isinstance(panel, BoardPanel)
+    assert [tile.number for tile in panel.tiles] == [4, 4]
+
+
+def test_figure_f4_slides_the_start_down_and_adds_a_tile() -> None:
+    before, slid, after = format_boards("F.4")
+    assert [before] == format_boards("F.3")
+    assert slid == ". . . ./. . . ./. . . ./. . 2 4"
+    assert after == ". 2 . ./. . . ./. . . ./. . 2 4"
+    first, _, last = draw_cached_figure("F.4").panels
+    assert isinstance(first, BoardPanel)
+    assert isinstance(last, BoardPanel)
+    assert [tile.end for tile in first.tiles] == [(3, 3), (3, 2)]
+    assert [(tile.row, tile.column) for tile in last.tiles if tile.is_marked] == [(0, 1)]
+
+
+def test_figure_f5_merges_two_4_tiles_and_pays_8() -> None:
+    assert format_boards("F.5")[:2] == [
+        ". . . 2/4 . . ./. . . ./4 2 . .",
+        ". . . ./. . . ./. . . ./8 2 . 2",
+    ]
+    slid = draw_cached_figure("F.5").panels[1]
+    assert isinstance(slid, BoardPanel)
+    assert slid.title == "reward 8"
+    assert [tile.number for tile in slid.tiles if tile.is_marked] == [8]
+
+
+def test_figure_f6_draws_the_state_after_seven_pushes() -> None:
+    """The state is computed again with the book's equations F.1 to F.4."""
+    x = v = theta = omega = 0.0
+    for _ in range(7):
+        tau = (-10.0 + omega**2 * math.sin(theta) / 2) / 1.1
+        inertia = (4 / 3 - 0.1 / 1.1 * math.cos(theta) ** 2) / 2
+        alpha = (9.8 * math.sin(theta) - tau * math.cos(theta)) / inertia
+        acceleration = tau - alpha * math.cos(theta) / 2 * 0.1 / 1.1
+        x, v = x + 0.02 * v, v + 0.02 * acceleration
+        theta, omega = theta + 0.02 * omega, omega + 0.02 * alpha
+    lines, texts = find_shapes("F.6")
+    (pole,) = (line.points for line in lines[1:] if not line.is_dashed and not line.arrow_heads)
+    foot, tip = np.array(pole)
+    assert tip - foot == pytest.approx([math.sin(theta), math.cos(theta)])
+    assert foot[0] == pytest.approx(x)
+    assert set(texts) == {
+        "force 10 N",
+        "pole 1 m, 0.1 kg",
+        f"theta {math.degrees(theta):+.1f} deg",
+        f"omega {math.degrees(omega):+.0f} deg/s",
+        f"cart 1 kg, x {x:+.2f} m, v {v:+.2f} m/s",
+    }
+    limits = sorted(float(line.points[0][0]) for line in lines if line.is_dashed)
+    assert (limits[0], limits[-1]) == (-2.4, 2.4)
+
+
+def test_figure_f6_stops_before_a_game_ends_that_has_no_room() -> None:
+    (note, *_) = draw_figure("F.6", ["x_limit=0"]).notes
+    assert note == "the state after 1 turn of pushes to the left, from rest"
+
+
+def test_figure_f7_has_the_hill_whose_slope_moves_the_car() -> None:
+    hill, *_ = find_shapes("F.7")[0]
+    positions, heights = np.transpose(hill.points)
+    problem = MountainCar()
+    s = np.stack([positions, np.zeros_like(positions)], axis=1)
+    coast = np.ones((len(s), 1), np.int64)
+    speeds = problem.step(s, coast, np.zeros((len(s), 0))).state[:-1, 1]  # not at the goal
+    slopes = np.gradient(heights, positions)[:-1]
+    assert speeds == pytest.approx(-0.0025 / 3 * slopes, abs=2e-5)
+    assert (positions[0], positions[-1]) == (-1.2, 0.6)
+
+
+def test_figure_f7_moves_its_flag_with_the_goal() -> None:
+    (panel,) = draw_figure("F.7", ["goal=0.5"]).panels
+    assert isinstance(panel, ShapesPanel)
+    (flag,) = (s for s in panel.shapes if isinstance(s, Label) and s.text == "goal 0.5")
+    assert flag.x == 0.5
+
+
+def test_figure_f8_names_the_state_and_points_along_the_flight() -> None:
+    lines, texts = find_shapes("F.8")
+    assert texts == [
+        "collision: closer than 50 m",
+        "other aircraft",
+        "h = +52 m",
+        "t_col = 40 s",
+        "dh = -5.1 m/s",
+        "our aircraft, a_prev = no-advisory",
+    ]
+    height, rate = 52.0696784, -5.13890606  # the start of the game with seed 11
+    (flight,) = (line.points for line in lines if line.arrow_heads == "end")
+    assert np.array(flight) == pytest.approx(np.array([[40.0, height], [32.0, height + 8 * rate]]))
 
 
 def test_figure_f9_has_its_climb_region_at_a_rising_aircraft() -> None:

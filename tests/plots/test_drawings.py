@@ -12,11 +12,18 @@ from dmplay.errors import BadParameter
 from dmplay.game.plot_kinds import FIGURES, PICTURE_FORMATS
 from dmplay.plots.appendix_figures import draw_figure
 from dmplay.plots.plot_data import (
+    BoardPanel,
+    Box,
     GridPanel,
+    Label,
     LinePanel,
     Plot,
+    PlottedTile,
+    Polyline,
     Region,
     Series,
+    Shape,
+    ShapesPanel,
     TablePanel,
     TrianglePanel,
 )
@@ -112,6 +119,51 @@ def test_a_triangle_shows_the_best_action_at_each_corner() -> None:
     assert rows[-2:] == ["left: P(s1) = 1; right: P(s2) = 1", "t top   l left   r right"]
 
 
+def test_a_board_shows_where_tiles_slide_and_which_one_is_marked() -> None:
+    tiles = [
+        PlottedTile(0, 0, 2, end=(0, 1)),
+        PlottedTile(1, 0, 16, end=(0, 0)),
+        PlottedTile(1, 1, 8, is_marked=True),
+    ]
+    assert draw_plot(Plot("board", [BoardPanel("", 2, tiles)]), 40).plain.splitlines() == [
+        "board",
+        "┌────┬────┐",
+        "│2 → │ ·  │",
+        "├────┼────┤",
+        "│16 ↑│[8] │",
+        "└────┴────┘",
+    ]
+
+
+def test_shapes_are_drawn_in_the_units_of_their_axes() -> None:
+    shapes: list[Shape] = [
+        Polyline([(0.0, 0.0), (4.0, 0.0)], is_dashed=True),
+        Polyline([(3.0, 0.5), (3.0, 2.0)], "both"),
+        Box(0.0, 1.0, 1.0, 1.5),
+        Label("point", 1.5, 2.0, has_dot=True),
+        Label("edge", 4.0, 1.5, "left"),
+    ]
+    panel = ShapesPanel("", Axis("x", 0.0, 4.0), Axis("y", 0.0, 2.0), shapes, has_equal_scales=True)
+    assert draw_plot(Plot("shapes", [panel]), 44).plain.splitlines() == [
+        "shapes",
+        "y",
+        "2 ┤               ● point        ↑",
+        "  │                              │",
+        "  │▒▒▒▒▒▒▒▒▒▒▒                   │    edge",
+        "  │▒▒▒▒▒▒▒▒▒▒▒                   │",
+        "  │▒▒▒▒▒▒▒▒▒▒▒                   │",
+        "1 ┤▒▒▒▒▒▒▒▒▒▒▒                   │",
+        "  │                              │",
+        "  │                              │",
+        "  │                              ↓",
+        "  │",
+        "0 ┤·········································",
+        "  └┴───────────────────┴───────────────────┴",
+        "   0                   2                   4",
+        "                       x",
+    ]
+
+
 @pytest.mark.extra("plot")
 @each_request
 def test_a_plot_is_drawn_as_a_picture_with_the_same_bytes_again(request_: PlotRequest) -> None:
@@ -185,7 +237,7 @@ def test_a_plot_in_the_terminal_does_not_load_matplotlib() -> None:
     [
         ("hexworld", "plot: hexworld is a problem; try dmplay plot values hexworld"),
         ("valeus hexworld", "unknown plot 'valeus'; did you mean values"),
-        ("F.3", "unknown plot 'F.3'; did you mean F.1"),
+        ("F.17", "unknown plot 'F.17'; did you mean F.7"),
         ("values", "plot values: expected a PROBLEM, such as dmplay plot values hexworld"),
         ("belief", "plot belief: expected a FILE, such as dmplay plot belief game.dmt"),
         ("values hexwrld", "unknown problem 'hexwrld'"),
