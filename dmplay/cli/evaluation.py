@@ -155,14 +155,14 @@ def compare(
         typer.Option(
             "--bounds",
             metavar="LOW,HIGH",
-            help="smallest and largest return of a game, if --decide asks for them",
+            help="smallest and largest possible return; needed if --decide cannot compute them",
         ),
     ] = "",
     asymptotic: Annotated[
         bool,
         typer.Option(
             "--asymptotic",
-            help="use --decide without --bounds; with few games, errors are likelier than P",
+            help="let --decide work without --bounds; after few games it errs more often than P",
         ),
     ] = False,
     *,

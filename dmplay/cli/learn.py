@@ -37,7 +37,7 @@ your own lessons.
   dmplay learn 9                open lesson 9
   dmplay learn ./week3/         list the lessons in a folder
   dmplay learn ./week3/ 2       open lesson 2 of the folder
-  dmplay learn --json           print your progress for a course page
+  dmplay learn --json           print your progress as JSON, for a course page
   dmplay learn puzzle           solve the puzzle of the day
   dmplay learn puzzle catch     solve a puzzle of one problem
   dmplay learn from game.dmt    find better actions than your worst ones
@@ -126,7 +126,8 @@ def puzzle(
 ) -> object:
     """Solve a puzzle: a position in which a rule of thumb loses.
 
-    Choose the best action. All values are exact, and about the game of the puzzle.
+    Choose the best action. All values are exact expected returns, from the position
+    to the end of the game.
     A puzzle that you miss returns after 1, 3 and 7 days. The puzzle of the day
     changes at midnight UTC and is the same for all players.
 
@@ -160,7 +161,7 @@ def learn_from(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Find better actions than those that lost most in recorded games.
+    """Find better actions for the worst choices in recorded games.
 
     You choose again in at most five positions, worst first. This needs the exact
     values of the game that was played, and a file that verifies. A choice that you

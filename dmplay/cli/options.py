@@ -128,7 +128,7 @@ PredictionKind = Annotated[
     str,
     _option(
         "KIND",
-        "predict before each outcome: belief, outcome or value",
+        "dmplay asks you to predict before each outcome: belief, outcome or value",
         name_lists.complete_prediction_kinds,
         "--predict",
     ),
@@ -229,7 +229,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="number of the game, from 0; with one seed, each number gives another game",
+        help="which game of this seed to play: 0, 1, 2, ...; each has other random numbers",
     ),
 ]
 TurnLimit = Annotated[

@@ -43,13 +43,18 @@ def plot(
     turns: Annotated[
         int | None,
         typer.Option(
-            "--turns", metavar="N", min=1, help="turns left; of returns: maximum turns per game"
+            "--turns",
+            metavar="N",
+            min=1,
+            help="turns left; for 'plot returns': maximum turns per game",
         ),
     ] = None,
     methods: Annotated[
         str,
         typer.Option(
-            "--methods", metavar="NAME,...", help="for alpha-vectors: optimal, qmdp and fib"
+            "--methods",
+            metavar="NAME,...",
+            help="for alpha-vectors: optimal, or the approximations qmdp and fib",
         ),
     ] = "",
     agent: options.FirstSeatAgent = "",
@@ -85,7 +90,7 @@ def plot(
 
     A plot is drawn in the terminal. With -o FILE.svg, FILE.png or FILE.pdf, dmplay
     writes a picture for slides instead; this needs the extra 'plot'.
-    An alpha vector holds the value of one plan from each hidden state. A belief is the
+    An alpha vector lists the value of one plan for each hidden state. A belief is the
     probability of each hidden state. The regret of an action is how much lower its
     expected return is than that of the best action.
 

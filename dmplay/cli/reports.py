@@ -99,8 +99,8 @@ def solve(
     A problem that is too large is simulated instead, and the report says so.
 
     The report also names the method. A value is an expected return: the sum of the
-    discounted rewards. In an equilibrium, no player gains by changing its own strategy
-    alone.
+    discounted rewards. For several players, it reports an equilibrium: no player
+    gains by changing its own strategy alone.
 
     \b
       dmplay solve hexworld --set slip=0.1

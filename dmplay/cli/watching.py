@@ -44,11 +44,17 @@ def watch(
     iterations: Annotated[
         int | None,
         typer.Option(
-            "--iterations", metavar="N", help="number of sweeps, simulations or rounds", min=1
+            "--iterations", metavar="N", help="how often the main step is repeated", min=1
         ),
     ] = None,
     step: Annotated[
-        int | None, typer.Option("--step", metavar="N", help="show step N first, or only it", min=1)
+        int | None,
+        typer.Option(
+            "--step",
+            metavar="N",
+            help="begin at step N; without a full screen, show only this step",
+            min=1,
+        ),
     ] = None,
     speed: Annotated[
         float, typer.Option("--speed", metavar="X", help="steps per second while playing", min=0.1)
@@ -65,7 +71,7 @@ def watch(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Watch an algorithm of the book work on a problem, one step at a key.
+    """Watch an algorithm of the book work on a problem, one step per key press.
 
     Each step shows the formula with its numbers. Space shows the next step, Backspace the
     one before, and P plays. In a pipe, the steps are lines of text.

@@ -128,7 +128,8 @@ class ScoreComparison:
         It has the number of equal games if these are more than the lower ones.
         """
         ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
-        return f"{self.lower_count} of {self.game_count} by {self.agent.partition(':')[0]}{ties}"
+        agent = self.agent.partition(":")[0]
+        return f"{self.lower_count} of {self.game_count} games of {agent}{ties}"
 
 
 @dataclass(frozen=True)
@@ -151,7 +152,7 @@ class Verdict:
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
         better = ", ".join(map(str, self.comparisons))
-        rows += [f"other seeds: you beat these games: {better}"] if better else []
+        rows += [f"other seeds: you beat {better}"] if better else []
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

@@ -24,7 +24,7 @@ def report_algorithms(*, json: bool) -> str:
             for name, entry in load_algorithms().items()
         ]  # fmt: skip
         return format_json_report({"algorithms": rows})
-    lines = ["Watch an algorithm work, one step at a key: dmplay watch ALGORITHM PROBLEM", ""]
+    lines = ["Watch an algorithm work, one step per key press: dmplay watch ALGORITHM PROBLEM", ""]
     wrapper = TextWrapper(
         WIDTH, initial_indent="  ", subsequent_indent="    ", break_on_hyphens=False
     )

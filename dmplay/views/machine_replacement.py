@@ -52,7 +52,7 @@ MAX_TRIANGLE_ROWS, MIN_CHART_TRIANGLE_ROWS, MAX_CHART_ROWS = 40, 30, 12
 REGRET_COLUMN = 21  # first column of the regrets
 TRIANGLE_LEGEND = (
     "● belief now, · earlier beliefs",
-    "at a corner: the number is certain",
+    "at a corner, this number is certain",
     "Tab shows the best action by belief",
 )
 REGION_LEGEND = (
@@ -121,7 +121,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "chance of a failed part "
+    title = "chance of a failed part by turn "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     failure_probabilities = [1.0 - float(b[0]) for b in (view.beliefs or ())[-columns:]]
     canvas.write_text(0, y, title, "dim")

@@ -127,7 +127,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; regret 4.07 (score lost on average)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, chose e; se better by 3.20",
-        "other seeds: you beat these games: 60 of 100 by random, 20 of 100 by optimal",
+        "other seeds: you beat 60 of 100 games of random, 20 of 100 games of optimal",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -280,14 +280,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 by random"
+    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 games of random"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "0 of 100 by random (100 equal)",
-        "0 of 100 by regulate (100 equal)",
+        "0 of 100 games of random (100 equal)",
+        "0 of 100 games of regulate (100 equal)",
     ]
 
 

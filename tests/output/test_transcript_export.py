@@ -192,7 +192,7 @@ def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: P
         "1     e       se    0.78 ####################",
         "2     w       sw    0.58 ###############",
         "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.30, "
-        "largest in turn 1",
+        "largest before the discount in turn 1",
         "regret = value of the best action minus value of yours",
     ]
     assert verify(transcript_path).is_ok

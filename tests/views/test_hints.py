@@ -101,7 +101,7 @@ saw  nondefective                            0 failed
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \
 2 failed  #................... 0.036          o m m \
-chance of a failed part _.:                  /*m m m \
+chance of a failed part by turn _.:          /*m m m \
                                             / m m m e \
 expected reward      rest of game          / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \

@@ -228,7 +228,7 @@ class _ValueExplainer:
             belief_text = self._describe_belief(parts, outcomes[0])
             details = f" ({belief_text})" if belief_text else ""
             noun = "observation" if is_observed else "state"
-            yield f"the next {noun} is surely {outcomes[0].text}{details}" * has_short_names
+            yield f"the next {noun} is {outcomes[0].text} in any case{details}" * has_short_names
             return
         if has_short_names and len(outcomes) <= MAX_LISTED_OUTCOMES:
             verb = "you observe" if is_observed else "next is"

@@ -152,7 +152,10 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     meaning = f"{'discounted ' * is_discounted}{lost} lost"
     regret_text = format_fixed(total, _count_decimals(reviewed_actions, [total]))
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
-    return text if best_count == len(reviewed_actions) else f"{text}, largest in turn {worst.turn}"
+    if best_count == len(reviewed_actions):
+        return text
+    before = " before the discount" * is_discounted
+    return f"{text}, largest{before} in turn {worst.turn}"
 
 
 def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:

@@ -358,7 +358,7 @@ def split_pages(viewport: Viewport, frame_state: FrameState) -> list[ScreenRows]
     for page_number in range(1, page_count + 1):
         part = rows[(page_number - 1) * page_height : page_number * page_height]
         is_last = page_number == page_count
-        key_help = "any key closes this page" if is_last else "Space shows the next page"
+        key_help = "Esc closes this page" if is_last else "Space shows the next page"
         page_label = (f" page {page_number} of {page_count}; {key_help}", "dim")
         parts.append([*part, *[""] * (page_height - len(part)), (page_label,)])
     return parts

@@ -38,7 +38,7 @@ LOOKBACK_HELP = (
 SCROLL_HELP = (
     "PgUp",
     "scroll",
-    "scroll the log; when the game is over, show all its turns (hex maps: with Shift)",
+    "scroll the log; when the game is over, show all its turns (on hex maps: Shift-PgUp)",
 )
 
 
@@ -331,7 +331,7 @@ SCREEN_KEYS = (
         ("M",),
         "M",
         "learn",
-        "after the game: find better actions than those that lost most",
+        "after the game: look for better actions in your worst turns",
         leave_to_learn,
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),

@@ -17,7 +17,7 @@ REPLAY_HELP = (
     ("Home", "start", "in a replay: go to the start; End goes to the end"),
     ("0-9", "turn", "in a replay: type the number of a turn, then Enter"),
     (WORST_KEY, "worst", "in a replay: go to the choice with the largest regret, then the next"),
-    ("M", "learn", "in a replay: find better actions than those that lost most"),
+    ("M", "learn", "in a replay: look for better actions in your worst turns"),
     ("Enter", "play on", "in a replay: play on from here as a person, in a new file"),
 )
 

@@ -1,4 +1,4 @@
-"""The step viewer: an algorithm on the full screen, one step at a key."""
+"""The step viewer: an algorithm on the full screen, one step per key press."""
 
 from collections.abc import Callable
 from typing import NamedTuple

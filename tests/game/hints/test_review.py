@@ -48,7 +48,7 @@ def test_the_total_regret_is_discounted_as_the_score_is() -> None:
     assert total_regret(actions) == 1.5
     assert format_table(actions)[-2] == (
         "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.50, "
-        "largest in turn 3"
+        "largest before the discount in turn 3"
     )
 
 

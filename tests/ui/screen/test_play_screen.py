@@ -203,7 +203,7 @@ def test_a_typed_action_closes_the_help() -> None:
 def test_help_longer_than_the_screen_is_split_into_parts() -> None:
     result = play_keys(make_game("hexworld"), "?", *["space"] * 7, "h", size=(50, 14))
     for number in range(1, 8):
-        prompt = "Space shows the next page" if number < 7 else "any key closes this page"
+        prompt = "Space shows the next page" if number < 7 else "Esc closes this page"
         assert f"page {number} of 7; {prompt}" in result.frames[number]
     parts = "".join(result.frames[1:8])
     assert all(command.name in parts for command in COMMANDS)

@@ -71,7 +71,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  choices: best action 1 of 4 times; regret 5.97 (score lost on average)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, chose w; se better by 5.05
- other seeds: you beat these games: 57 of 100 by random, 11 of 100 by optimal
+ other seeds: you beat 57 of 100 games of random, 11 of 100 games of optimal
  same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -126,8 +126,8 @@ into walls: u -0.624 y -0.624 b -0.624 n -0.624 (below best)     e      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed; ignore better by 3.88
- other seeds: you beat these games: 47 of 100 by
-   random, 11 of 100 by optimal
+ other seeds: you beat 47 of 100 games of random,
+   11 of 100 games of optimal
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet. belief: sated …
 
@@ -186,7 +186,7 @@ true state: sated
  choices: best action 2 of 5 times; regret 3.29 (score lost on average)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, chose feed; ignore better by 3.88
- other seeds: you beat these games: 47 of 100 by random, 11 of 100 by optimal
+ other seeds: you beat 47 of 100 games of random, 11 of 100 games of optimal
  same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
