@@ -130,7 +130,7 @@ def find_mdp_obstacle(problem: Problem) -> str:
     if len(problem.agents) > 1:
         return "several agents choose; it plans for one agent"
     if problem.partially_observable:
-        return "its state is hidden; it needs a state that the agent sees"
+        return "the algorithm needs a state that the agent sees, but the state is hidden"
     if not problem.action_counts[0]:
         return "its actions are real numbers; it needs a list of actions"
     return _find_size_obstacle(problem)

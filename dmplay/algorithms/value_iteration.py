@@ -148,7 +148,7 @@ def _describe_focus(  # noqa: PLR0913, PLR0917 - the parts of one sentence
             are_good = "all actions are"
         return (f"The formula is for {name} {position}; {are_good} equally good.",)
     second = format_score(float(others.max()))
-    return (f"The best action {position}, is {name}; the second-best action has {second}.",)
+    return (f"The best action {position}, is {name}; the second-best action is worth {second}.",)
 
 
 def _describe_end(discount: float, residual: float) -> tuple[str, ...]:

@@ -180,7 +180,7 @@ def test_a_problem_file_of_a_user_works(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("name", "obstacle"),
     [
-        ("crying-baby", "its state is hidden; it needs a state that the agent sees"),
+        ("crying-baby", "the algorithm needs a state that the agent sees, but the state is hidden"),
         ("predator-prey", "several agents choose; it plans for one agent"),
         ("simple-regulator", "its actions are real numbers; it needs a list of actions"),
         ("cart-pole", "its state is 4 real numbers; a grid needs two numbers with bounds"),

@@ -84,7 +84,10 @@ def test_a_problem_of_a_user_is_watched_like_a_built_in_one(tmp_path: Path) -> N
         (("value-iteration",), "watch value-iteration: expected a problem"),
         (("value-iteratio", "hexworld"), "unknown algorithm 'value-iteratio'; did you mean value"),
         (("value-iteration", "hexwold"), "unknown problem 'hexwold'; did you mean hexworld"),
-        (("value-iteration", "crying-baby"), "value-iteration does not fit crying-baby: its state"),
+        (
+            ("value-iteration", "crying-baby"),
+            "value-iteration does not fit crying-baby: the algorithm needs",
+        ),
         (("value-iteration", "hexworld", "--step", "99"), "got step 99, expected 1 to 22"),
         (("value-iteration", "hexworld", "--svg", "--film"), "watch: choose one of --svg, --film"),
         (

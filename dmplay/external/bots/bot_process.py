@@ -128,13 +128,16 @@ class BotProcess:
         return True
 
     def _write_unsent(self) -> None:
-        """Write as much of the unsent text as the program accepts."""
+        """Write as much of the unsent text as the program accepts.
+
+        If it has closed its input, the text is dropped; its last output is still read.
+        """
         try:
             self._unsent = self._unsent[os.write(self._stdin_fd, self._unsent) :]
         except BlockingIOError:
             return
         except OSError:
-            raise self._exit_forfeit() from None
+            self._unsent = b""
 
     def _read_output(self) -> None:
         """Read output that is available; raise Forfeit if the program has closed it."""

@@ -109,9 +109,11 @@ def _describe_tree(root: TreeNode) -> list[str]:
 
 
 def _describe_column(picture: BeliefTable, index: int) -> str:
-    """Return one column of a belief table, the largest numbers first."""
+    """Return one column of a belief table; of many states, those with the largest numbers."""
     name, numbers = picture.columns[index]
-    order = np.argsort(-np.nan_to_num(numbers, nan=-1.0), kind="stable")[:MAX_ACTIONS].tolist()
+    order = [*range(len(numbers))]
+    if len(order) > MAX_ACTIONS:
+        order = np.argsort(-np.nan_to_num(numbers, nan=-1.0), kind="stable")[:MAX_ACTIONS].tolist()
     finite = [state for state in order if not np.isnan(numbers[state])]
     parts = [f"{picture.state_labels[state]} {numbers[state]:.4f}" for state in finite]
     more = len(numbers) - len(order)

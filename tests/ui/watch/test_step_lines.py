@@ -51,7 +51,8 @@ def test_a_run_on_the_straight_line_in_lines() -> None:
         "V is now the value of a game with 2 turns left.\n"
         "The sweeps end here, but the values still change.\n"
         "6 of 7 values changed, by at most 6.219 (the residual).\n"
-        "The best action in (5,0), where V changed most, is e; the second-best action has 0.2705.\n"
+        "The best action in (5,0), where V changed most, is e; "
+        "the second-best action is worth 0.2705.\n"
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919\n"
         "values: (0,0) -0.57 e; (1,0) -0.57 e; (2,0) -0.57 e; (3,0) -0.57 e; (4,0) -0.57 e; "
         "(5,0) 5.919 e; (6,0) 10 e; over 0.\n"
@@ -69,7 +70,7 @@ def test_one_step_can_be_printed_alone() -> None:
 
 def test_a_belief_update_in_lines() -> None:
     text = "".join(iter_lines(watch("belief-update", "crying-baby", 1)))
-    assert "posterior: hungry 0.9072, sated 0.0928.\n" in text
+    assert "posterior: sated 0.0928, hungry 0.9072.\n" in text
 
 
 @pytest.mark.parametrize(("algorithm", "problem"), FITTING_PAIRS)
