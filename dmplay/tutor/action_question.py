@@ -78,11 +78,7 @@ class ActionQuestion:
         session = self.position.session
         lesson = load_view_module(self.problem).lesson(session.view(self.seat))
         sentences = [lesson.role, lesson.objective, lesson.costs]
-        name = self.position.problem_name
-        lines = [f"{text}." for text in sentences if text]
-        if self.problem.partially_observable:
-            lines.append(f"dmplay info {name} lists the probabilities.")
-        return [*lines, *self._describe_players()]
+        return [*(f"{text}." for text in sentences if text), *self._describe_players()]
 
     def _describe_players(self) -> Iterator[str]:
         """Yield a sentence on each other player."""

@@ -214,7 +214,7 @@ def describe_situation(view: View[HexWorld]) -> str:
         problem.hexes, position, lambda hex_: _describe_hex(hex_, exits)
     )
     for hex_, pay in exits.items():
-        distance = hexgrid.format_distance(position, hex_)
+        distance = hexgrid.format_distance(problem.hexes, position, hex_)
         sentences.append(f"exit {format_signed(pay)} at {format_hex(hex_)}: {distance}.")
     return " ".join(sentences)
 

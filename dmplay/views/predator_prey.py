@@ -377,7 +377,7 @@ def describe_situation(view: View[PredatorPrey]) -> str:
             distance = (
                 "here"
                 if positions[seat] == position
-                else hexgrid.format_distance(position, positions[seat])
+                else hexgrid.format_distance(problem.hexes, position, positions[seat])
             )
             sentences.append(f"{agent} at {format_hex(positions[seat])}: {distance}.")
     return " ".join(sentences)

@@ -104,7 +104,7 @@ def test_a_game_that_forbids_hints_shows_only_what_is_no_hint() -> None:
 
 def test_a_misfit_is_no_hint() -> None:
     game = play("crying-baby").game
-    with pytest.raises(BadParameter, match="its state is hidden"):
+    with pytest.raises(BadParameter, match="but the state is hidden"):
         watch_game(game, "value-iteration")
     assert game.session.hint_counts["agent"] == 0
 

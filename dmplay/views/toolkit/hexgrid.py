@@ -14,7 +14,13 @@ from rich.text import Text
 
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.text import format_count
-from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_distance, hex_neighbours
+from dmplay.problems.shared.hexgrid import (
+    DIRECTIONS,
+    Hex,
+    format_hex,
+    hex_neighbours,
+    path_lengths,
+)
 from dmplay.views.protocol import REGRET_TOLERANCE, DrawOptions, Forecast
 from dmplay.views.toolkit.action_hints_and_outcomes import (
     format_condition,
@@ -309,9 +315,10 @@ def append_hex(move_text: str, hex_: Hex) -> str:
     return f"{move_text} {'to' if has_moved else 'at'} {format_hex(hex_)}"
 
 
-def format_distance(start: Hex, end: Hex) -> str:
-    """Return the distance between two hexes on the plane as text, such as `4 steps`."""
-    return format_count(hex_distance(start, end), "step")
+def format_distance(hexes: Sequence[Hex], start: Hex, end: Hex) -> str:
+    """Return the length of the shortest path between two hexes of a map, such as `4 steps`."""
+    steps = int(path_lengths(hexes)[hexes.index(start), hexes.index(end)])
+    return "no path" if steps == len(hexes) else format_count(steps, "step")
 
 
 def classify_move(hexes: Sequence[Hex], before: Hex, after: Hex, chosen_direction: int) -> HexMove:

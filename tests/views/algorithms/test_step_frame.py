@@ -78,7 +78,7 @@ def test_hex_world_after_two_sweeps_in_ascii() -> None:
         "V is now the value of a game with 2 turns left. 6 of 7",
         "values changed, by at most 6.219 (the residual). The best",
         "action in (5,0), where V changed most, is e; the second-best",
-        "action has 0.2705.",
+        "action is worth 0.2705.",
         "V(5,0) = -0.3 + 0.9 (0.7 x 10 + 0.3 x (-0.3)) = 5.919",
         "   / \\     / \\     / \\     / \\     / \\     / \\     / \\",
         " /     \\ /     \\ /     \\ /     \\ /     \\ /     \\ /     \\",

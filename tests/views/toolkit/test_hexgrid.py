@@ -1,8 +1,16 @@
 """Tests of hexagonal maps: results of moves, and the space that a map needs."""
 
+from dmplay.problems.hexworld import HexWorld
 from dmplay.views.protocol import DrawOptions
 from dmplay.views.toolkit.canvas import measure_text as measured
-from dmplay.views.toolkit.hexgrid import HexCell, HexMove, HexSize, classify_move, iter_maps
+from dmplay.views.toolkit.hexgrid import (
+    HexCell,
+    HexMove,
+    HexSize,
+    classify_move,
+    format_distance,
+    iter_maps,
+)
 
 
 def test_a_move_is_straight_a_slip_or_a_bump() -> None:
@@ -49,3 +57,10 @@ def test_hexes_outside_the_screen_are_not_drawn() -> None:
     smallest = [*iter_maps([(-1000, -1000), (1000, 1000)], hex_, DrawOptions(300, 100))][-1]
     assert measured(smallest) == (6001, 2001)
     assert not positions
+
+
+def test_a_distance_is_that_of_the_shortest_path_around_the_holes_of_the_map() -> None:
+    hexes = HexWorld().hexes
+    assert format_distance(hexes, (0, 2), (1, 2)) == "1 step"
+    # The straight way of nine steps leads through two holes of the lower row.
+    assert format_distance(hexes, (0, 0), (9, 0)) == "11 steps"
