@@ -13,6 +13,7 @@ from tests.support.programs import run_dmplay
 
 TRANSCRIPT_NAME, COPY_NAME = "g.dmt", "s.dmt"
 PRINTED_TURN = re.compile(r"^(turn \d+\.|undone)", re.MULTILINE)
+END_OF_GAME = re.compile(r"^(?:over|turn 0\. )", re.MULTILINE)
 RESUME_EVENTS, BRANCH_EVENTS = 17, 9  # turns and events in a file that is resumed or branched
 NO_FILE, EMPTY, PART, WHOLE = "no file", "empty", "part", "whole"
 
@@ -92,8 +93,8 @@ class Play(Act):
         content, complete = _read_if_exists(self.file(folder)), self.whole(game)
         if not complete.startswith(content):
             yield "unequal: what is left is not how the game began"
-        # the output repeats all turns after the end
-        printed_turns = len(PRINTED_TURN.findall(output.partition("\nover")[0]))
+        # After the game, the output repeats all turns with their hidden facts.
+        printed_turns = len(PRINTED_TURN.findall(END_OF_GAME.split(output)[0]))
         if printed_turns and count_events(content) < self.prior_event_count + printed_turns:
             yield (
                 f"lost: {self.prior_event_count + printed_turns} turns "
