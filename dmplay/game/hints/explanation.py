@@ -1,11 +1,11 @@
-"""Explanations of hints: two or three sentences made from the parts of an action's value."""
+"""Explanations of hints: a few short sentences made from the parts of an action's value."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, UPPER_BOUNDS
+from dmplay.agents.base import EXACT_VALUES, LOWER_BOUNDS, RATINGS, UPPER_BOUNDS
 from dmplay.core.arrays import Reals
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
@@ -29,14 +29,18 @@ UNKNOWN_ACCURACY = (
     "values"  # values whose accuracy is not known are slow to compute, as in a search
 )
 MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the others
+MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
 RUNNER_UP = ObviousAction(-1, "the next best")
-VALUE_WORDS = {EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most"}
+VALUE_WORDS = {
+    EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most",
+    RATINGS: "rated",
+}  # fmt: skip
 
 
 class Explanation(NamedTuple):
-    """The explanation of an action: its label, two or three sentences, and their numbers."""
+    """The explanation of an action: its label, at most four sentences, and their numbers."""
 
     label: str
     sentences: tuple[str, ...]
@@ -114,11 +118,12 @@ class _ValueExplainer:
     def explain(self, label: str) -> Explanation:
         """Return the explanation."""
         parts = self._breakdowns.get(self._action)
-        other, comparison = self._compare()
+        other, comparison, reason = self._compare()
         sentences = [
             self._describe_value(parts),
             self._describe_outcomes(parts) if parts else "",
             comparison,
+            reason,
         ]
         return Explanation(label, tuple(filter(None, sentences)), self._build_data(parts, other))
 
@@ -140,12 +145,6 @@ class _ValueExplainer:
     def _worth(self) -> str:
         """The verb phrase of a value, which says how accurate it is."""
         return VALUE_WORDS.get(self._provider.values_name, "worth about")
-
-    @property
-    def _kind(self) -> str:
-        """The kind of values that do not add up."""
-        is_bound = self._provider.values_name in {LOWER_BOUNDS, UPPER_BOUNDS}
-        return "bounds need not add up" if is_bound else "estimates need not add up"
 
     def _adds_up(self, parts: ActionBreakdown) -> bool:
         """Return whether the parts of a value sum to it, to the digits printed."""
@@ -173,17 +172,18 @@ class _ValueExplainer:
         if parts.is_last_turn:
             return f"{beginning}, the expected reward of this turn; no later turn counts."
         if not self._adds_up(parts):
-            later = self._number(parts.later_value)
-            return f"{beginning}: reward {reward} now and about {later} later ({self._kind})."
+            return f"{beginning}. Its expected reward in this turn is {reward}."
         later = self._number(self._round(value) - self._round(parts.reward))
-        product = f" ({parts.discount:g} x {self._number(parts.value_after)})"
+        text = f"{beginning}: reward {reward} now and {later} later"
+        product = f"{parts.discount:g} x {self._number(parts.value_after)}"
         product = product if parts.discount < 1.0 else ""
-        text = f"{beginning}: reward {reward} now and {later} later{product}"
-        information = self._number(parts.information_value)
-        if not parts.adds_up or not self._round(parts.information_value):
-            return f"{text}."
-        thanks = f"of which {information} is due to the next observation"
-        return _choose_short([f"{text}, {thanks}.", f"{text}."])
+        blind = ""
+        if parts.adds_up and self._round(parts.information_value):
+            blind_value = self._number(self._round(float(later) - parts.information_value))
+            blind = f"without the next observation, {blind_value}"
+        details = "; ".join(filter(None, (product, blind)))
+        details = f" ({details})" if details else ""
+        return f"{text}{details}."
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -247,7 +247,9 @@ class _ValueExplainer:
             belief_text = self._describe_belief(parts, outcome) if has_belief else ""
             details = ", ".join(filter(None, (belief_text, self._describe_worth(parts, outcome))))
             probability = f"{outcome.probability:.{decimals}f}"
-            entries.append(f"{outcome.text}{noun} {probability}{f' ({details})' * bool(details)}")
+            again = "again " * (outcome.text == self._present_state)
+            details = f" ({details})" if details else ""
+            entries.append(f"{again}{outcome.text}{noun} {probability}{details}")
         return _join_choices(entries)
 
     def _describe_belief(self, parts: ActionBreakdown, outcome: PossibleOutcome) -> str:
@@ -275,62 +277,75 @@ class _ValueExplainer:
         problem = self._session.problem
         differ = np.ptp([other.reward for other in parts.outcomes]) > REGRET_TOLERANCE
         reward = f"reward {outcome.reward:.4g}" if differ and problem.rewards_observable else ""
-        after = f"then worth {self._number(outcome.value_after)}" * (not parts.is_last_turn)
+        after = f"then {self._worth} {self._number(outcome.value_after)}" * (not parts.is_last_turn)
         return ", ".join(filter(None, (reward, after)))
 
+    @property
+    def _present_state(self) -> str:
+        """The present state as text; '' if the agent does not see it."""
+        problem = self._session.problem
+        if problem.partially_observable or problem.state_count == 1:
+            return ""
+        return problem.format_state(self._session.state)
+
     def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
-        """Yield clauses on many outcomes: the likeliest one and their range, then the range."""
+        """Yield clauses on many outcomes: the likeliest one and their range, then the range.
+
+        There is no range if the values after the outcomes do not sum to that of the action.
+        """
         problem = self._session.problem
         totals = [parts.outcome_total(outcome) for outcome in parts.outcomes]
-        likeliest = parts.outcomes[0]
-        has_name = _is_short(likeliest.text) and not isinstance(
-            problem.state_count, ContinuousStates
-        )
         noun = "replies" if problem.state_count == 1 else "outcomes"
-        yield (
-            f"the likeliest of {len(parts.outcomes)} {noun}{f', {likeliest.text},' * has_name} has "
-            f"probability {likeliest.probability:.2f} and brings {self._number(totals[0])}; "
-            f"all bring {self._number(min(totals))} to {self._number(max(totals))}"
-        )
-        yield (
-            f"{len(parts.outcomes)} {noun} bring {self._number(min(totals))} to "
-            f"{self._number(max(totals))}"
-        )
+        text = f"{len(parts.outcomes)} {noun} are possible"
+        if not self._adds_up(parts):
+            yield text
+            return
+        text = f"{text}, {self._worth} {self._number(min(totals))} to {self._number(max(totals))}"
+        likeliest, second = parts.outcomes[:2]
+        if likeliest.probability > second.probability + MIN_LEAD:
+            has_name = _is_short(likeliest.text) and not isinstance(
+                problem.state_count, ContinuousStates
+            )
+            yield (
+                f"{text}; the likeliest{f', {likeliest.text},' * has_name} has probability "
+                f"{likeliest.probability:.2f} and is {self._worth} {self._number(totals[0])}"
+            )
+        yield text
 
-    def _compare(self) -> tuple[ObviousAction | None, str]:
-        """Return the action to compare with, and a sentence on the difference and its reason."""
+    def _compare(self) -> tuple[ObviousAction | None, str, str]:
+        """Return the action to compare with, and sentences on the difference and its reason."""
         best, value = self._best, self._round(self._values[self._best])
         if self._action != best:
             gap = value - self._round(self._values[self._action])
             if not gap:
-                return ObviousAction(
-                    best, ""
-                ), f"The suggested action {self._name(best)} is as good."
+                text = f"The suggested action {self._name(best)} is as good."
+                return ObviousAction(best, ""), text, ""
             subject = f"The best action {self._name(best)}"
             if self._action == self._suggested:
                 subject = f"By these values, {self._name(best)}"
-            text = f"{subject} is worth {self._number(gap)} more"
-            return ObviousAction(best, ""), self._append_reason(text, self._action)
+            text = f"{subject} is worth {self._number(gap)} more."
+            return ObviousAction(best, ""), text, self._describe_reason(self._action)
         rule = self._choose_alternative()
         if rule is None:
             is_only_one = len(self._legal_actions) == 1
-            return None, f"{'No other action is legal' if is_only_one else 'All are equally good'}."
+            text = "No other action is legal." if is_only_one else "All are equally good."
+            return None, text, ""
         other_value = self._round(self._values[rule.action])
         name = self._name(rule.action)
         text = (
             f"{name[:1].upper()}{name[1:]}, {rule.text}, is {self._worth} "
-            f"{self._number(other_value)}, {self._number(value - other_value)} less"
+            f"{self._number(other_value)}, {self._number(value - other_value)} less."
         )
-        return rule, self._append_reason(text, rule.action)
+        return rule, text, self._describe_reason(rule.action)
 
-    def _append_reason(self, text: str, action: int) -> str:
+    def _describe_reason(self, action: int) -> str:
         """Return a sentence with the reason why an action is worth less than the best one.
 
         If it explains the worse action, the reason says what the best action brings instead.
         """
         best, other = self._breakdowns.get(self._best), self._breakdowns.get(action)
         reasons = [*self._iter_reasons(best, other)] if best and other else []
-        return _choose_short([*(f"{text}: {reason}." for reason in reasons), f"{text}."])
+        return _choose_short([f"{reason[:1].upper()}{reason[1:]}." for reason in reasons])
 
     def _choose_alternative(self) -> ObviousAction | None:
         """Return a rule of thumb that disagrees with the hint, else the best of the worse actions.
@@ -342,7 +357,9 @@ class _ValueExplainer:
         if not worse:
             return None
         rule = None
-        if set(self._breakdowns) == set(self._legal_actions):
+        if set(self._breakdowns) == set(self._legal_actions) and all(
+            self._adds_up(parts) for parts in self._breakdowns.values()
+        ):
             rule = self._provider.find_obvious_action(self._breakdowns, self._best)
         return rule or RUNNER_UP._replace(action=worse[0])
 
@@ -354,17 +371,19 @@ class _ValueExplainer:
         if best.information_value - other.information_value >= MAJOR_SHARE * (
             best.value - other.value
         ):
+            name = self._name(other.action) if self._action == other.action else "it"
             yield (
-                f"its observation adds {self._number(other.information_value)}, "
-                f"that of {self._name(best.action)} {self._number(best.information_value)}"
+                f"the next observation is worth {self._number(other.information_value)} after "
+                f"{name}, and {self._number(best.information_value)} after "
+                f"{self._name(best.action)}"
             )
         difference, later = self._compare_now_and_later(best, other)
         cause = ""
         if later:
             cause = self._describe_changed_reply(best, other)
             cause = cause or self._describe_changed_state(best, other)
-        yield f"{difference}{cause or self._describe_changed_belief(best, other)}"
-        yield difference
+        yield f"it brings {difference}{cause or self._describe_changed_belief(best, other)}"
+        yield f"it brings {difference}"
 
     def _iter_chance_reasons(self, best: ActionBreakdown, other: ActionBreakdown) -> Iterator[str]:
         """Yield texts on the one outcome that makes an action worse although it looks good."""
@@ -383,8 +402,10 @@ class _ValueExplainer:
         added_loss = losses[worst] - max(best_losses.get(outcome.text, 0.0), 0.0)
         looks_good = other.outcome_total(other.outcomes[0]) >= best.value
         if looks_good and added_loss >= best.value - other.value and _is_short(outcome.text):
-            after = f"after {self._name(other.action)}, " * (self._action == other.action)
-            chance = f"{after}{outcome.text} has probability {outcome.probability:.2f}"
+            name = self._name(other.action) if self._action == other.action else "it"
+            chance = f"{name} leads to {outcome.text} with probability {outcome.probability:.2f}"
+            if self._session.problem.state_count == 1:
+                chance = f"against {outcome.text} (probability {outcome.probability:.2f})"
             loss = self._number(losses[worst])
             yield f"{chance} ({self._describe_worth(other, outcome)}), which costs {loss}"
             yield f"{chance} and costs {loss}"
@@ -420,8 +441,9 @@ class _ValueExplainer:
             return ""
         described, reference = likeliest if self._action == other.action else likeliest[::-1]
         return (
-            f", as {described.text} is then worth {self._number(described.value_after)}, "
-            f"not {self._number(reference.value_after)}"
+            f", as it most likely leads to {described.text}, worth "
+            f"{self._number(described.value_after)}, not to {reference.text}, worth "
+            f"{self._number(reference.value_after)}"
         )
 
     def _describe_changed_belief(self, best: ActionBreakdown, other: ActionBreakdown) -> str:
@@ -456,9 +478,9 @@ class _ValueExplainer:
             reward_change = gap
         later = self._round(gap - reward_change)
         if best.is_last_turn or not later:
-            return f"{self._describe_difference(reward_change)} now, the same later", 0.0
+            return f"{self._describe_difference(reward_change)} now and the same later", 0.0
         if not self._round(reward_change):
-            return f"the same now, {self._describe_difference(later)} later", later
+            return f"the same now and {self._describe_difference(later)} later", later
         conjunction = "but" if reward_change * later < 0 else "and"
         return (
             f"{self._describe_difference(reward_change)} now {conjunction} "

@@ -189,6 +189,8 @@ class Hint:
         listed = [action for action, _ in self._actions_by_value][:MAX_LISTED_VALUES]
         if self.values is None:
             return MIN_DECIMALS
+        if self.values_name == RATINGS:
+            return 0
         return count_decimals([float(self.values[action]) for action in listed])
 
     @cached_property

@@ -49,7 +49,7 @@ def _iter_rules(
             breakdowns, lambda parts: parts.outcome_total(parts.outcomes[0])
         )
         if action is not None and len(breakdowns[action].outcomes) > 1:
-            yield ObviousAction(action, "best if its likeliest outcome were certain")
+            yield ObviousAction(action, "the best if every action surely had its likeliest outcome")
     action = _find_single_maximum(breakdowns, lambda parts: parts.reward)
     if action is not None:
         yield ObviousAction(action, "which pays the most now")
@@ -87,7 +87,9 @@ def _trust_observation(
         return
     action = max(breakdowns, key=lambda action: q[0, action])
     name = problem.format_state(problem.enumerate_states()[state])
-    yield ObviousAction(action, f"best if the last observation proved the state {name}")
+    yield ObviousAction(
+        action, f"the best if you were sure of the state {name} after the last observation"
+    )
 
 
 def _compute_likelihoods(session: Session, seat: int, state_count: int) -> Reals:

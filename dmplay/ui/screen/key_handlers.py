@@ -33,12 +33,12 @@ SCROLL_ROWS_BY_KEY = {  # rows to scroll back, by key, for the log and for pages
 LOOKBACK_HELP = (
     "Enter",
     "look back",
-    "when the game is over, show its turns and the regret of each choice",
+    "after the game: show its turns, and where another action was better",
 )
 SCROLL_HELP = (
     "PgUp",
     "scroll",
-    "scroll the log; when the game is over, show all its turns (on hex maps: Shift-PgUp)",
+    "scroll the log (on hex maps: Shift-PgUp); after the game: list its turns",
 )
 
 

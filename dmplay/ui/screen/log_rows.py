@@ -99,12 +99,11 @@ def _scrolled_rows(
         row_count - len(last_rows),
     )
     begin = end - viewport.height + 1
-    position = f" rows {begin + 1}-{end} of {row_count}: PgUp"
-    keys = (" PgDn Home End", " PgDn")
-    key_help = next(
-        (keys_text for keys_text in keys if len(position + keys_text) <= viewport.width), ""
-    )
-    return [*last_rows[begin - skipped_rows : end - skipped_rows], ((position + key_help, "dim"),)]
+    position = f" rows {begin + 1}-{end} of {row_count}"
+    # Without Shift, these keys are actions in some problems.
+    text = f"{position}: Shift-PgUp Shift-PgDn"
+    text = text if len(text) <= viewport.width else position
+    return [*last_rows[begin - skipped_rows : end - skipped_rows], ((text, "dim"),)]
 
 
 def _truncate_rows(lines: Sequence[str], max_rows: int, viewport: Viewport) -> Sequence[ScreenLine]:

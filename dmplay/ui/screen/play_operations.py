@@ -197,7 +197,7 @@ def leave_to_learn(screen: PlayScreen) -> None:
     Raise BadParameter if no such action of the game is known.
     """
     if not screen.game.has_known_mistakes:
-        raise BadParameter("M: no choice of this game is known to have lost anything")
+        raise BadParameter("M: no exact values show that a choice of this game lost anything")
     screen.learns_from_game = True
     raise PlayerQuit
 

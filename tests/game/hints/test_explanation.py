@@ -144,7 +144,7 @@ def test_the_reward_now_and_the_values_after_each_outcome_sum_to_an_exact_value(
 
 
 @pytest.mark.parametrize("name", [*CASE_NAMES, *USER_PROBLEMS])
-def test_an_explanation_has_at_most_three_short_sentences_with_sums_to_the_digits(
+def test_an_explanation_has_at_most_four_short_sentences_with_sums_to_the_digits(
     name: str,
 ) -> None:
     game = create_game(name, load_any_problem(name))
@@ -157,7 +157,7 @@ def test_an_explanation_has_at_most_three_short_sentences_with_sums_to_the_digit
         actions += list_legal_actions(game.session)[:3] or [0.1]
         for action in actions:
             explanation = explain_action(provider, action)
-            assert 1 <= len(explanation.sentences) <= 3, explanation
+            assert 1 <= len(explanation.sentences) <= 4, explanation
             for sentence in explanation.sentences:
                 assert len(sentence.split()) <= MAX_SENTENCE_WORDS, sentence
                 assert sentence.endswith(".")
@@ -181,7 +181,7 @@ def assert_printed_numbers_sum(sentences: tuple[str, ...]) -> None:
     match = re.search(
         rf"{number} (more|less) now (?:but|and) {number} (more|less) later", sentences[-1]
     )
-    total = re.search(rf"{number} (more|less):", sentences[-1])
+    total = re.search(rf"{number} (more|less)\.$", sentences[-2]) if len(sentences) > 1 else None
     if match and total:
         signs = {"more": 1, "less": -1}
         difference = Decimal(match[1]) * signs[match[2]] + Decimal(match[3]) * signs[match[4]]
@@ -194,16 +194,17 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     game.session.initial_state = problem.parse_state("(2,1)")
     label, sentences, data = explain_action(game.hint_provider)
     assert label == "nw (optimal)"
-    value, outcomes, comparison = sentences
+    value, outcomes, comparison, reason = sentences
     assert value == (
         "The best action nw is worth 3.36: reward 0.00 now and 3.36 later (0.9 x 3.73)."
     )
     assert outcomes.startswith("Next is (1,2) with probability 0.70 (then worth ")
-    assert comparison == (
-        "W, best if its likeliest outcome were certain, is worth 1.87, 1.49 less: (2,0) has "
-        "probability 0.15 (then worth -10.00), which costs 1.85."
+    rule = "the best if every action surely had its likeliest outcome"
+    assert comparison == f"W, {rule}, is worth 1.87, 1.49 less."
+    assert reason == (
+        "It leads to (2,0) with probability 0.15 (then worth -10.00), which costs 1.85."
     )  # 0.15 x (3.36 + 0.9 x 10)
-    assert data["compared_with"]["rule"] == "best if its likeliest outcome were certain"  # type: ignore[index]
+    assert data["compared_with"]["rule"] == rule  # type: ignore[index]
 
 
 def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
@@ -211,18 +212,16 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
     assert explain_action(game.hint_provider).sentences == (
         "The best action cooperate is worth -9.00: reward -1.00 now and -8.00 later.",
         "Agent2 is expected to choose cooperate now and cooperate next turn.",
-        (
-            "Defect, which pays the most now, is worth -11.00, 2.00 less: 1.00 more now but "
-            "3.00 less later, as agent2 then chooses defect."
-        ),
+        "Defect, which pays the most now, is worth -11.00, 2.00 less.",
+        "It brings 1.00 more now but 3.00 less later, as agent2 then chooses defect.",
     )
 
 
 def test_another_action_is_explained_against_the_best_one() -> None:
     game = make_game("prisoners-dilemma", "human", "tit-for-tat", turns=10)
-    assert explain_action(game.hint_provider, 1).sentences[-1] == (
-        "The best action cooperate is worth 2.00 more: 1.00 less now but 3.00 more later, "
-        "as agent2 then chooses cooperate."
+    assert explain_action(game.hint_provider, 1).sentences[-2:] == (
+        "The best action cooperate is worth 2.00 more.",
+        "It brings 1.00 less now but 3.00 more later, as agent2 then chooses cooperate.",
     )
 
 
@@ -233,7 +232,8 @@ def test_in_the_last_turn_no_later_turn_counts() -> None:
         "counts.",
         "You observe quiet with probability 0.52 (P(sated) = 0.79) or crying with probability "
         "0.48 (P(sated) = 0.09).",
-        "Sing, the next best, is worth -5.50, 0.50 less: 0.50 less now, the same later.",
+        "Sing, the next best, is worth -5.50, 0.50 less.",
+        "It brings 0.50 less now and the same later.",
     )
 
 
@@ -258,19 +258,17 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     assert look is not None
     assert look.value == pytest.approx(0.5)  # 0 now, 0.5 x 1 after looking; a blind call: 0
     assert look.information_value == pytest.approx(0.5)
-    value, outcomes, comparison = explain_action(game.hint_provider).sentences
+    value, outcomes, comparison, reason = explain_action(game.hint_provider).sentences
     assert value == (
-        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00), "
-        "of which 0.50 is due to the next observation."
+        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00; "
+        "without the next observation, 0.00)."
     )
     assert outcomes == (
         "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "
         "tails with probability 0.50 (P(heads) = 0.00, then worth 1.00)."
     )
-    assert comparison == (
-        "Heads, the next best, is worth 0.00, 0.50 less: its observation adds 0.00, "
-        "that of look 0.50."
-    )
+    assert comparison == "Heads, the next best, is worth 0.00, 0.50 less."
+    assert reason == "The next observation is worth 0.00 after it, and 0.50 after look."
 
 
 def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:
