@@ -80,6 +80,8 @@ def format_debrief_table(problem: Problem, rows: Sequence[Mapping[str, object]])
     keys = [*dict.fromkeys(key for row in rows for key in row)]
     order = [key for key in DEBRIEF_COLUMNS if key in keys]
     headings = [key.removesuffix("s") for key in order]
+    if "state" in order:
+        headings[order.index("state")] = "state after"
     if "belief" in order:
         has_few_states = len(state_names) <= MAX_NAMED_STATES
         names = f"belief: {', '.join(state_names)}" if has_few_states else "likeliest state"

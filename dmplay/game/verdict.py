@@ -55,7 +55,7 @@ class SeatChoices:
     scope: str  # the game that the values are about, '' if it is this one
     score: float
     regret: float | None = None  # discounted to the start, as the score is
-    worst: ReviewedAction | None = None  # the choice of the largest regret, if any is positive
+    worst: ReviewedAction | None = None  # the choice that lost most of the score, if any did
     start_value: float | None = None  # expected score under optimal play, if the luck is known
     luck: float | None = None  # score - (start value - regret)
 
@@ -66,7 +66,7 @@ class SeatChoices:
             return [f"{prefix}choices: {share} by the {append_scope(self.values_name, self.scope)}"]
         decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
         regret_text = format_fixed(self.regret, decimals)
-        cost = f"; regret {regret_text} (score lost on average)" * (self.regret > 0)
+        cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
         rows = [f"{prefix}choices: {share}{cost}"]
         if self.luck is not None and self.start_value is not None:
             rows.append(f"{prefix}{self._explain_score(self.start_value, self.luck, decimals)}")
@@ -123,13 +123,17 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the number of lower games and of all games, and the agent.
+        """Return the agent, the number of its lower games and of all its games."""
+        return self.describe("{} scored less in {} of {} games")
+
+    def describe(self, template: str) -> str:
+        """Return the agent, and the numbers of lower games and of all games, in a template.
 
         It has the number of equal games if these are more than the lower ones.
         """
         ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
         agent = self.agent.partition(":")[0]
-        return f"{self.lower_count} of {self.game_count} games of {agent}{ties}"
+        return template.format(agent, self.lower_count, self.game_count) + ties
 
 
 @dataclass(frozen=True)
@@ -151,8 +155,10 @@ class Verdict:
             for choices in self.choices
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
-        better = ", ".join(map(str, self.comparisons))
-        rows += [f"other seeds: you beat {better}"] if better else []
+        if self.comparisons:
+            first, *others = self.comparisons
+            texts = [str(first), *(comparison.describe("{} in {}") for comparison in others)]
+            rows.append(f"other seeds: {', '.join(texts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 
@@ -271,7 +277,7 @@ def _assess_seat(
     if not (is_exact and _are_about_game(session, question, moves[0].scope)):
         return choices
     regret = total_regret(moves)
-    worst = max(moves, key=lambda move: move.regret or 0.0)
+    worst = max(moves, key=lambda move: move.discounted_regret)
     choices = replace(choices, regret=regret, worst=worst if worst.regret else None)
     if not _is_luck_known(session, moves):
         return choices
@@ -308,8 +314,8 @@ def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
 
 def _describe_worst(move: ReviewedAction) -> str:
     """Return the worst choice as a sentence without its end."""
-    gain = format_fixed(move.regret or 0.0, move.decimal_count)
-    return f"turn {move.turn}, chose {move.chosen}; {' or '.join(move.best)} better by {gain}"
+    lost = format_fixed(move.discounted_regret, move.decimal_count)
+    return f"turn {move.turn}, {move.chosen} (best: {' or '.join(move.best)}), {lost} lost"
 
 
 def compare_score(

@@ -6,7 +6,7 @@ from dmplay.core.arrays import Array
 from dmplay.core.problem import Problem
 from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
-from dmplay.game.hints.review import ReviewedAction, append_scope
+from dmplay.game.hints.review import ReviewedAction, append_scope, total_regret
 from dmplay.game.launch_requests import ReplayRequest
 from dmplay.game.playback import Playback
 from dmplay.game.seats import list_human_seats
@@ -63,7 +63,8 @@ def _list_states(game: Playback) -> list[Array]:
 def plot_regret(recording: ReplayRequest) -> Plot:
     """Return the regret of each choice of people by turn, a panel for each seat.
 
-    The regret of an action is how much lower its expected return is than that of the best action.
+    The regret of an action is how much lower the expected return of the game is after it than after
+    the best action.
     """
     game = Playback(recording.path, trusted=recording.trusted, peek=recording.peek)
     reviewed_actions = game.review_choices()
@@ -75,7 +76,7 @@ def plot_regret(recording: ReplayRequest) -> Plot:
         _build_regret_panel(game.session.problem, seat, reviewed_actions)
         for seat in dict.fromkeys(action.seat for action in reviewed_actions)
     ]
-    total = sum(action.regret or 0.0 for action in reviewed_actions)
+    total = total_regret(reviewed_actions)
     first = reviewed_actions[0]
     notes = [f"total regret {total:.4g} in {format_count(len(reviewed_actions), 'choice')}"]
     game_text = ", ".join(filter(None, (first.scope, first.about)))
@@ -89,7 +90,7 @@ def _build_regret_panel(
     """Return the bars of one seat's regrets."""
     actions = [item for item in reviewed_actions if item.seat == seat and item.regret is not None]
     turns = np.array([action.turn for action in actions], float)
-    regrets = np.array([action.regret for action in actions], float)
+    regrets = np.array([action.discounted_regret for action in actions], float)
     highest = float(regrets.max(initial=0.0))
     return LinePanel(
         f"choices of {seat}" if len(problem.agents) > 1 else "",

@@ -8,7 +8,7 @@ from dmplay.agents.base import EXACT_VALUES
 from dmplay.core.session import Session
 from dmplay.core.text import describe_end_reason, format_count
 from dmplay.errors import BadParameter
-from dmplay.game.hints.review import ReviewedAction, run_review
+from dmplay.game.hints.review import ReviewedAction, run_review, total_regret
 from dmplay.registry import agents
 from dmplay.transcript.format import NATURAL_END_REASONS
 from dmplay.tutor.answers import AnswerCheck
@@ -110,7 +110,7 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
         raise BadParameter("regret_at_most: the exact values of this game are not known")
     moves = [move for move in moves if move.turn > position.first_turn]
     discount = position.problem.discount
-    total = sum(discount ** (move.turn - 1) * (move.regret or 0.0) for move in moves)
+    total = total_regret(moves)
     count = sum(move.chosen in move.best for move in moves)
     text = f"best action {count} of {format_count(len(moves), 'time')}, "
     kind = "discounted regret" if discount < 1.0 else "regret"
@@ -122,7 +122,7 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
 
 def describe_worst_choice(moves: list[ReviewedAction]) -> str:
     """Return a sentence on the choice that lost most, without a better action."""
-    worst = max(moves, key=lambda move: move.regret or 0.0)
+    worst = max(moves, key=lambda move: move.discounted_regret)
     return (
         f"Turn {worst.turn} lost most: {worst.chosen} was worth "
         f"{format_number(worst.regret or 0.0)} less than the best action"

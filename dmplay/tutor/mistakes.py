@@ -46,7 +46,7 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
 
 
 def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple[float, Exercise]]:
-    """Yield the regret and the exercise of each choice of a seat that lost something."""
+    """Yield the discounted regret and the exercise of each choice that lost something."""
     question = game.advice_question(seat)
     hint_agent = find_exact_agent(game.session, question)
     if hint_agent is None:
@@ -55,7 +55,7 @@ def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple
         )
     for choice in run_review(game.session, [question]):
         if choice.regret is not None and choice.regret > MIN_REGRET:
-            yield choice.regret, _make_exercise(game, path, hint_agent, choice)
+            yield choice.discounted_regret, _make_exercise(game, path, hint_agent, choice)
 
 
 def _make_exercise(

@@ -169,7 +169,7 @@ def _draw_expected_rewards(
     heading = "expected reward  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
     canvas.write_text(
-        len(heading) + 2, y, "rest of game" if options.regret is not None else "", "dim"
+        len(heading) + 2, y, "below best" if options.regret is not None else "", "dim"
     )
     hunger = float(view.belief[-1]) * view.problem.hungry_reward
     keys, labels = list_action_keys(KEYS, options), view.problem.actions[view.seat].labels

@@ -264,12 +264,13 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
     run_line(controller, "feed")
     lines = run_line(controller, "review").splitlines()
     assert lines == [
-        "turn  chosen  best    regret",
-        "2     feed    ignore  5.00 ####################",
-        "1     feed    ignore  0.05 #",
+        "turn  chosen  best    regret  discounted",
+        "2     feed    ignore  5.00    4.50 ####################",
+        "1     feed    ignore  0.05    0.05 #",
         "review: best action 0 of 2 times, total expected regret (discounted value lost) "
-        "4.55, largest before the discount in turn 2",
+        "4.55, largest in turn 2",
         "regret = value of the best action minus value of yours",
+        "discounted = the regret as it counts in the score",
     ]
     controller.end_game()
     path = tmp_path / "game.dmt"
@@ -283,7 +284,7 @@ def test_a_review_is_for_people_after_the_game_and_is_saved_with_it(tmp_path: Pa
     assert (
         notes[2]
         == "# review best action 0 of 2 times, total expected regret (discounted value lost) "
-        "4.55, largest before the discount in turn 2"
+        "4.55, largest in turn 2"
     )
     assert verify_and_read_end(path) == ("turn limit", 2)
     agent_controller = create_controller(

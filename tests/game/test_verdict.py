@@ -124,10 +124,10 @@ def test_luck_and_regret_in_the_crying_baby_are_those_of_a_search_of_all_beliefs
 
 def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
-        "choices: best action 1 of 3 times; regret 4.07 (score lost on average)",
+        "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
-        "worst: turn 1, chose e; se better by 3.20",
-        "other seeds: you beat 60 of 100 games of random, 20 of 100 games of optimal",
+        "worst: turn 1, e (best: se), 3.20 lost",
+        "other seeds: random scored less in 60 of 100 games, optimal in 20",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -280,14 +280,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "0 of 100 games of random"
+    assert str(ScoreComparison("random", 100, 0)) == "random scored less in 0 of 100 games"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "0 of 100 games of random (100 equal)",
-        "0 of 100 games of regulate (100 equal)",
+        "random scored less in 0 of 100 games (100 equal)",
+        "regulate scored less in 0 of 100 games (100 equal)",
     ]
 
 

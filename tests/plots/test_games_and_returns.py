@@ -104,9 +104,10 @@ def test_the_bars_of_regret_are_those_of_the_review(tmp_path: Path) -> None:
     plot = plot_regret(ReplayRequest(tmp_path / "g.dmt"))
     (panel,) = plot.panels
     assert isinstance(panel, LinePanel)
-    expected = [action.regret for action in review(tmp_path / "g.dmt")]
+    reviewed = review(tmp_path / "g.dmt")
+    expected = [0.9 ** (action.turn - 1) * (action.regret or 0.0) for action in reviewed]
     assert len(expected) == 4
-    assert panel.series[0].y.tolist() == expected
+    assert panel.series[0].y.tolist() == pytest.approx(expected)
     assert panel.series[0].x.tolist() == [1, 2, 3, 4]
     assert plot.notes[1] == "the values in turn 1 are about: 4 turns left"
 

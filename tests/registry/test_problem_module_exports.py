@@ -247,7 +247,7 @@ def test_action_labels_may_depend_on_the_state() -> None:
     assert run_line(table, "up-to-1") == "turn 1. chose up-to-1. state at 1. reward 0. score 0."
     assert run_line(table, "right") == "turn 2. chose up-to-2. state at 2. reward 0. score 0."
     assert run_line(table, "legal") == "legal: down-to-1 (1), up-to-3 (l)."
-    assert run_line(table, "hint") == "hint (patient): up-to-3"
+    assert run_line(table, "hint") == "hint by patient: up-to-3"
     assert "1 down-to-1\n2 up-to-3" in draw_text(steps)
     with pytest.raises(DmplayError, match="unknown action 'up-to-4'; did you mean up-to-3"):
         run_line(table, "up-to-4")

@@ -199,9 +199,9 @@ def test_an_endless_undiscounted_problem_is_searched_or_planned(
     policy = dmplay.load_agent(FusedLamp(), 0, "optimal")
     with pytest.raises(BudgetExceeded, match="values change by 1 per turn; there is no discount"):
         dmplay.rollout(FusedLamp(), [policy], episodes=1, turn_limit=2)
-    assert make_game(FusedLamp()).hint_provider.create_hint() == "hint (search): wait"
+    assert make_game(FusedLamp()).hint_provider.create_hint() == "hint by search: wait"
     hint = make_game(FusedLamp(), limit=3).hint_provider.create_hint()
-    assert hint == "hint (plan, 3 turns left): wait. exact values: wait 3.00, switch 0.50"
+    assert hint == "hint by plan (3 turns left): wait. exact values: wait 3.00, switch 0.50"
 
 
 def test_an_illegal_action_is_neither_valued_nor_best() -> None:
@@ -212,7 +212,7 @@ def test_an_illegal_action_is_neither_valued_nor_best() -> None:
     assert [row["value"] for row in solution.rows] == pytest.approx([8.0, 10.0, 0.0])
     assert (
         make_game(Key()).hint_provider.create_hint()
-        == "hint (optimal): take. exact values: take 8.00, wait 7.20"
+        == "hint by optimal: take. exact values: take 8.00, wait 7.20"
     )
     result = dmplay.rollout(Key(), [dmplay.load_agent(Key(), 0, "optimal")], episodes=1)
     assert result.returns[0, 0] == pytest.approx(8.0)
@@ -393,11 +393,13 @@ def test_a_hint_uses_less_work_than_its_agent_may(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 1e7)
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 1000)
     assert (
-        make_game(ThreeArms(discount=0.6)).hint_provider.create_hint().startswith("hint (search, ")
+        make_game(ThreeArms(discount=0.6))
+        .hint_provider.create_hint()
+        .startswith("hint by search (")
     )
     monkeypatch.setattr(advising, "HINT_WORK_LIMIT", 6e7)
     hint = make_game(ThreeArms(discount=0.6)).hint_provider.create_hint()
-    assert hint.startswith("hint (point-based, value 1.")
+    assert hint.startswith("hint by point-based (value 1.")
     assert " to 1." in hint
     assert " at the start, 20 turns left): " in hint
 
@@ -422,7 +424,7 @@ class ThreeArms(Tabular):
 def test_a_hint_for_a_problem_with_too_many_plans_is_fast(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(point_based, "EXACT_WORK_LIMIT", 5e6)
     hint = run_with_call_limit(make_game(ThreeArms(discount=0.3)).hint_provider.create_hint)
-    assert hint.startswith("hint (optimal, 20 turns left): ")
+    assert hint.startswith("hint by optimal (20 turns left): ")
     with pytest.raises(
         BudgetExceeded, match=r"^alpha vectors: 641 MB, more than the limit of 512 MB; there"
     ):
@@ -433,7 +435,7 @@ def test_a_hint_depends_on_the_number_of_remaining_turns() -> None:
     tiger = make_game(Tiger())
     for _ in range(9):
         tiger.session.advance([0])
-    assert tiger.hint_provider.create_hint().startswith("hint (optimal, 1 turn left): ")
+    assert tiger.hint_provider.create_hint().startswith("hint by optimal (1 turn left): ")
     values = tiger.hint_provider.describe_values()
     assert float(values.split("listen ")[1].split(",")[0]) == -1.0
     agent = dmplay.load_agent(Tiger(), 0, "optimal")
@@ -453,7 +455,7 @@ def test_a_game_with_a_turn_limit_is_planned_to_its_end() -> None:
 def test_the_first_hint_for_the_tiger_is_to_listen() -> None:
     tiger = make_game(Tiger())
     assert tiger.hint_provider.create_hint() == (
-        "hint (optimal, 10 turns left): listen. "
+        "hint by optimal (10 turns left): listen. "
         "exact values: listen 9.44, open-left -36.25, open-right -36.25"
     )
     assert tiger.narrator.describe_situation(tiger.snapshot()) == (
@@ -485,7 +487,7 @@ def test_the_switch_changes_the_state_of_the_lamp() -> None:
 
 
 def test_a_problem_without_values_gets_hints_from_a_search() -> None:
-    assert make_game(Lamp(discount=1.0)).hint_provider.create_hint().startswith("hint (search): ")
+    assert make_game(Lamp(discount=1.0)).hint_provider.create_hint().startswith("hint by search: ")
 
 
 def test_a_limited_number_of_turns_of_an_endless_game_is_planned() -> None:

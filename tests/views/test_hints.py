@@ -59,7 +59,7 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 chance of hunger by turn =#
 
-expected reward  hunger  effort     sum  rest of game
+expected reward  hunger  effort     sum  below best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
@@ -103,7 +103,7 @@ saw  nondefective                            0 failed
 2 failed  #................... 0.036          o m m \
 chance of a failed part by turn _.:          /*m m m \
                                             / m m m e \
-expected reward      rest of game          / m m m e e \
+expected reward      below best            / m m m e e \
 m manufacture +0.747 best                 / m m m i i e \
 e examine     +0.497 #....... -0.25      / i i i i i i i \
 i interrupt   -0.880 ####.... -1.5      / i i i i i i i r \
@@ -118,7 +118,7 @@ chance                0     1     2
         make_view_after("catch", "50", "100", "60"),
         ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
         """
-skill belief  caught  10  20  30  40  50  60  70  80  90 100
+skill belief  % at m  10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6
@@ -153,7 +153,7 @@ agent1          D    D
 reward          0   -3   total -3
 you             C    D
 reward         -4   -3   total -7
-if defect, you get 0 against cooperate, -3 against defect""",
+defect: you get 0 against cooperate, -3 against defect""",
     ),
     "the hands in ascii with what is lost and paid": (
         make_view_after("rock-paper-scissors", "rock rock", "paper rock"),
@@ -175,7 +175,7 @@ you             R    P
 reward          0    1   total 1
 agent2          R    R
 reward          0   -1   total -1
-if paper, you get 1 against rock, 0 against paper, -1 against scissors""",
+paper: you get 1 against rock, 0 against paper, -1 against scissors""",
     ),
     "the travelers in ascii with what is lost and paid": (
         make_view_after("travelers-dilemma", "60 99", seat=1),

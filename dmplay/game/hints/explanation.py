@@ -68,8 +68,7 @@ def explain_action(provider: HintProvider, action: float | None = None) -> Expla
     assert hint is not None
     assert hint.action is not None
     explained = hint.action if action is None else action
-    basis, _, _ = hint.recommendation.rpartition(": ")
-    label = f"{format_real_action(provider, explained)} {basis}"
+    label = f"{format_real_action(provider, explained)}{_format_place(provider)} ({hint.basis})"
     if hint.values is None:
         data = {
             "by": hint.data["by"],
@@ -282,11 +281,8 @@ class _ValueExplainer:
 
     @property
     def _present_state(self) -> str:
-        """The present state as text; '' if the agent does not see it."""
-        problem = self._session.problem
-        if problem.partially_observable or problem.state_count == 1:
-            return ""
-        return problem.format_state(self._session.state)
+        """The present state as text; '' if the agent does not see it, or it is not short."""
+        return _format_place(self._provider).removeprefix(" in ")
 
     def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many outcomes: the likeliest one and their range, then the range.
@@ -519,6 +515,16 @@ class _ValueExplainer:
                 ),
             }
         return data
+
+
+def _format_place(provider: HintProvider) -> str:
+    """Return the present state as ` in STATE`, which the sentences name; '' if it is not short."""
+    problem = provider.session.problem
+    is_named = isinstance(problem.state_count, int) and problem.state_count > 1
+    if problem.partially_observable or not is_named:
+        return ""
+    text = problem.format_state(provider.session.state)
+    return f" in {text}" if _is_short(text) else ""
 
 
 def _choose_short(sentences: Sequence[str]) -> str:

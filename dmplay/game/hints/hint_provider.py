@@ -99,7 +99,8 @@ def accuracy_data(values_name: str) -> dict[str, str]:
 class Hint:
     """The recommended action before a turn, and the action values if the agent has them."""
 
-    recommendation: str
+    basis: str  # the agent's name, then the game and the assumptions of its values
+    recommended_action: str  # its name; a real action is rounded
     labels: Sequence[str]
     values: Reals | None  # [A], nan for illegal actions
     action: float | None = None  # the recommended action; None if several are equally good
@@ -113,14 +114,15 @@ class Hint:
         return ". ".join(filter(None, (self.summary, self.values_text)))
 
     @property
-    def recommended_action(self) -> str:
-        """The recommended action without the name of the agent."""
-        return self.recommendation.rpartition(": ")[2]
-
-    @property
     def summary(self) -> str:
         """The hint without values, for a screen that already marks them."""
         return f"hint {self.recommendation}"
+
+    @property
+    def recommendation(self) -> str:
+        """The recommended action after the name of the agent and its assumptions."""
+        name, _, details = self.basis.partition(", ")
+        return f"by {name}{f' ({details})' if details else ''}: {self.recommended_action}"
 
     @cached_property
     def values_text(self) -> str:
@@ -133,7 +135,6 @@ class Hint:
     @property
     def data(self) -> dict[str, object]:
         """The hint as data: the agent, the action, and the finite values by action."""
-        by, _, _ = self.recommendation.rpartition(": ")
         numbers = [] if self.values is None else self.values.tolist()
         finite_values = {
             name: value
@@ -141,7 +142,7 @@ class Hint:
             if isfinite(value)
         }
         return {
-            "by": by.strip("()"),
+            "by": self.basis,
             "action": self.action_name,
             "values": finite_values,
             **({"about": self.game} if self.game else {}),
@@ -295,7 +296,8 @@ class HintProvider:
         )
         assert self._hint_agent
         hint = Hint(
-            self._format_recommendation(action),
+            self._describe_basis(),
+            self._format_recommended_action(action),
             labels,
             self._legal_values(),
             action,
@@ -413,40 +415,36 @@ class HintProvider:
 
     def describe_choice(self) -> str:
         """Return the name of the hint agent and its recommended action."""
-        return self._format_recommendation(self._choose_action())
+        action_text = self._format_recommended_action(self._choose_action())
+        return Hint(self._describe_basis(), action_text, (), None).recommendation
 
     def _choose_action(self) -> float:
         """Return the action that the hint agent chooses."""
         return self._query_agent(SeatedPolicy.choose)
 
-    def _format_recommendation(self, action: float) -> str:
-        """Return the hint agent's name and an action as text; a real action is rounded.
-
-        The rounding error is less than 1e-4 of the action's interval.
-        """
+    def _format_recommended_action(self, action: float) -> str:
+        """Return an action as text; a real action is rounded by less than 1e-4 of its interval."""
         action_set = self.session.problem.actions[self.seat]
-        with limit_total_work(HINT_WORK_LIMIT):
-            basis = self._describe_basis()
-        action_text = self.session.format_action(self.seat, action)
-        if isinstance(action_set, Interval) and action_set.high > action_set.low:
-            action_text = format_fixed(
-                action,
-                max(ceil(-log10((action_set.high - action_set.low) * INTERVAL_RESOLUTION)), 0),
-            )
-        return f"({basis}): {action_text}"
+        if not isinstance(action_set, Interval) or action_set.high <= action_set.low:
+            return self.session.format_action(self.seat, action)
+        step = (action_set.high - action_set.low) * INTERVAL_RESOLUTION
+        return format_fixed(action, max(ceil(-log10(step)), 0))
 
     def _describe_basis(self) -> str:
         """Return the hint agent, the game of its values, its estimates, and its rule for ties."""
         assert self._hint_agent
         policy = self._hint_agent.policy
-        values = self._legal_values() if policy.tie_rule else None
-        is_tie = values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
-        parts = [
-            policy.hint_basis or self._hint_agent.label,
-            self.describe_game(),
-            self.describe_model(),
-            policy.tie_rule if is_tie else "",
-        ]
+        with limit_total_work(HINT_WORK_LIMIT):
+            values = self._legal_values() if policy.tie_rule else None
+            is_tie = (
+                values is not None and (values >= np.nanmax(values) - VALUE_TOLERANCE).sum() > 1
+            )
+            parts = [
+                policy.hint_basis or self._hint_agent.label,
+                self.describe_game(),
+                self.describe_model(),
+                policy.tie_rule if is_tie else "",
+            ]
         return ", ".join(filter(None, parts))
 
     def describe_values(self) -> str:
@@ -454,7 +452,7 @@ class HintProvider:
         labels = self.session.action_labels(self.seat)
         game = self.describe_game()
         name = f"{self.values_name} ({game})" if game else self.values_name
-        return Hint("", labels, self._legal_values(), values_name=name).values_text
+        return Hint("", "", labels, self._legal_values(), values_name=name).values_text
 
     @property
     def values_name(self) -> str:

@@ -18,6 +18,7 @@ from dmplay.registry import agents
 
 REVIEW_NOTE_PREFIX = "# review "
 REGRET_EXPLANATION = "regret = value of the best action minus value of yours"
+DISCOUNT_EXPLANATION = "discounted = the regret as it counts in the score"
 MAX_BAR_COLUMNS = 20  # maximum columns of a regret bar
 REVIEW_TASK = TaskInfo("reviewing your actions", is_after_game=True)
 
@@ -37,12 +38,17 @@ class ReviewedAction(NamedTuple):
     scope: str = ""  # the game that the values are about, '' if it is this one
     about: str = ""  # the turns left and the other players that the values are about
     values_name: str = "values"  # says how accurate the values are, if that is known
-    discount_factor: float = 1.0  # gamma ** (turn - 1), by which a total counts the regret
+    discount_factor: float = 1.0  # gamma ** (turn - 1), by which the score counts the regret
 
     @property
     def is_estimated(self) -> bool:
         """True if the regret comes from estimated values."""
         return self.values_name in {ESTIMATED_VALUES, RATINGS}
+
+    @property
+    def discounted_regret(self) -> float:
+        """The regret, discounted to the first turn as the score is; 0 if there is none."""
+        return self.discount_factor * (self.regret or 0.0)
 
     @property
     def decimal_count(self) -> int:
@@ -126,14 +132,11 @@ def _review_action(
 
 def total_regret(reviewed_actions: Sequence[ReviewedAction]) -> float:
     """Return the sum of all regrets, discounted to the first turn as the score is."""
-    return sum(move.discount_factor * _regret_or_zero(move) for move in reviewed_actions)
+    return sum(move.discounted_regret for move in reviewed_actions)
 
 
 def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
-    """Return one line: the number of best choices, the total regret and the worst turn.
-
-    The worst turn is that of the largest regret, not discounted.
-    """
+    """Return one line: the number of best choices, the total regret and the worst turn."""
     if not reviewed_actions:
         return "review: no agent can compute the values of these actions"
     best_count = sum(move.chosen in move.best for move in reviewed_actions)
@@ -144,7 +147,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     if len(regrets) < len(reviewed_actions):
         return f"{text}; no regret, because the values are not exactly about this game"
     total = total_regret(reviewed_actions)
-    worst = max(reviewed_actions, key=_regret_or_zero)
+    worst = max(reviewed_actions, key=lambda move: move.discounted_regret)
     is_estimated = any(move.is_estimated for move in reviewed_actions)
     expected = "estimated" if is_estimated else "expected"
     is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
@@ -154,8 +157,7 @@ def format_summary(reviewed_actions: list[ReviewedAction]) -> str:
     text = f"{text}, total {expected} regret ({meaning}) {regret_text}"
     if best_count == len(reviewed_actions):
         return text
-    before = " before the discount" * is_discounted
-    return f"{text}, largest{before} in turn {worst.turn}"
+    return f"{text}, largest in turn {worst.turn}"
 
 
 def _have_ratings(reviewed_actions: Sequence[ReviewedAction]) -> bool:
@@ -168,11 +170,6 @@ def _count_decimals(reviewed_actions: Sequence[ReviewedAction], numbers: Sequenc
     return 0 if _have_ratings(reviewed_actions) else count_decimals(numbers)
 
 
-def _regret_or_zero(move: ReviewedAction) -> float:
-    """Return the regret of a choice, 0 if it has none."""
-    return move.regret or 0.0
-
-
 def run_review(session: Session, questions: Sequence[AdviceQuestion]) -> list[ReviewedAction]:
     """Return all reviewed choices of these seats, computed in a cancellable task."""
     return run_cancellable(REVIEW_TASK, lambda: [*review_actions(session, questions)])
@@ -181,36 +178,39 @@ def run_review(session: Session, questions: Sequence[AdviceQuestion]) -> list[Re
 def format_table(reviewed_actions: list[ReviewedAction]) -> list[str]:
     """Return the review as an aligned table, largest regret first, with a summary line.
 
-    The columns are turn, seat (if several), choice, best actions, and regret with a bar, unless
-    there is none. The last line then explains the regret.
+    The columns are turn, seat (if several), choice, best actions, regret and discounted regret,
+    unless there is none, with a bar. The last line then explains the regret.
     """
     regrets = [move.regret for move in reviewed_actions if move.regret is not None]
-    max_regret, decimal_count = (
-        max(regrets, default=0.0),
-        _count_decimals(reviewed_actions, regrets),
+    losses = [move.discounted_regret for move in reviewed_actions]
+    max_loss, decimal_count = (
+        max(losses, default=0.0),
+        _count_decimals(reviewed_actions, [*regrets, *losses]),
     )
+    is_discounted = any(move.discount_factor < 1.0 for move in reviewed_actions)
+    regret_headings = ["regret", *["discounted"] * is_discounted] if regrets else []
     scopes = {move.scope for move in reviewed_actions}
     has_one_scope = len(scopes) == 1
     best_heading = append_scope("best", *scopes) if has_one_scope else "best"
     has_several_seats = len({move.seat for move in reviewed_actions}) > 1
-    rows = [
-        ["turn", *["seat"] * has_several_seats, "chosen", best_heading, *["regret"] * bool(regrets)]
-    ]
-    for move in sorted(reviewed_actions, key=lambda move: -_regret_or_zero(move)):
-        bar = "#" * ceil(MAX_BAR_COLUMNS * (move.regret / max_regret)) if move.regret else ""
-        regret = (
-            []
-            if move.regret is None
-            else [f"{format_fixed(move.regret, decimal_count)} {bar}".strip()]
-        )
+    rows = [["turn", *["seat"] * has_several_seats, "chosen", best_heading, *regret_headings]]
+    for move in sorted(reviewed_actions, key=lambda move: -move.discounted_regret):
+        regret_cells: list[str] = []
+        if move.regret is not None:
+            numbers = [move.regret, *[move.discounted_regret] * is_discounted]
+            regret_cells = [format_fixed(number, decimal_count) for number in numbers]
+            if move.regret:
+                bar = "#" * ceil(MAX_BAR_COLUMNS * (move.discounted_regret / max_loss))
+                regret_cells[-1] += f" {bar}"
         seat = [move.seat] * has_several_seats
         best = "any" if len(move.best) == len(move.values) else " or ".join(move.best)
         best = best if has_one_scope else append_scope(best, move.scope)
-        rows.append([str(move.turn), *seat, move.chosen, best, *regret])
+        rows.append([str(move.turn), *seat, move.chosen, best, *regret_cells])
     return [
         *(align_columns(rows) if reviewed_actions else []),
         format_summary(reviewed_actions),
         *([REGRET_EXPLANATION] if regrets else []),
+        *([DISCOUNT_EXPLANATION] if regrets and is_discounted else []),
     ]
 
 

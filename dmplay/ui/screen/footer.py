@@ -87,10 +87,11 @@ def format_footer(
     )
 
 
-def format_page_footer(page_count: int, viewport: Viewport) -> Text:
+def format_page_footer(page_index: int, page_count: int, viewport: Viewport) -> Text:
     """Return the footer row of a long message: the keys that turn its pages and close it."""
-    turning_keys = "Space next  PgUp back  " if page_count > 1 else ""
-    return fit_text(Text(f" {turning_keys}Esc close", style="dim"), viewport)
+    next_key = "Space next  " * (page_index < page_count - 1)
+    previous_key = "PgUp back  " * (page_index > 0)
+    return fit_text(Text(f" {next_key}{previous_key}Esc close", style="dim"), viewport)
 
 
 def _format_commands_only(command_rows: Sequence[str], viewport: Viewport) -> Text:

@@ -70,7 +70,11 @@ class Frame:
         height = self._viewport.height
         is_page = bool(self._state.page_rows) and not self._state.handover_agent
         footer = (
-            format_page_footer(len(split_pages(self._viewport, self._state)), self._viewport)
+            format_page_footer(
+                self._state.page_index,
+                len(split_pages(self._viewport, self._state)),
+                self._viewport,
+            )
             if is_page
             else format_footer(self._game, self._viewport, self._state)
         )
@@ -315,7 +319,7 @@ class Frame:
             show_keys=game.choosing_seat is not None,
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
-            regret=state.hint.regrets if state.hint else None,
+            regret=state.hint.regrets if state.hint and not state.overlay else None,
             suggested_action=suggested_action,
             forecast=state.forecast,
             motion_progress=state.motion_progress,

@@ -207,7 +207,7 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
         screen.show_reply(command.run(screen.controller, ""))
     elif screen.realtime_rate and game.choosing_seat is not None and not screen.clock.is_started:
         start_clock(screen)
-    elif key.isprintable():
+    elif key != "escape" and key.isprintable():  # Esc only removes the message.
         # In a replayed transcript, N starts no game.
         is_over = game.session.over and game.request is not None
         explanation = "N starts a new game" if is_over else "? lists the keys"
@@ -282,7 +282,7 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "on hex maps: show values, best actions or state numbers",
+        "on hex maps: show values, then best actions, then state indices",
         PlayScreen.show_next_overlay,
         is_overlay_key=True,
     ),

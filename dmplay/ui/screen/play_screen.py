@@ -39,9 +39,13 @@ if TYPE_CHECKING:  # Most games need no algorithms.
 
 MAX_POSITION_COLUMNS = 40  # columns of the row that shows the position in a replay
 OVERLAYS = ("", "values", "policy", "states")
-OVERLAY_LABELS = {"values": "values", "policy": "best actions", "states": "state numbers"}
+OVERLAY_LABELS = {
+    "values": "values",
+    "policy": "best actions",
+    "states": "index of each state, from 0",
+}
 WHY_KEY_HELP = "Y why"  # in the message of a hint if the key row has no space for it
-VALUES_MEANING = "if you stood on a hex"  # the meaning of the values on hex maps
+VALUES_MEANING = "of each hex, if you stood there"  # the meaning of the values on hex maps
 VALUES_TASK = TaskInfo("computing the value of every state")
 
 

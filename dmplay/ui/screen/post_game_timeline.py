@@ -109,6 +109,7 @@ class GameTimeline(Game):
             return None
         values = np.array([move.values.get(label, np.nan) for label in labels])
         return Hint(
+            "",
             " or ".join(move.best),
             labels,
             values,
@@ -142,8 +143,8 @@ class GameTimeline(Game):
 
     @property
     def _turn_regrets(self) -> list[float]:
-        """The regret of each turn, summed over the human seats."""
-        return [sum(move.regret or 0.0 for move in moves) for moves in self._moves_by_turn]
+        """The discounted regret of each turn, summed over the human seats."""
+        return [sum(move.discounted_regret for move in moves) for moves in self._moves_by_turn]
 
     @property
     def worst_turns(self) -> list[int]:
@@ -161,10 +162,10 @@ class GameTimeline(Game):
         worst, regrets = self.worst_turns, self._turn_regrets
         if not worst:
             return []
-        turns = ", ".join(map(str, worst))
+        turns = f"turn{'s' * (len(worst) > 1)} {', '.join(map(str, worst))}"
         captions = [
-            ("regret by turn ", f"  [ ] next turn; worst first: {turns}"),
-            ("regret ", f"  worst first: turn {turns}"),
+            ("regret by turn ", f"  [next turn], most in {turns}"),
+            ("regret ", f"  most in {turns}"),
         ]
         prefix, suffix = captions[width < MIN_CAPTION_COLUMNS]
         bar_columns = max(width - len(prefix) - len(suffix) - MARGIN_COLUMNS, 1)

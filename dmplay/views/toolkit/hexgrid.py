@@ -281,13 +281,13 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
     """
     adjacent = hex_neighbours(position)
     parts = [
-        f"{get_direction_key(options, a)} {format_regret(options, a)}"
+        f"{DIRECTIONS[a]} {format_regret(options, a)}"
         for a in sort_regrets(options)
         if adjacent[a] not in hexes
     ]
     if not parts:
-        return "numbers: below the best step"
-    return f"into walls: {' '.join(parts)} (below best)"
+        return "numbers: below the best"
+    return f"walls, below best: {' '.join(parts)}"
 
 
 def format_move_condition(forecast: Forecast) -> str:

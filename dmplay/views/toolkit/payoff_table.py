@@ -205,12 +205,12 @@ def _format_reply_payoffs(view: View[MatrixGame], options: DrawOptions) -> list[
     probabilities = options.forecast.reply_probabilities
     if probabilities is not None:
         texts = [
-            f"{text} ({format_percent(probability)})"
+            f"{text} (chance {format_percent(probability)})"
             for text, probability in zip(texts, probabilities.tolist(), strict=True)
             if probability > 0.0
         ]
     text = ", ".join(texts)
-    return [f"if {problem.format_action(seat, own_action)}, you get {text}"]
+    return [f"{problem.format_action(seat, own_action)}: you get {text}"]
 
 
 def draw_paid_rounds(view: View[MatrixGame], canvas: Canvas, y: int, width: int) -> int:
@@ -301,7 +301,8 @@ def draw_rounds(  # noqa: PLR0913 - a canvas, a position and the content
 
 def panel_rows(view: View[MatrixGame]) -> list[tuple[str, str]]:
     """Return the side panel's rows, with the facts that the board lacks."""
-    return [("discount", f"{view.problem.discount:g}")]
+    discount = view.problem.discount
+    return [("discount", f"{discount:g}" if discount < 1.0 else "none")]
 
 
 def describe_turn(view: View[MatrixGame]) -> str:

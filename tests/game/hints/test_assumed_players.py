@@ -95,7 +95,7 @@ def test_hint_values_and_forecast_assume_the_agent_that_a_person_chooses() -> No
     assert "against tit-for-tat): cooperate. " in show_hint(game, "")
     assert assume_player(game, "always-defect") == "advice is given against always-defect"
     assert show_hint(game, "").startswith(
-        "hint (plan-rounds, 5 turns left, against always-defect): defect. "
+        "hint by plan-rounds (5 turns left, against always-defect): defect. "
     )
     assert show_values(game, "") == (
         "exact values (5 turns left, against always-defect): cooperate -16.00, defect -15.00"

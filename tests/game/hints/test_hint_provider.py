@@ -96,7 +96,7 @@ def play_varied_turns(game: Game, seat: int) -> Iterator[int]:
 
 def parse_hint(hint: str) -> tuple[str, dict[str, str]]:
     """Parse a hint into the recommended action and the text of each value."""
-    match = re.fullmatch(r"hint \(([^)]+)\): (\S+?)(?:\. [a-z, ]+: (.*))?", hint)
+    match = re.fullmatch(r"hint by ([^:]+): (\S+?)(?:\. [a-z, ]+: (.*))?", hint)
     assert match, hint
     pairs = [pair.rsplit(" ", 1) for pair in (match[3] or "").split(", ") if pair]
     return match[2], dict(pairs)
@@ -136,16 +136,16 @@ def test_a_hint_recommends_the_best_of_the_values_it_lists(name: str, seat: int)
             "catch",
             1,
             "",
-            "hint (optimal, 1 turn left): 50. exact values: 10 8.74, 20 16.04, 30 21.35",
+            "hint by optimal (1 turn left): 50. exact values: 10 8.74, 20 16.04, 30 21.35",
         ),
-        ("catch", 10, "", "hint (optimal, 10 turns left): 50. exact values: 10 153.94"),
+        ("catch", 10, "", "hint by optimal (10 turns left): 50. exact values: 10 153.94"),
         (
             "machine-replacement",
             9,
             "m" * 8,
-            "hint (optimal, 1 turn left): manufacture. exact values: ",
+            "hint by optimal (1 turn left): manufacture. exact values: ",
         ),
-        ("crying-baby", 1, "", "hint (optimal, 1 turn left): ignore. exact values: feed -10.00"),
+        ("crying-baby", 1, "", "hint by optimal (1 turn left): ignore. exact values: feed -10.00"),
     ],
 )
 def test_a_hint_plans_only_to_the_turn_limit(
@@ -163,11 +163,11 @@ def test_a_hint_plans_only_to_the_turn_limit(
 @pytest.mark.parametrize(
     ("rival", "hint"),
     [
-        ("flee", "hint (best-response, 50 turns left, against flee): "),
-        ("random", "hint (best-response, 50 turns left, against random): "),
-        ("chase", "hint (best-response, 50 turns left, against chase): "),
-        ("equilibrium", "hint (best-response, 50 turns left, if the other agent plays flee): "),
-        ("human", "hint (best-response, 50 turns left, if the other agent plays flee): "),
+        ("flee", "hint by best-response (50 turns left, against flee): "),
+        ("random", "hint by best-response (50 turns left, against random): "),
+        ("chase", "hint by best-response (50 turns left, against chase): "),
+        ("equilibrium", "hint by best-response (50 turns left, if the other agent plays flee): "),
+        ("human", "hint by best-response (50 turns left, if the other agent plays flee): "),
     ],
 )
 def test_a_hint_is_the_best_response_to_the_opponent_if_possible(rival: str, hint: str) -> None:
@@ -269,7 +269,7 @@ def test_a_small_fully_observable_problem_has_an_overlay(name: str) -> None:
 
 def test_actions_of_equal_value_are_listed_after_the_recommended_one() -> None:
     values = np.array([1.0, np.nan, 3.0, 3.0 - 1e-12, 2.0])
-    advice = Hint("(optimal): d", [*"abcde"], values, action=3)
+    advice = Hint("optimal", "d", [*"abcde"], values, action=3)
     assert advice.ranked_actions == [(3, 0.0), (2, 0.0), (4, 1.0), (0, 2.0)]
     assert [label for label, _ in advice.value_rows] == [*"dcea"]
     assert replace(advice, action=None).ranked_actions[0] == (2, 0.0)
@@ -280,7 +280,7 @@ def test_a_recommended_number_is_rounded_in_text_and_precise_in_data() -> None:
     new_game = start_new_game(
         GameRequest("simple-regulator", seed=7, record_path=Path("/dev/null"))
     )
-    assert new_game.hint_provider.create_hint() == "hint (optimal): -0.163"
+    assert new_game.hint_provider.create_hint() == "hint by optimal: -0.163"
     assert new_game.hint_provider.current_hint
     assert new_game.hint_provider.current_hint.data == {
         "by": "optimal",

@@ -46,9 +46,14 @@ def test_the_total_regret_is_discounted_as_the_score_is() -> None:
         make_reviewed_action(3, "agent", "d", 2.0)._replace(discount_factor=0.25),
     ]
     assert total_regret(actions) == 1.5
-    assert format_table(actions)[-2] == (
+    assert format_table(actions)[:3] == [
+        "turn  chosen  best        regret  discounted",
+        "1     d       left or up  1.00    1.00 ####################",
+        "3     d       left or up  2.00    0.50 ##########",
+    ]
+    assert format_table(actions)[-3] == (
         "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.50, "
-        "largest before the discount in turn 3"
+        "largest in turn 1"
     )
 
 

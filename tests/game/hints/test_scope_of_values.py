@@ -52,7 +52,8 @@ def test_feeding_in_the_last_turn_only_costs_the_effort() -> None:
         session.advance([2])
     hint = HintProvider(session, AdviceQuestion.about(session, 0, ["human"])).create_hint()
     assert hint == (
-        "hint (optimal, 1 turn left): ignore. exact values: feed -15.00, sing -10.50, ignore -10.00"
+        "hint by optimal (1 turn left): ignore. "
+        "exact values: feed -15.00, sing -10.50, ignore -10.00"
     )
     session.advance([2])
     (*_, last) = review_actions(session, [AdviceQuestion.about(session, 0, ["human"])])
@@ -75,37 +76,41 @@ def test_the_values_of_the_first_turn_are_those_of_all_twenty() -> None:
 @pytest.mark.parametrize(
     ("name", "turns", "hint"),
     [
-        ("hexworld", None, "hint (optimal): "),
-        ("hexworld", 2, "hint (optimal, 2 turns left): "),
-        ("crying-baby", 101, "hint (optimal, infinite horizon): "),
-        ("2048", None, "hint (expectimax): "),
-        ("2048", 3, "hint (expectimax, infinite horizon): "),
-        ("mountain-car", 3, "hint (optimal, infinite horizon): "),
-        ("collision-avoidance", None, "hint (optimal): "),
-        ("collision-avoidance", 3, "hint (optimal, infinite horizon): "),
-        ("cart-pole", None, "hint (regulate, 50 turns ahead): "),
-        ("cart-pole", 5, "hint (regulate, 5 turns ahead): "),
-        ("cart-pole", 1, "hint (regulate, 1 turn left): "),
-        ("catch", None, "hint (optimal, 10 turns left): "),
-        ("catch", 11, "hint (optimal, 11 turns left): "),
-        ("catch", 21, "hint (optimal, 10 turns left in plans of 10 turns): "),
-        ("machine-replacement", 101, "hint (optimal, 20 turns left in plans of 20 turns): "),
-        ("predator-prey", 2, "hint (best-response, 2 turns left, if the other agent plays flee): "),
+        ("hexworld", None, "hint by optimal: "),
+        ("hexworld", 2, "hint by optimal (2 turns left): "),
+        ("crying-baby", 101, "hint by optimal (no turn limit): "),
+        ("2048", None, "hint by expectimax: "),
+        ("2048", 3, "hint by expectimax (no turn limit): "),
+        ("mountain-car", 3, "hint by optimal (no turn limit): "),
+        ("collision-avoidance", None, "hint by optimal: "),
+        ("collision-avoidance", 3, "hint by optimal (no turn limit): "),
+        ("cart-pole", None, "hint by regulate (50 turns ahead): "),
+        ("cart-pole", 5, "hint by regulate (5 turns ahead): "),
+        ("cart-pole", 1, "hint by regulate (1 turn left): "),
+        ("catch", None, "hint by optimal (10 turns left): "),
+        ("catch", 11, "hint by optimal (11 turns left): "),
+        ("catch", 21, "hint by optimal (10 turns left in plans of 10 turns): "),
+        ("machine-replacement", 101, "hint by optimal (20 turns left in plans of 20 turns): "),
+        (
+            "predator-prey",
+            2,
+            "hint by best-response (2 turns left, if the other agent plays flee): ",
+        ),
         (
             "collaborative-predator-prey",
             None,
-            "hint (qmdp, if partners see the state now, you from the next turn on, "
-            "infinite horizon, belief with random partners): ",
+            "hint by qmdp (if partners see the state now, you from the next turn on, "
+            "no turn limit, belief with random partners): ",
         ),
         (
             "prisoners-dilemma",
             None,
-            "hint (plan-rounds, 10 turns left, if agent2 plays one of 11 rules, ",
+            "hint by plan-rounds (10 turns left, if agent2 plays one of 11 rules, ",
         ),
         (
             "prisoners-dilemma",
             1,
-            "hint (plan-rounds, 1 turn left, if agent2 plays one of 11 rules, ",
+            "hint by plan-rounds (1 turn left, if agent2 plays one of 11 rules, ",
         ),
     ],
 )
@@ -118,11 +123,11 @@ def test_a_hint_is_about_the_turns_left_or_says_what_it_is_about(
 @pytest.mark.parametrize(
     ("name", "turns", "hint"),
     [
-        (BABY, 2000, "hint (plan, 10 turns ahead): "),
+        (BABY, 2000, "hint by plan (10 turns ahead): "),
         (
             "multicaregiver-crying-baby",
             20,
-            "hint (best-response, 20 turns left, with a random partner): ",
+            "hint by best-response (20 turns left, with a random partner): ",
         ),
     ],
 )
@@ -139,7 +144,7 @@ def test_without_a_discount_a_hint_says_how_far_it_looks(name: str, turns: int, 
 def test_an_equilibrium_of_a_game_without_end_says_so_in_a_game_with_an_end() -> None:
     session = Session(RandomGame(), dmplay.SeededUniforms(7), turn_limit=3)
     provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", "human"]))
-    assert provider.create_hint().startswith("hint (equilibrium, infinite horizon, if the other ")
+    assert provider.create_hint().startswith("hint by equilibrium (no turn limit, if the other ")
     overlay = provider.build_overlay("values")
     assert overlay is not None
     assert np.isfinite(overlay.action_values).any()
@@ -162,13 +167,14 @@ def test_a_plan_of_a_team_has_no_values_after_the_person_left_it() -> None:
     players = ["human", "joint-plan:horizon=3"]
     session = Session(parse_team_file(format_dectiger()), dmplay.SeededUniforms(1), turn_limit=3)
     provider = HintProvider(session, AdviceQuestion.about(session, 0, players))
-    assert provider.create_hint().startswith("hint (joint-plan, 3 turns left): listen. exact ")
+    assert provider.create_hint().startswith("hint by joint-plan (3 turns left): listen. exact ")
     session.advance([listen, listen])
     assert "exact values: listen " in provider.create_hint()
     session.undo()
     session.advance([open_left, listen])  # the tiger moves, which the plan does not expect
     assert provider.create_hint() == (
-        "hint (joint-plan, 2 turns left, no values since the plan was left or began again): listen"
+        "hint by joint-plan (2 turns left, no values since the plan was left or began again): "
+        "listen"
     )
     session.advance([listen, listen])
     question = AdviceQuestion.about(session, 0, players)
@@ -228,7 +234,7 @@ def test_listed_values_say_what_they_are_about() -> None:
     assert (
         HintProvider(session, AdviceQuestion.about(session, 0))
         .describe_values()
-        .startswith("exact values (infinite horizon): feed ")
+        .startswith("exact values (no turn limit): feed ")
     )
     session = Session(dmplay.load_problem(BABY), dmplay.SeededUniforms(5))
     assert (
@@ -316,7 +322,7 @@ def test_hint_values_and_review_name_the_other_players(
     session = play_rounds(name, opponent, [0.0] * 2)
     provider = HintProvider(session.copy_at_start(), AdviceQuestion.about(session, 0, seats))
     by, _, _ = provider.create_hint().partition("): ")
-    assert by == f"hint (best-response, 2 turns left, {players}"
+    assert by == f"hint by best-response (2 turns left, {players}"
     assert provider.describe_values().startswith(f"exact values (2 turns left, {players}): ")
     reviewed = [*review_actions(session, [AdviceQuestion.about(session, 0, seats)])]
     assert [move.about for move in reviewed] == [
@@ -335,7 +341,9 @@ def test_a_review_leaves_out_the_turns_of_earlier_players(tmp_path: Path) -> Non
     assert [(move.turn, move.best, move.regret) for move in moves] == [
         (2, ("defect",), 0.0), (3, ("defect",), 1.0)
     ]  # fmt: skip
-    assert "\nchoices: best action 1 of 2 times; regret 1.00 (score lost" in finished.stdout
+    assert (
+        "\nchoices: best action 1 of 2 times; expected score lost: 1.00 (regret)" in finished.stdout
+    )
     assert "same seed:" not in finished.stdout
     assert "other seeds" not in finished.stdout
     (grade,) = grade_files([branch]).grades
@@ -386,7 +394,7 @@ def test_a_hint_beside_a_partner_assumes_the_partner_of_the_belief() -> None:
         session = Session(problem, dmplay.SeededUniforms(1), seated, turn_limit=6)
         provider = HintProvider(session, AdviceQuestion.about(session, 0, ["human", partner]))
         hint = provider.create_hint()
-        assert hint.startswith("hint (best-response, 6 turns left, with a random partner): ")
+        assert hint.startswith("hint by best-response (6 turns left, with a random partner): ")
         agent = find_hint_provider(problem, AdviceQuestion(0, 6, ("human", partner)))
         assert agent is not None
         policy = agent.policy

@@ -358,13 +358,13 @@ def test_actions_of_equal_value_end_an_undiscounted_game_soonest(
 def test_a_hint_says_that_it_is_the_one_of_equals_that_ends_soonest() -> None:
     hint = HintProvider(Session(Pond(), SeededUniforms(1)), AdviceQuestion()).create_hint()
     assert hint == (
-        "hint (optimal, tie broken by earliest end): on. "
+        "hint by optimal (tie broken by earliest end): on. "
         "exact values: back 1.00, on 1.00, dive 0.00"
     )
     tight = HintProvider(
         Session(Pond(turns=5), SeededUniforms(1)), AdviceQuestion(0, 5)
     ).create_hint()
-    assert tight.startswith("hint (optimal, 5 turns left): on. ")
+    assert tight.startswith("hint by optimal (5 turns left): on. ")
 
 
 def test_a_state_that_nobody_can_leave_counts_as_an_end() -> None:

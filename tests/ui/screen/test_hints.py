@@ -20,7 +20,7 @@ def make_screen(name: str, *seats: str) -> PlayScreen:
 
 def test_a_hint_ranks_the_keys_by_regret() -> None:
     *_, message, row = play_keys(make_game("crying-baby"), "tab").last.split("\n")
-    assert message == " hint (optimal, 20 turns left): feed"
+    assert message == " hint by optimal (20 turns left): feed"
     assert row.startswith(" f feed best  s sing █-2.54  i ignore █-2.60  ")
 
 
@@ -87,7 +87,7 @@ def test_an_illegal_action_has_no_regret() -> None:
 def test_nothing_is_marked_if_the_hint_provider_has_no_values() -> None:
     play_screen = make_screen("simple-regulator")
     handle_key(play_screen, "tab")
-    assert play_screen.message.startswith("hint (")
+    assert play_screen.message.startswith("hint by ")
     assert play_screen.frame_state.hint is not None
     assert play_screen.frame_state.hint.regrets is None
     assert "hint" in play_screen.render_upper(Viewport(80, 24)).plain

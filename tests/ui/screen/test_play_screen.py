@@ -144,7 +144,7 @@ def test_the_first_arrow_of_a_diagonal_is_explained_and_other_keys_do_not_comple
 
 def test_tab_shows_a_hint_without_playing() -> None:
     current_game = make_game("hexworld")
-    assert "hint (optimal): se   Y why\n" in play_keys(current_game, "tab").last
+    assert "hint by optimal: se   Y why\n" in play_keys(current_game, "tab").last
     assert current_game.session.turns == []
 
 
@@ -223,7 +223,7 @@ def test_one_key_cycles_through_the_overlays() -> None:
     assert "│ 7.04│" in result.frames[1]
     assert "overlay: best actions" in result.frames[2]
     assert "  ↘  " in result.frames[2]
-    assert "overlay: state numbers" in result.frames[3]
+    assert "overlay: index of each state, from 0" in result.frames[3]
     assert "│  22 │" in result.frames[3]
     assert "overlay: none" in result.frames[4]
 
@@ -540,7 +540,7 @@ def test_a_resumed_game_shows_its_last_turn(tmp_path: Path) -> None:
 def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     current_game = make_game("catch")
     result = play_keys(current_game, *keys.split(), "enter", "enter")
-    assert "60 (60 m): caught 39%, expected reward 23   Enter plays it" in result.frames[-3]
+    assert "60 = 60 m, caught 39%, expected reward 23   Enter plays it" in result.frames[-3]
     assert "→60←" in result.frames[-3]
     assert "threw 60 m:" in result.frames[-2]
     assert "type a number first" in result.last
@@ -551,8 +551,8 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        ("catch", "6", "6 (60 m): caught 39%, expected reward 23   Enter plays it"),
-        ("catch", "right 6", "6 (60 m): caught 39%, expected reward 23   Enter plays it"),
+        ("catch", "6", "6 = 60 m, caught 39%, expected reward 23   Enter plays it"),
+        ("catch", "right 6", "6 = 60 m, caught 39%, expected reward 23   Enter plays it"),
         ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
         ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),
@@ -574,7 +574,7 @@ def test_a_narrow_footer_shortens_action_labels_but_shows_them_all(name: str) ->
 
 def test_a_hint_in_a_simultaneous_game_states_its_assumption() -> None:
     screen_text = play_keys(make_game("prisoners-dilemma", "human", "grim"), "c", "tab").last
-    assert " hint (plan-rounds, 9 turns left, against grim): cooperate\n" in screen_text
+    assert " hint by plan-rounds (9 turns left, against grim): cooperate\n" in screen_text
 
 
 # Whole games

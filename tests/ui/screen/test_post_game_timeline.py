@@ -68,10 +68,10 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 @ you, ◆ reward, ✗ cost
 
  over: turn limit after 4 turns. your score -1.539 (undiscounted -2).
- choices: best action 1 of 4 times; regret 5.97 (score lost on average)
+ choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
- worst: turn 1, chose w; se better by 5.05
- other seeds: you beat 57 of 100 games of random, 11 of 100 games of optimal
+ worst: turn 1, w (best: se), 5.05 lost
+ other seeds: random scored less in 57 of 100 games, optimal in 11
  same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -90,7 +90,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │     │     │     │     │     │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │     │     │     │     │     │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
-into walls: u -0.624 y -0.624 b -0.624 n -0.624 (below best)     e      -0.48
+walls, below best: ne -0.624 nw -0.624 sw -0.624 se -0.624       e      -0.48
                                                                  w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
@@ -98,7 +98,7 @@ into walls: u -0.624 y -0.624 b -0.624 n -0.624 (below best)     e      -0.48
                                                                  se     -1.10
 
  turn 2. chose W, moved W to (5,2). reward 0. score 0.
- regret by turn █▂[▂]▁  [ ] next turn; worst first: 1, 3, 2
+ regret by turn █▂[▂]▁  [next turn], most in turns 1, 3, 2
  next, turn 3: chose se; e or w was better by 0.62.
 
  ← → turns  Enter play from here  N new  R restart  Bksp undo  ? help  q quit""",
@@ -121,13 +121,13 @@ into walls: u -0.624 y -0.624 b -0.624 n -0.624 (below best)     e      -0.48
  crying-baby  turn 5/5  score -19.42  turn limit
  over: turn limit after 5 turns. your score
    -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; regret 3.29
-   (score lost on average)
+ choices: best action 2 of 5 times; expected
+   score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, chose feed; ignore better by 3.88
- other seeds: you beat 47 of 100 games of random,
-   11 of 100 games of optimal
+ worst: turn 4, feed (best: ignore), 2.83 lost
+ other seeds: random scored less in 47 of 100
+   games, optimal in 11
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet. belief: sated …
 
@@ -142,7 +142,7 @@ chance of hunger by turn ▅▁▁▁················
 true state: sated
 hint: best i; s ▌··· -0.5; f ████ -3.88
 
- regret ▁▂▁[█]▂  worst first: turn 4, 5, 2
+ regret ▁▂▁[█]▂  most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by
    3.88.
 
@@ -156,7 +156,7 @@ sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
 chance of hunger by turn =___                                ignore -1.38
                                                              sing   -1.88
-expected reward  hunger  effort     sum  rest of game        feed   -5.27
+expected reward  hunger  effort     sum  below best          feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -168,7 +168,7 @@ true state: sated
 
  turn 3. chose ignore, heard quiet. belief: sated 0.973, hungry 0.027. reward
    0. score -15.45.
- regret by turn _._[#].  [ ] next turn; worst first: 4, 5, 2
+ regret by turn _._[#].  [next turn], most in turns 4, 5, 2
  next, turn 4: chose feed; ignore was better by 3.88.
 
  < > turns  Enter play from here  N new  R restart  ? help  q quit  : command""",
@@ -183,10 +183,10 @@ chance of hunger by turn ▅▁▁▁▁▁··············
 true state: sated
 
  over: turn limit after 5 turns. your score -19.423 (undiscounted -21).
- choices: best action 2 of 5 times; regret 3.29 (score lost on average)
+ choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, chose feed; ignore better by 3.88
- other seeds: you beat 47 of 100 games of random, 11 of 100 games of optimal
+ worst: turn 4, feed (best: ignore), 2.83 lost
+ other seeds: random scored less in 47 of 100 games, optimal in 11
  same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
@@ -304,7 +304,7 @@ def test_a_long_game_shows_the_regret_around_the_turn() -> None:
     screen_text = press_keys(screen, *["l"] * 90, "enter", *["left"] * 3, size=SMALL_SIZE)
     row = next(row for row in screen_text.split("\n") if "regret" in row)
     assert len(row) <= SMALL_SIZE[0]
-    assert row.endswith("[▇]█▃▃  worst first: turn 88, 87, 86")
+    assert row == " regret ▂▂▂▂▂▂▂▂▂▂▂[▂]▂▂▂  most in turns 2, 3, 4"
 
 
 def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:

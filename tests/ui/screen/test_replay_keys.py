@@ -78,7 +78,7 @@ def test_x_goes_to_the_worst_choices_in_order(screen: PlayScreen) -> None:
     assert press(screen, "X") == 4
     assert screen.message == "next, turn 5: chose sw; e was better by 5.23."
     assert screen.log[-1].startswith("regret ")
-    assert screen.log[-1].endswith("worst first: 5, 3, 1")
+    assert screen.log[-1].endswith("most in turns 5, 3, 1")
     assert press(screen, "X") == 2
     assert press(screen, "X") == 0
     assert press(screen, "X") == 4

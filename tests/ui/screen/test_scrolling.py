@@ -205,5 +205,5 @@ def test_a_message_is_shown_once(width: int) -> None:
 
 def test_the_footer_of_a_page_names_the_keys_of_the_page() -> None:
     frames = play_keys(make_game("hexworld"), "?", "escape", size=(40, 12)).frames
-    assert frames[1].split("\n")[-1].strip() == "Space next  PgUp back  Esc close"
+    assert frames[1].split("\n")[-1].strip() == "Space next  Esc close"
     assert "Esc close" not in frames[2]

@@ -46,12 +46,12 @@ def test_500_resizes_leave_the_screen_of_the_last_size(typing: bool, tmp_path: P
             terminal.until(lambda: ":hint" in terminal.text)
         terminal.calm()
         if typing:
-            terminal.press(ENTER, "hint (optimal)").calm()
+            terminal.press(ENTER, "hint by optimal").calm()
         before = terminal.text
         with Terminal("hexworld", "--seed", "7", folder=tmp_path) as other:
             other.ready()
             if typing:
-                other.press(TAB, "hint (optimal)")
+                other.press(TAB, "hint by optimal")
             assert other.calm().text == before
             assert other.press("q").ended() == 0
         assert terminal.press("q").ended() == 0
@@ -69,7 +69,7 @@ def test_the_board_above_the_command_prompt_follows_every_size(tmp_path: Path) -
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
         terminal.ready().press(":").press("hin", ":hin")
         terminal.resize(50, 14).until("│ ✗ │").until(":hin").resize(80, 24).until("│ -10 │")
-        terminal.press("t" + ENTER, "hint (optimal): se")
+        terminal.press("t" + ENTER, "hint by optimal: se")
 
 
 @pytest.mark.parametrize("setting", [("--width", "50"), ("COLUMNS", "50")])

@@ -201,6 +201,6 @@ def test_help_opens_over_the_board_and_any_key_closes_it(tmp_path: Path) -> None
 
 def test_a_hint_names_the_best_action_and_all_values(tmp_path: Path) -> None:
     with Terminal("hexworld", "--seed", "7", folder=tmp_path) as terminal:
-        terminal.ready().press(TAB, "hint (optimal): se").until("n best  b ▄-0.77")
+        terminal.ready().press(TAB, "hint by optimal: se").until("n best  b ▄-0.77")
         terminal.press("V", "overlay: exact values").press(CTRL_L).until("│ 7.04│")
         assert terminal.press("q").ended() == 0

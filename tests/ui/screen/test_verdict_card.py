@@ -89,12 +89,12 @@ def test_the_hidden_facts_of_two_agents_are_a_table_of_one_row_per_turn(tmp_path
     screen = play_to_end("multicaregiver-crying-baby", tmp_path)
     assert screen.game.narrator.debrief_table() == [
         "caregiver1 / caregiver2; a single entry holds for all",
-        "turn  action         state   observation  reward       belief: sated, hungry",
-        "0                    hungry                            0.500, 0.500",
-        "1     ignore         hungry  crying       -10          0.000, 1.000",
-        "2     sing / feed    sated   quiet        -10.5 / -15  0.833, 0.167 / 1.000, 0.000",
-        "3     feed / ignore  sated   quiet        -2.5 / 0     1.000, 0.000 / 0.952, 0.048",
-        "4     ignore         hungry  crying       0            0.000, 1.000",
+        "turn  action         state after  observation  reward       belief: sated, hungry",
+        "0                    hungry                                 0.500, 0.500",
+        "1     ignore         hungry       crying       -10          0.000, 1.000",
+        "2     sing / feed    sated        quiet        -10.5 / -15  0.833, 0.167 / 1.000, 0.000",
+        "3     feed / ignore  sated        quiet        -2.5 / 0     1.000, 0.000 / 0.952, 0.048",
+        "4     ignore         hungry       crying       0            0.000, 1.000",
     ]
 
 
@@ -107,7 +107,7 @@ def test_every_game_ends_with_its_result_and_the_next_keys(name: str, tmp_path: 
         terminal.ready()
         for sequence in iter_key_sequences(name):
             terminal.press(sequence).calm(0.03)
-        terminal.until(" over: ").until("other seeds: you beat ")
+        terminal.until(" over: ").until("other seeds: random scored less in ")
         terminal.until("same seed: ")
         for key in ("Enter look back", "PgUp log", "N new", "R restart", "q quit"):
             assert key in terminal.text

@@ -133,7 +133,7 @@ WALK_LINES = "turn 1. chose E, moved E to (8,2).", "turn 2. chose NE, bumped, st
 @pytest.mark.parametrize(
     ("keys", "code", "expected"),
     [
-        ("play hexworld --seed 7\re\rne; hint\r\x04", 0, (*WALK_LINES, "hint (optimal): sw")),
+        ("play hexworld --seed 7\re\rne; hint\r\x04", 0, (*WALK_LINES, "hint by optimal: sw")),
         ("play hexworld --seed 7\re\rne\r\x04", 0, ("  @  ",) * 3),  # a board after each line
         # Ctrl-C cancels a line; a second Ctrl-C on an empty line leaves.
         (
