@@ -30,7 +30,7 @@ ANSWER_HELP = (
     "skip (the next step), quit"
 )
 LEAVE_WORDS = ("quit", "q", "exit")
-GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
+GAME_HELP = "or type: hint, show, skip, quit"
 
 
 def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
@@ -185,13 +185,17 @@ class LessonPlayer(LineDialog):
 
     def _play_games(self, task: GameTask) -> None:
         """Play the game of the step until it is passed, shown or skipped."""
-        if self._terminal.full_screen and not self._choose_next_game("Enter starts the game> "):
+        if self._terminal.full_screen and not self._choose_next_game("start the game"):
             return
-        while not self._play_game(task) and self._choose_next_game("again> "):
+        while not self._play_game(task) and self._choose_next_game("play again"):
             pass
 
-    def _choose_next_game(self, prompt: str) -> bool:
-        """Read commands until the player starts a game; return False if the step is over."""
+    def _choose_next_game(self, purpose: str) -> bool:
+        """Read commands until the player starts a game; return False if the step is over.
+
+        `purpose` completes the sentence "press Enter to ...".
+        """
+        prompt, help_text = f"Enter to {purpose}> ", f"press Enter to {purpose}, {GAME_HELP}"
         while True:
             line = self._read(prompt)
             try:
@@ -199,8 +203,8 @@ class LessonPlayer(LineDialog):
                 if reply is None and line in {"", "again"}:
                     return True
                 if reply is None and line not in {"help", "?"}:
-                    raise BadParameter(f"got {line!r}; {GAME_HELP}")
-                if self._print_reply(reply or TutorReply((GAME_HELP,))):
+                    raise BadParameter(f"got {line!r}; {help_text}")
+                if self._print_reply(reply or TutorReply((help_text,))):
                     return False
             except DmplayError as error:
                 self._report_error(error)
