@@ -61,7 +61,7 @@ class WrongAnswer(NamedTuple):
 
 WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "first-walk": (
-        WrongAnswer(1, "(8,2) 1", "1 for (8,2) is too high. You give 1 next state"),
+        WrongAnswer(1, "(8,2) 0.7 (7,2) 0.3", "0.3 for (7,2) is too high. You give 2 next states"),
         WrongAnswer(1, "(8,2) 0.7 (8,1) 0.15", "your probabilities add up to 0.85"),
         WrongAnswer(3, "(7,2)", "The random number of that turn is 0.612"),
     ),
@@ -108,7 +108,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "alpha-vectors": (
         WrongAnswer(1, "3", "3 plans are compared"),
         WrongAnswer(2, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
-        WrongAnswer(4, "hungry 0.9 sated 0.1", "singing loses 5.692; the goal is at most 0"),
+        WrongAnswer(4, "hungry 0.9 sated 0.1", "singing loses 5.692; at most 0 is needed"),
     ),
     "when-to-look": (
         WrongAnswer(1, "examine", "with examine you give up 0.162"),
@@ -138,7 +138,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "hunt-and-hide": (
         WrongAnswer(1, "game: 12*nw", "you scored -7.176"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "ne", "it plays this move with probability 0.333; the goal is at least 0.4"),
+        WrongAnswer(3, "ne", "it plays this move with probability 0.333; at least 0.4 is needed"),
     ),
     "two-at-the-cradle": (
         WrongAnswer(1, "22.5", "each of the 2 agents would lose 11.25 on average"),
