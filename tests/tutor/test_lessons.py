@@ -305,7 +305,8 @@ def test_the_answer_of_a_game_is_how_the_best_agent_plays() -> None:
             game.advance([0, None])
         run.check_game(game)
     assert run.show_answer().lines[0] == (
-        "answer: with the same draws, plan-rounds plays 9 x cooperate, defect, and scores -9."
+        "answer: with the same random numbers, plan-rounds plays 9 x cooperate, defect, and "
+        "scores -9."
     )
 
 
