@@ -107,7 +107,7 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
         self._print_heading(f"{number}.")
-        self._print(*step.text)
+        self._print(*self._step_text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
@@ -121,7 +121,7 @@ class LessonPlayer(LineDialog):
         if not self._terminal.full_screen:
             self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
             return
-        prompt = f"w and Enter shows {name} step by step, Enter goes on> "
+        prompt = f"w watches {name}, Enter goes on> "
         while (line := self._read(prompt)) != "w":
             if not line:
                 return
@@ -168,7 +168,14 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
             return TutorReply(())
-        return TutorReply(("this question has no board.", *step.text))
+        return TutorReply(("this question has no board.", *self._step_text))
+
+    @property
+    def _step_text(self) -> tuple[str, ...]:
+        """The text of the current step: its lines, or one line to be wrapped if they do not fit."""
+        rows = self._run.step.text
+        fits = max(map(len, rows)) <= self._terminal.columns
+        return rows if fits or not self._terminal.is_interactive else (" ".join(rows),)
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""

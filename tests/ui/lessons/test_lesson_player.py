@@ -202,7 +202,7 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.press("5.92\r")
         terminal.until("step 3 of 4.")
         terminal.press("6\r")
-        terminal.until("w and Enter shows value-iteration step by step")
+        terminal.until("w watches value-iteration, Enter goes on>")
         terminal.press("hint\r")
         terminal.until("error: got 'hint', expected w or Enter")
         terminal.press("w\r")
@@ -232,4 +232,6 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
         terminal.until("step 2 of 4.")
         terminal.press("w\r")
         terminal.until("Try again; hint gives you a hint.")
+        is_wrapped = "play best after it. The rule of thumb says west." in terminal.text
+        assert is_wrapped == (size[0] == 50)  # as one paragraph
         assert "worth -10 and has" in terminal.text.replace("\n", " ")
