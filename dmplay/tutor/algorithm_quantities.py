@@ -4,7 +4,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
@@ -68,7 +68,7 @@ def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
     last_wrong, last_wrong_anywhere, wrong_counts = 0, 0, []
     for sweep in range(1, MAX_SWEEPS + 1):
         q = compute_action_values(tables, discount, values)
-        is_wrong = (mark_best_actions(q) & ~best).any(axis=1)
+        is_wrong: Bools = np.any(mark_best_actions(q) & ~best, axis=1)
         wrong_count = int(is_wrong[rows].sum())
         action_values.append(q[rows[0]])
         values = q.max(axis=1)
