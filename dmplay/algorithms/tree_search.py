@@ -181,7 +181,7 @@ def _describe_start(request: WatchRequest, search: MonteCarloTree) -> tuple[str,
     position = "the position of your game" if request.session else "the start of a game"
     turns = format_count(search.depth, "turn")
     sentences = [
-        f"The tree grows from {position}{f', for {agent}' if others else ''}.",
+        f"The root of the tree is {position}{f', for {agent}' if others else ''}.",
         f"Each simulation adds at most one node, and plays at most {turns}.",
     ]
     if problem.partially_observable:
@@ -302,7 +302,8 @@ def _describe_backup(
     sentences = [return_sentence]
     if is_first:
         sentences += [
-            "N counts the tries of an action; that of a state sums those of its actions.",
+            "N counts the tries of an action; that of a state sums those of its actions. A new "
+            "state has N = 0: a playout tries no action of the tree.",
             "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
         ]
     if best:

@@ -1,7 +1,10 @@
 """Quantities of algorithms: sweeps of value iteration, rules of thumb, and tree search."""
 
+from collections.abc import Iterable
+
 import numpy as np
 
+from dmplay.core.arrays import Bools, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
@@ -37,49 +40,81 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
     previous = compute_finite_horizon_values(tables, problem.discount, sweep - 1)
 
     def explain(_: str) -> str:
-        """Return the next states of the best action with their values before the sweep."""
+        """Return the number of next states of the best action, without their names."""
         q = compute_action_values(tables, problem.discount, previous)[index]
         action = problem.format_action(0, int(np.argmax(q)))
         next_states = list_outcomes(position, action, find_state(position, state))
-        listed = " or ".join(
-            f"{name} with V = {format_number(float(previous[_index_of(position, name)]))}"
-            for name in next_states
+        count = format_count(len(next_states), "next state")
+        listed = " and ".join(
+            format_number(float(previous[_index_of(position, name)])) for name in next_states
         )
-        return f"before sweep {sweep}, the best action leads to {listed}"
+        return f"the best action has {count}, with V = {listed} before sweep {sweep}"
 
     return Truth(float(values[index]), explain)
 
 
-def last_policy_change(position: PositionInGame) -> Truth:
-    """Return the first sweep from which the greedy actions are optimal in every state for good.
+def last_policy_change(position: PositionInGame, state: str = "") -> Truth:
+    """Return the first sweep from which the greedy actions are optimal for good.
 
-    The greedy actions of a sweep are the best ones under V before it, as `dmplay watch` draws them.
-    An action that is not optimal counts as an error also if it ties with an optimal one.
+    They are those of one state; without `state`, those of every state. The greedy actions of a
+    sweep are the best ones under V before it, as `dmplay watch` draws them. An action that is not
+    optimal counts as an error also if it ties with an optimal one.
     """
     tables, discount = _tabulate(position), position.problem.discount
     best = mark_best_actions(compute_optimal_q(tables, discount))
+    rows = [_index_of(position, state)] if state else [*range(len(best))]
+    action_values: list[Reals] = []  # before each sweep, in `state`
     values = np.zeros(len(tables.transition))
-    last_wrong, wrong_counts = 0, []
+    last_wrong, last_wrong_anywhere, wrong_counts = 0, 0, []
     for sweep in range(1, MAX_SWEEPS + 1):
         q = compute_action_values(tables, discount, values)
-        wrong_count = int((mark_best_actions(q) & ~best).any(axis=1).sum())
+        is_wrong: Bools = np.any(mark_best_actions(q) & ~best, axis=1)
+        wrong_count = int(is_wrong[rows].sum())
+        action_values.append(q[rows[0]])
         values = q.max(axis=1)
         wrong_counts.append(wrong_count)
         last_wrong = sweep if wrong_count else last_wrong
-        if sweep > 2 * last_wrong + 10:
+        last_wrong_anywhere = sweep if is_wrong.any() else last_wrong_anywhere
+        if sweep > 2 * last_wrong_anywhere + 10:
             break
 
     def explain(answer: str) -> str:
-        """Return the number of states with a wrong greedy action in the typed sweep."""
+        """Return the two best actions of the state in the typed sweep, or how many are wrong."""
         typed = parse_number(answer)
         if typed < 1:
             return "the first sweep has the number 1"
+        if state:
+            sweep = min(int(typed), len(action_values))
+            return f"in sweep {sweep}, {_describe_best_two(action_values[sweep - 1])}"
         if typed > last_wrong:
             return "the greedy policy is optimal earlier"
         states = format_count(wrong_counts[int(typed) - 1], "state")
         return f"in sweep {int(typed)}, a wrong action is best or ties with the best in {states}"
 
     return Truth(float(last_wrong + 1), explain)
+
+
+def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
+    """Return the largest possible change of a value after this sweep, as its residual says.
+
+    The residual of a sweep is the largest change of a value in it. Each later one is at most the
+    discount times the residual before it (section 7.5).
+    """
+    if not 1 <= sweep <= MAX_SWEEPS:
+        raise BadParameter(f"sweep: got {sweep}, expected 1 to {MAX_SWEEPS}")
+    tables, discount = _tabulate(position), position.problem.discount
+    if discount >= 1.0:
+        raise BadParameter(f"{position.problem_name} has the discount 1, expected less for a bound")
+    previous = compute_finite_horizon_values(tables, discount, sweep - 1)
+    values = compute_finite_horizon_values(tables, discount, sweep)
+    residual = float(np.abs(values - previous).max())
+
+    def explain(_: str) -> str:
+        """Return the bounds of the next two residuals."""
+        first, second = (format_number(residual * discount**k) for k in (1, 2))
+        return f"sweep {sweep + 1} can change V by {first}, sweep {sweep + 2} by {second}"
+
+    return Truth(residual * discount / (1.0 - discount), explain)
 
 
 def exit_probability(position: PositionInGame, exit_state: str, discount: float) -> Truth:
@@ -120,9 +155,9 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
     return Truth(probability, explain)
 
 
-def straight_way_loss(position: PositionInGame, state: str) -> Truth:
-    """Return the regret of the step that goes straight to the nearest exit with a reward."""
-    q, action = compute_q(position, state), straight_way_action(position, state)
+def straight_way_loss(position: PositionInGame, state: str, exit_state: str = "") -> Truth:
+    """Return the regret of a step straight to an exit, or to the nearest one with a reward."""
+    q, action = compute_q(position, state), straight_way_action(position, state, exit_state)
 
     def explain(_: str) -> str:
         """Return the outcomes of the straight step."""
@@ -133,12 +168,18 @@ def straight_way_loss(position: PositionInGame, state: str) -> Truth:
     return Truth(max(q.values()) - q[action], explain)
 
 
-def straight_way_action(position: PositionInGame, state: str) -> str:
-    """Return the action towards the nearest exit with a positive reward, of several the best."""
+def straight_way_action(position: PositionInGame, state: str, exit_state: str = "") -> str:
+    """Return the action towards an exit, of several the best.
+
+    Without `exit_state`, it goes to the nearest exit with a positive reward. The way ignores holes.
+    """
     problem, start = _hexworld(position), _parse_hex_state(position, state)
     goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
-    nearest = min(goals, key=lambda goal: hex_distance(start, goal))
-    distances = [hex_distance(neighbour, nearest) for neighbour in hex_neighbours(start)]
+    if exit_state:
+        goals = [_parse_hex_state(position, exit_state)]
+    distances = [
+        min(hex_distance(neighbour, goal) for goal in goals) for neighbour in hex_neighbours(start)
+    ]
     q = compute_q(position, state)
     labels = problem.actions[0].labels
     candidates = [label for label, d in zip(labels, distances, strict=True) if d == min(distances)]
@@ -167,10 +208,15 @@ def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Tru
 
 
 def search_error_share(position: PositionInGame, state: str, simulations: int) -> Truth:
-    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more."""
+    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more.
+
+    Each search tries every action once at least.
+    """
     problem = position.problem
-    if not 1 <= simulations <= MAX_SIMULATIONS:
-        raise BadParameter(f"got {simulations} simulations, expected 1 to {MAX_SIMULATIONS}")
+    q = compute_q(position, state)
+    if not len(q) <= simulations <= MAX_SIMULATIONS:
+        expected = f"{len(q)} (one for each action) to {MAX_SIMULATIONS}"
+        raise BadParameter(f"got {simulations} simulations, expected {expected}")
     policy = load_agent(position, position.seat, f"search:simulations={simulations}")
     s = find_state(position, state)
     memory = policy.initial_memory(np.repeat(s[None], SEARCH_RUNS, axis=0))
@@ -180,14 +226,14 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
     )
     choices = policy.choose(memory, None, u)
     labels = [problem.format_action(position.seat, choice) for choice in choices]
-    q = compute_q(position, state)
     is_wrong = [max(q.values()) - q[label] >= MIN_ERROR for label in labels]
     share = sum(is_wrong) / SEARCH_RUNS
 
     def explain(_: str) -> str:
-        """Return the number of searches that chose each action."""
+        """Return the number of searches that chose each action, and the best two values."""
         tally = ", ".join(f"{labels.count(label)} chose {label}" for label in dict.fromkeys(labels))
-        return f"of {SEARCH_RUNS} searches with {simulations} simulations: {tally}"
+        searches = f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
+        return f"{searches}; {_describe_best_two(q.values())}"
 
     return Truth(share, explain)
 
@@ -231,6 +277,12 @@ def state_after_undo(position: PositionInGame, action: str) -> Truth:
 
     names = tuple(map(problem.format_state, problem.enumerate_states()))
     return Truth(frozenset([problem.format_state(replayed.state)]), explain, names)
+
+
+def _describe_best_two(values: Iterable[float]) -> str:
+    """Return a clause with the two greatest values of actions, without the actions."""
+    greatest = sorted(map(float, values), reverse=True)[:2]
+    return f"the best two actions are worth {' and '.join(map(format_number, greatest))}"
 
 
 def _tabulate(position: PositionInGame) -> Tables:

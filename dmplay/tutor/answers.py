@@ -125,11 +125,14 @@ def _check_typed_argument(
         return AnswerCheck(True, sentence + explanation)
     is_too_low = low is not None and truth.value < low
     bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
-    return AnswerCheck(False, f"{sentence}; the goal is {bound}{explanation}")
+    return AnswerCheck(False, f"{sentence}; {bound} is needed{explanation}")
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:
-    """Return whether typed probabilities are within the tolerance of the true ones."""
+    """Return whether typed probabilities are within the tolerance of the true ones.
+
+    The reason names no label that the player did not type.
+    """
     assert isinstance(truth.value, Mapping)
     typed = parse_distribution(text, truth.labels)
     total = sum(typed.values())
@@ -139,11 +142,15 @@ def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> Answ
         label: typed.get(label, 0.0) - truth.value.get(label, 0.0)
         for label in {**truth.value, **typed}
     }
-    worst = max(errors, key=lambda label: abs(errors[label]))
-    if abs(errors[worst]) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
+    tolerance = max(prediction.tolerance, DEFAULT_TOLERANCE)
+    if all(abs(error) <= tolerance for error in errors.values()):
         return AnswerCheck(True, "")
+    wrong_labels = [label for label in typed if abs(errors[label]) > tolerance]
+    if not wrong_labels:
+        return AnswerCheck(False, "a name with a probability above 0 is missing")
+    worst = max(wrong_labels, key=lambda label: abs(errors[label]))
     direction = "high" if errors[worst] > 0 else "low"
-    number = format_number(typed.get(worst, 0.0))
+    number = format_number(typed[worst])
     return AnswerCheck(
         False, f"{number} for {worst} is too {direction}" + _append(truth.explain(text))
     )

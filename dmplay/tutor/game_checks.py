@@ -38,10 +38,10 @@ def _iter_results(position: PositionInGame, task: GameTask) -> Iterator[AnswerCh
     session = position.session
     turn_count = len(session.turns) - position.first_turn
     if task.ends:
-        reason = describe_end_reason(session.end_reason)
-        yield AnswerCheck(
-            session.end_reason == "terminal", f"the game ended after {turn_count} turns ({reason})"
-        )
+        is_end = session.end_reason == "terminal"
+        reason = "" if is_end else f" ({describe_end_reason(session.end_reason)})"
+        turns = format_count(turn_count, "turn")
+        yield AnswerCheck(is_end, f"the game ended after {turns}{reason}")
     if task.reaches:
         yield _check_visit(session, task.reaches)
     if task.turns_at_most is not None:
@@ -89,12 +89,11 @@ def _compare_with_agent(position: PositionInGame, task: GameTask) -> AnswerCheck
     ghost = play_ghost(position, task.beats)
     is_enough = ghost.player_lead >= -task.margin - TOLERANCE
     score = format_number(position.session.seat_return(position.seat))
-    margin = f"; the goal is at most {task.margin:g} less" if task.margin and not is_enough else ""
-    return AnswerCheck(
-        is_enough,
-        f"with the same draws, {task.beats} scored {format_number(ghost.score)} and you {score}"
-        + margin,
-    )
+    scores = f"{task.beats} scored {format_number(ghost.score)} and you {score}"
+    less, more = f"at most {task.margin:g} less", f"at least {-task.margin:g} more"
+    goal = f"; the goal is {less if task.margin > 0 else more}"
+    margin_text = goal if task.margin and not is_enough else ""
+    return AnswerCheck(is_enough, f"with the same random numbers, {scores}{margin_text}")
 
 
 def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck:
@@ -163,4 +162,5 @@ def describe_model_game(position: PositionInGame) -> str:
     ]
     runs = [(label, len([*group])) for label, group in groupby(labels)]
     actions = ", ".join(f"{count} x {label}" if count > 1 else label for label, count in runs)
-    return f"with the same draws, {name} plays {actions}, and scores {format_number(ghost.score)}"
+    score = format_number(ghost.score)
+    return f"with the same random numbers, {name} plays {actions}, and scores {score}"

@@ -54,7 +54,7 @@ class GameTask:
     turns_at_least: int | None = None
     return_at_least: float | None = None
     beats: str = ""  # an agent; the return must be at least its return on the same draws
-    margin: float = 0.0  # amount by which the return may be less than that of the agent
+    margin: float = 0.0  # amount by which the return may be less; the negative of a required lead
     regret_at_most: float | None = None
     hints_at_most: int | None = None
     choices: Mapping[str, int] = field(default_factory=dict)  # minimum number of each action

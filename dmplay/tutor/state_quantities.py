@@ -1,7 +1,7 @@
 """Quantities of states and actions: values, best actions, regrets and outcomes."""
 
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import combinations
 
 import numpy as np
 
@@ -86,12 +86,15 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
     }
 
     def explain(answer: str) -> str:
-        """Return the difference of the first two neighbours that are in the wrong order."""
-        for first, second in pairwise(answer.split()):
-            difference = values[second] - values[first]
-            if difference > VALUE_TOLERANCE:
-                return f"{first} is worth {format_number(difference)} less than {second}"
-        return ""
+        """Return the number of pairs in the wrong order, and the largest difference in them."""
+        pairs = [*combinations(answer.split(), 2)]
+        differences = [values[second] - values[first] for first, second in pairs]
+        wrong = [difference for difference in differences if difference > VALUE_TOLERANCE]
+        if not wrong:
+            return ""
+        largest = format_number(max(wrong))
+        count = f"pairs in the wrong order: {len(wrong)} of {len(pairs)}"
+        return f"{count}; their values differ by up to {largest}"
 
     ranked = sorted(values, key=lambda name: -values[name])
     return Truth(tuple(ranked), explain, tuple(values), list_values(values))
@@ -107,9 +110,11 @@ def outcomes(position: PositionInGame, action: str, state: str = "") -> Truth:
 
     def explain(answer: str) -> str:
         """Return the number of states in the answer, and the number of possible ones."""
-        count = sum(p > 0.0 for p in parse_distribution(answer, labels).values())
-        named = format_count(count, "next state")
-        return f"you give {named} a probability, and {len(probabilities)} are possible"
+        named = [name for name, p in parse_distribution(answer, labels).items() if p > 0.0]
+        count = format_count(len(named), "next state")
+        impossible = sum(name not in probabilities for name in named)
+        note = f"; {impossible} of yours cannot follow" if impossible else ""
+        return f"you give {count} a probability, and {len(probabilities)} are possible{note}"
 
     return Truth(probabilities, explain, labels)
 
@@ -126,6 +131,20 @@ def outcome_probability(
         probabilities.get(name, 0.0),
         lambda _: f"{count} can follow, and their probabilities add up to 1",
     )
+
+
+def missed_outcome_probability(
+    position: PositionInGame, action: str, outcome: str, tries: int, state: str = ""
+) -> Truth:
+    """Return the probability that no one of several tries of an action leads to `outcome`."""
+    p = outcome_probability(position, action, outcome, state).value
+    assert isinstance(p, float)
+
+    def explain(_: str) -> str:
+        """Return the probability for two tries."""
+        return f"with 2 tries it is {format_number((1.0 - p) ** 2)}" if tries > 2 else ""
+
+    return Truth((1.0 - p) ** tries, explain)
 
 
 def find_state(position: PositionInGame, text: str) -> Array:

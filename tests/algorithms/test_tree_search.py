@@ -151,7 +151,8 @@ def test_the_first_steps_say_what_is_counted_and_where_a_playout_ends() -> None:
         "rewards of 0 are left out."
     )
     assert backup.sentences[1:3] == (
-        "N counts the tries of an action; that of a state sums those of its actions.",
+        "N counts the tries of an action; that of a state sums those of its actions. "
+        "A new state has N = 0: a playout tries no action of the tree.",
         "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
     )
 
@@ -224,7 +225,7 @@ def test_nodes_of_a_hidden_problem_are_actions_and_observations() -> None:
 def test_the_first_step_names_the_partner_model() -> None:
     first, *_ = watch(load_problem("collaborative-predator-prey"), 1)
     assert first.sentences == (
-        "The tree grows from the start of a game, for predator1.",
+        "The root of the tree is the start of a game, for predator1.",
         "Each simulation adds at most one node, and plays at most 50 turns.",
         "Its state is drawn from the belief of predator1, not from the game.",
         "A node is a history of actions and observations.",

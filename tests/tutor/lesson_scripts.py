@@ -5,16 +5,17 @@ from typing import NamedTuple
 
 # A prediction, or the actions of a game: `3*east` are three lines.
 RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
-    "first-walk": ("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15", "game: se se e", "(8,2)"),
-    "discount": ("(5,0) (4,0) (2,0) (0,0)", "0.7", "game: 3*w sw sw e"),
-    "watch-v-converge": ("-0.3", "5.92", "6", "10"),
-    "greedy-is-wrong": ("nw", "(2,0)", "(4,2)", "game: nw w e"),
+    "first-walk": ("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15", "game: e e ne e e se e", "(5,2)"),
+    "discount": ("(8,1) (5,2) (1,1) (1,2)", "0.7", "game: 3*w sw sw e"),
+    "watch-v-converge": ("-0.3", "5.92", "6", "4.257"),
+    "straight-to-the-exit": ("0.15", "nw", "(1,1)", "game: nw w e"),
     "look-ahead": (
-        "50",
+        "0.444",
+        "90",
         "(1,2)",
-        "game: up down up left left down left up left right down down right up right up left "
-        "right left up left 4*down left right down up down right down up right down left up "
-        "left down up",
+        "game: left down left left left left left down right down right down left left "
+        "down right down left down left down right down left down left down left down "
+        "down left left down left left up right down left left",
     ),
     "momentum": ("-0.25", "game: 18*right 38*left 60*right", "game: 17*right 37*left 60*right"),
     "push-to-zero": (
@@ -61,29 +62,33 @@ class WrongAnswer(NamedTuple):
 
 WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "first-walk": (
-        WrongAnswer(1, "(8,2) 1", "1 for (8,2) is too high. You give 1 next state"),
+        WrongAnswer(1, "(8,2) 0.7 (7,2) 0.3", "0.3 for (7,2) is too high. You give 2 next states"),
         WrongAnswer(1, "(8,2) 0.7 (8,1) 0.15", "your probabilities add up to 0.85"),
-        WrongAnswer(3, "(7,2)", "The random number of that turn is 0.612"),
+        WrongAnswer(3, "(6,2)", "The random number of that turn is 0.983"),
     ),
     "discount": (
-        WrongAnswer(1, "(4,0) (5,0) (2,0) (0,0)", "(4,0) is worth 1.537 less than (5,0)"),
+        WrongAnswer(
+            1,
+            "(8,1) (1,1) (1,2) (5,2)",
+            "pairs in the wrong order: 2 of 6; their values differ by up to 1.051",
+        ),
         WrongAnswer(2, "0.9", "+5 in 4 steps would count 3.28 now"),
         WrongAnswer(3, "game: 12*e 60*se", "Turn 9 lost most: e was worth 2.032 less"),
     ),
     "watch-v-converge": (
-        WrongAnswer(1, "0", "Before sweep 1, the best action leads to"),
-        WrongAnswer(2, "6.3", "(6,0) with V = 10 or (5,0) with V = -0.3"),
-        WrongAnswer(3, "3", "In sweep 3, a wrong action is best or ties with the best in 3 states"),
+        WrongAnswer(1, "0", "2 next states, with V = 0 and 0 before sweep 1"),
+        WrongAnswer(3, "3", "In sweep 3, the best two actions are worth -0.813 and -0.813"),
+        WrongAnswer(4, "0.426", "Sweep 11 can change V by 0.426, sweep 12 by 0.383"),
     ),
-    "greedy-is-wrong": (
-        WrongAnswer(1, "w", "its worst next state is worth -10 and has probability 0.15"),
-        WrongAnswer(2, "(1,1)", "(1,1) has probability 0.7 and is worth 4.308"),
-        WrongAnswer(3, "(1,1)", "there, the straight way loses 0; the goal is at least 1"),
+    "straight-to-the-exit": (
+        WrongAnswer(1, "0.3", "3 next states can follow"),
+        WrongAnswer(2, "w", "its worst next state is worth -10 and has probability 0.15"),
+        WrongAnswer(3, "(2,1)", "the action of this rule loses 1.431; at least 2 is needed"),
     ),
     "look-ahead": (
-        WrongAnswer(1, "5", "18 chose w"),
-        WrongAnswer(2, "(8,1)", "20 chose se"),
-        WrongAnswer(3, "game: 40*right,left,up", "corner scored 248"),
+        WrongAnswer(1, "0.85", "With 2 tries it is 0.722"),
+        WrongAnswer(3, "(8,1)", "20 chose se; the best two actions are worth 8.219 and 6.761"),
+        WrongAnswer(4, "game: 40*left,down,right", "the goal is at least 50 more"),
     ),
     "momentum": (
         WrongAnswer(1, "0.6", "0.6 is too high. The largest one comes after 38 turns"),
@@ -108,7 +113,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "alpha-vectors": (
         WrongAnswer(1, "3", "3 plans are compared"),
         WrongAnswer(2, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
-        WrongAnswer(4, "hungry 0.9 sated 0.1", "singing loses 5.692; the goal is at most 0"),
+        WrongAnswer(4, "hungry 0.9 sated 0.1", "singing loses 5.692; at most 0 is needed"),
     ),
     "when-to-look": (
         WrongAnswer(1, "examine", "with examine you give up 0.162"),
@@ -138,7 +143,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "hunt-and-hide": (
         WrongAnswer(1, "game: 12*nw", "you scored -7.176"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "ne", "it plays this move with probability 0.333; the goal is at least 0.4"),
+        WrongAnswer(3, "ne", "it plays this move with probability 0.333; at least 0.4 is needed"),
     ),
     "two-at-the-cradle": (
         WrongAnswer(1, "22.5", "each of the 2 agents would lose 11.25 on average"),

@@ -94,6 +94,28 @@ def test_the_outcomes_of_west_at_2_1_are_three_hexes() -> None:
     assert number(HEXWORLD, "outcome-probability", action="w", outcome="(9,0)") == 0
 
 
+def test_several_tries_miss_an_outcome_with_a_power_of_its_complement() -> None:
+    arguments = {"action": "w", "outcome": "(2,0)", "tries": 5}
+    assert number(HEXWORLD, "missed-outcome-probability", **arguments) == pytest.approx(0.85**5)
+    assert number(HEXWORLD, "missed-outcome-probability", **{**arguments, "tries": 0}) == 1
+    never = number(HEXWORLD, "missed-outcome-probability", **{**arguments, "outcome": "(9,0)"})
+    assert never == 1
+
+
+def test_the_straight_way_to_one_exit_may_enter_another(
+    sweeps: tuple[list[str], np.ndarray, np.ndarray],
+) -> None:
+    names, values, q = sweeps
+    index = names.index("(1,0)")
+    loss = number(HEXWORLD, "straight-way-loss", state="(1,0)", exit_state="(9,0)")
+    assert loss == pytest.approx(values[index] - q[index, 0])  # east, onto the exit -10
+    assert number(HEXWORLD, "straight-way-loss", state="(1,0)") == pytest.approx(0)
+
+
+def test_of_two_equally_near_exits_the_straight_way_takes_the_better() -> None:
+    assert number(HEXWORLD, "straight-way-loss", state="(4,2)") == pytest.approx(0)
+
+
 def test_the_first_sweeps_of_the_straight_line_by_hand() -> None:
     first = 0.3 * -1
     second = 0.7 * 0.9 * 10 + 0.3 * (-1 + 0.9 * first)
@@ -111,6 +133,37 @@ def test_the_greedy_actions_of_the_straight_line_are_east_from_sweep_six_on() ->
         policies.append(all(values[q + 1] > values[q - 1] for q in range(1, 6)))
         values = [*(max(pair) for pair in zip(east, west, strict=True)), 10.0]
     assert number(LINE, "last-policy-change") == policies.index(True) + 1
+    for q in range(1, 6):  # the reward of the exit at (6,0) spreads by one hex a sweep
+        assert number(LINE, "last-policy-change", state=f"({q},0)") == 7 - q
+
+
+def test_the_last_hex_with_a_wrong_greedy_action_is_between_the_exits() -> None:
+    states = map(HEXWORLD.problem.format_state, HEXWORLD.problem.enumerate_states())
+    sweeps = {state: number(HEXWORLD, "last-policy-change", state=state) for state in states}
+    assert max(sweeps.values()) == number(HEXWORLD, "last-policy-change") == 10
+    assert [state for state, sweep in sweeps.items() if sweep == 10] == ["(3,2)"]
+
+
+def test_the_reason_for_a_wrong_sweep_is_the_values_of_the_best_two_actions() -> None:
+    truth = compute_truth(LINE, QuantityCall("last-policy-change", {"state": "(1,0)"}))
+    tie = 0.3 * -1 + 0.9 * -0.3  # east and west before the reward arrives
+    assert truth.explain("2") == f"in sweep 2, the best two actions are worth {tie:g} and {tie:g}"
+
+
+def test_the_residual_bounds_all_later_changes(
+    sweeps: tuple[list[str], np.ndarray, np.ndarray],
+) -> None:
+    _, converged, _ = sweeps
+    tables = tabulate(HEXWORLD.problem)
+    values = np.zeros(len(converged))
+    for sweep in range(1, 30):
+        previous = values
+        q = tables.rewards[:, :, 0] + 0.9 * np.einsum("sat,t->sa", tables.transition, values)
+        values = q.max(axis=1)
+        bound = number(HEXWORLD, "largest-later-change", sweep=sweep)
+        residual = np.abs(values - previous).max()
+        assert bound == pytest.approx(sum(0.9**k * residual for k in range(1, 400)))
+        assert np.abs(converged - values).max() <= bound + 1e-9
 
 
 def test_states_are_ordered_by_their_distance_to_the_exit() -> None:
@@ -347,6 +400,13 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
     [
         ("crying-baby", "state-value", {"state": "nowhere"}, "got 'nowhere', expected a state"),
         ("hexworld", "action-value", {"action": "up"}, "unknown action 'up'"),
+        ("hexworld", "largest-later-change", {"sweep": 0}, "sweep: got 0, expected 1 to 1000"),
+        (
+            "hexworld",
+            "search-error-share",
+            {"state": "(2,1)", "simulations": 3},
+            "got 3 simulations, expected 6",
+        ),
         ("hexworld", "belief", {"state": "(0,0)", "history": ["e x"]}, "no observations"),
         ("2048", "sweep-value", {"state": "", "sweep": 2}, "no finite list of states"),
         ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected hexworld"),

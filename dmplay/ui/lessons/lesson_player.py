@@ -30,7 +30,7 @@ ANSWER_HELP = (
     "skip (the next step), quit"
 )
 LEAVE_WORDS = ("quit", "q", "exit")
-GAME_HELP = "press Enter to play again, or type: hint, show, skip, quit"
+GAME_HELP = "or type: hint, show, skip, quit"
 
 
 def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
@@ -107,7 +107,7 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
         self._print_heading(f"{number}.")
-        self._print(*step.text)
+        self._print(*self._step_text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
@@ -121,7 +121,7 @@ class LessonPlayer(LineDialog):
         if not self._terminal.full_screen:
             self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
             return
-        prompt = f"w and Enter shows {name} step by step, Enter goes on> "
+        prompt = f"w watches {name}, Enter goes on> "
         while (line := self._read(prompt)) != "w":
             if not line:
                 return
@@ -168,7 +168,14 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
             return TutorReply(())
-        return TutorReply(("this question has no board.", *step.text))
+        return TutorReply(("this question has no board.", *self._step_text))
+
+    @property
+    def _step_text(self) -> tuple[str, ...]:
+        """The text of the current step: its lines, or one line to be wrapped if they do not fit."""
+        rows = self._run.step.text
+        fits = max(map(len, rows)) <= self._terminal.columns
+        return rows if fits or not self._terminal.is_interactive else (" ".join(rows),)
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""
@@ -185,13 +192,17 @@ class LessonPlayer(LineDialog):
 
     def _play_games(self, task: GameTask) -> None:
         """Play the game of the step until it is passed, shown or skipped."""
-        if self._terminal.full_screen and not self._choose_next_game("Enter starts the game> "):
+        if self._terminal.full_screen and not self._choose_next_game("start the game"):
             return
-        while not self._play_game(task) and self._choose_next_game("again> "):
+        while not self._play_game(task) and self._choose_next_game("play again"):
             pass
 
-    def _choose_next_game(self, prompt: str) -> bool:
-        """Read commands until the player starts a game; return False if the step is over."""
+    def _choose_next_game(self, purpose: str) -> bool:
+        """Read commands until the player starts a game; return False if the step is over.
+
+        `purpose` completes the sentence "press Enter to ...".
+        """
+        prompt, help_text = f"Enter to {purpose}> ", f"press Enter to {purpose}, {GAME_HELP}"
         while True:
             line = self._read(prompt)
             try:
@@ -199,8 +210,8 @@ class LessonPlayer(LineDialog):
                 if reply is None and line in {"", "again"}:
                     return True
                 if reply is None and line not in {"help", "?"}:
-                    raise BadParameter(f"got {line!r}; {GAME_HELP}")
-                if self._print_reply(reply or TutorReply((GAME_HELP,))):
+                    raise BadParameter(f"got {line!r}; {help_text}")
+                if self._print_reply(reply or TutorReply((help_text,))):
                     return False
             except DmplayError as error:
                 self._report_error(error)

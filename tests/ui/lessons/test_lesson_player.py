@@ -51,7 +51,7 @@ def test_a_wrong_game_is_judged_and_played_again(tmp_path: Path) -> None:
 
 
 def test_a_lesson_gives_no_verdict_on_a_wrong_game(tmp_path: Path) -> None:
-    script = "nw\n(2,0)\n(4,2)\nw\nw\nw\nw\nw\n"
+    script = "0.15\nnw\n(1,1)\nw\nw\nw\nw\nw\n"
     result = run_dmplay(tmp_path, "learn", "4", stdin=script)
     assert "not yet." in result.stdout
     assert "worst:" not in result.stdout
@@ -59,7 +59,7 @@ def test_a_lesson_gives_no_verdict_on_a_wrong_game(tmp_path: Path) -> None:
 
 
 def test_the_next_run_goes_on_with_the_first_open_step(tmp_path: Path) -> None:
-    first = run_dmplay(tmp_path, "learn", "greedy-is-wrong", stdin="nw\nquit\n")
+    first = run_dmplay(tmp_path, "learn", "straight-to-the-exit", stdin="0.15\nquit\n")
     assert first.returncode == 1
     assert "1 of 4 steps done. dmplay learn 4 continues." in first.stdout
     second = run_dmplay(tmp_path, "learn", "4")
@@ -87,8 +87,8 @@ def test_a_question_about_another_state_has_no_board(tmp_path: Path) -> None:
 def test_the_list_shows_the_progress_and_the_next_lesson(tmp_path: Path) -> None:
     run_dmplay(tmp_path, "learn", "1", stdin=make_script("first-walk"))
     rows = run_dmplay(tmp_path, "learn").stdout.splitlines()
-    assert rows[1].split() == ["1", "First", "walk", "MDP", "3/3", "6", "done"]
-    assert rows[2].split() == ["2", "Discount", "MDP", "0/3", "7"]
+    assert rows[1].split() == ["1", "First", "walk", "MDP", "3/3", "7", "done"]
+    assert rows[2].split() == ["2", "Discount", "MDP", "0/3", "8"]
     assert rows[-1] == "1 of 17 done. next: dmplay learn 2 (Discount)"
 
 
@@ -106,7 +106,7 @@ def test_hint_skip_look_and_help_work_at_each_question(tmp_path: Path) -> None:
     script = "help\nhint\nlook\nskip\nskip\n"
     result = run_dmplay(tmp_path, "learn", "watch-v-converge", stdin=script)
     assert "type an answer, or: hint" in result.stdout
-    assert "hint: After sweep 1, V is" in result.stdout
+    assert "hint: All old V are 0" in result.stdout
     assert result.stdout.count("skipped; the step stays open.") == 2
     assert "step 3 of 4." in result.stdout
 
@@ -178,10 +178,12 @@ def test_a_game_is_played_on_the_full_screen(tmp_path: Path) -> None:
     with Terminal("learn", "first-walk", folder=tmp_path) as terminal:
         terminal.until("answer>")
         terminal.press("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15\r")
-        terminal.until("Enter starts the game>")
+        terminal.until("Enter to start the game>")
+        terminal.press("0.5\r")
+        terminal.until("error: got '0.5'; press Enter to start the game, or type: hint")
         terminal.press("\r")
         terminal.until("goal: leave by +10")
-        for key in "nnn":
+        for key in "llullnl":
             terminal.press(key)
         terminal.until("Enter back to the lesson")
         assert "expected at best" not in terminal.text
@@ -198,13 +200,15 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.press("-0.3\r")
         terminal.until("step 2 of 4.")
         terminal.press("5.92\r")
-        terminal.until("w and Enter shows value-iteration step by step")
+        terminal.until("step 3 of 4.")
+        terminal.press("6\r")
+        terminal.until("w watches value-iteration, Enter goes on>")
         terminal.press("hint\r")
         terminal.until("error: got 'hint', expected w or Enter")
         terminal.press("w\r")
         terminal.until("value-iteration on hexworld:straight-line")
         terminal.press("q")
-        terminal.until("step 3 of 4.")
+        terminal.until("step 4 of 4.")
 
 
 @pytest.mark.slow
@@ -224,6 +228,10 @@ def test_a_wrong_line_on_a_terminal_is_asked_again(tmp_path: Path) -> None:
 def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path: Path) -> None:
     with Terminal("learn", "4", folder=tmp_path, size=size) as terminal:
         terminal.until("answer>")
+        terminal.press("0.15\r")
+        terminal.until("step 2 of 4.")
         terminal.press("w\r")
         terminal.until("Try again; hint gives you a hint.")
+        is_wrapped = "play best after it. The rule of thumb says west." in terminal.text
+        assert is_wrapped == (size[0] == 50)  # as one paragraph
         assert "worth -10 and has" in terminal.text.replace("\n", " ")
