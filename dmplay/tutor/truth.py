@@ -29,11 +29,19 @@ class Truth:
 
 
 def list_values(values: Mapping[str, float]) -> str:
-    """Return labels with their values, the greatest first; only the first ones of many."""
+    """Return labels with their values, the greatest first; only the first ones of many.
+
+    Labels that are left out but have the last value of the list are counted apart.
+    """
     ranked = sorted(values, key=lambda label: -values[label])
-    listed = [f"{label}: {format_number(values[label])}" for label in ranked[:MAX_LISTED_VALUES]]
-    others = len(ranked) - MAX_LISTED_VALUES
-    more = f", and {others} lower ones" if others > 0 else ""
+    texts = {label: format_number(values[label]) for label in ranked}
+    first, others = ranked[:MAX_LISTED_VALUES], ranked[MAX_LISTED_VALUES:]
+    listed = [f"{label}: {texts[label]}" for label in first]
+    equal_count = sum(texts[label] == texts[first[-1]] for label in others)
+    if equal_count:
+        listed.append(f"{equal_count} more: {texts[first[-1]]}")
+    lower_count = len(others) - equal_count
+    more = f", and {lower_count} with lower values" if lower_count else ""
     return f"the values are {', '.join(listed)}{more}"
 
 

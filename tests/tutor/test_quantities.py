@@ -15,6 +15,7 @@ from dmplay.tutor.answers import check_answer
 from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
+from dmplay.tutor.truth import list_values
 
 
 def open_problem(problem: str, **facts: object) -> PositionInGame:
@@ -290,6 +291,14 @@ def test_mixed_strategies_by_hand() -> None:
     assert compute(game, "best-reply", opponent=mix) == {"paper"}
     assert number(game, "equilibrium-probability", action="rock") == pytest.approx(1 / 3)
     assert compute(game, "agent-action", agent="beat-last", rounds=["paper rock"]) == {"scissors"}
+
+
+def test_values_equal_to_the_last_one_of_a_list_are_not_lower() -> None:
+    values = dict.fromkeys("abcdefg", 2.0) | {"h": 2.0, "i": 1.0, "j": 3.0}
+    assert list_values(values) == (
+        "the values are j: 3, a: 2, b: 2, c: 2, d: 2, e: 2, 3 more: 2, and 1 with lower values"
+    )
+    assert list_values({"a": 1.0, "b": 2.0}) == "the values are b: 2, a: 1"
 
 
 def test_strategies_are_told_apart_by_their_replies() -> None:
