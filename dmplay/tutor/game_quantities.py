@@ -6,10 +6,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Array, Reals
 from dmplay.core.best_actions import mark_best_actions
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.tabular import Tabular
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
@@ -150,17 +151,31 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
     if len(words) != len(problem.agents):
         raise BadParameter(f"actions: got {actions!r}, expected an action of each agent")
     joint = np.array([[problem.parse_action(seat, word) for seat, word in enumerate(words)]])
+
+    def compute_costs(states: Array) -> Reals:
+        """Return the expected total cost `[B]` in each state."""
+        joint_actions = np.tile(joint, (len(states), 1))
+        rows, p, outcome = enumerate_possible_outcomes(problem, states, joint_actions)
+        costs = -p * outcome.rewards.sum(axis=1)
+        return np.asarray(np.bincount(rows, costs, len(states)), float)
+
     s = find_state(position, state)
-    _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
-    rewards = p @ outcome.rewards
-    count = len(problem.agents)
 
     def explain(answer: str) -> str:
-        """Return the mean cost of an agent if the answer were right."""
-        mean = format_number(parse_number(answer) / count)
-        return f"each of the {count} agents would lose {mean} on average"
+        """Return the cost in the cheapest state, and what the answer adds for this state."""
+        if not isinstance(problem, Tabular):
+            return ""
+        states = problem.enumerate_states()
+        costs = compute_costs(states)
+        name, cheapest = map(problem.format_state, (s, states[costs.argmin()]))
+        if cheapest == name:
+            return ""
+        least = float(costs.min())
+        added = format_number(abs(parse_number(answer)) - least)
+        same = f"the same actions cost {format_number(least)} in all"
+        return f"in the state {cheapest}, {same}; your answer adds {added} for {name}"
 
-    return Truth(-float(rewards.sum()), explain)
+    return Truth(float(compute_costs(s[None])[0]), explain, is_cost=True)
 
 
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:

@@ -20,12 +20,14 @@ class Truth:
     It is a number, a set of labels that are all right, labels in their right order, or a
     distribution. `explain` returns the reason for a wrong answer in numbers, without the value; for
     an order, '' if the answer is right. `comparison` is shown after a right answer.
+    A cost may also be typed as the negative reward that it is.
     """
 
     value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
     explain: Callable[[str], str] = _explain_nothing
     labels: tuple[str, ...] = ()  # the labels that an answer may name
     comparison: str = ""  # the numbers that make the answer right
+    is_cost: bool = False  # whether the value is a number that counts losses as positive
 
 
 def list_values(values: Mapping[str, float]) -> str:

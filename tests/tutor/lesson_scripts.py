@@ -141,7 +141,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "ne", "it plays this move with probability 0.333; the goal is at least 0.4"),
     ),
     "two-at-the-cradle": (
-        WrongAnswer(1, "22.5", "each of the 2 agents would lose 11.25 on average"),
+        WrongAnswer(1, "22.5", "the same actions cost 7.5 in all; your answer adds 15 for hungry"),
         WrongAnswer(2, "ignore", "P(sated) = 0.5, P(hungry) = 0.5"),
         WrongAnswer(3, "game: 10*ignore", "the goal is at least -27"),
     ),

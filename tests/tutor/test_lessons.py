@@ -93,7 +93,9 @@ def list_wrong_answers(run: LessonRun) -> list[str]:
         return [label for label in truth.labels if label not in value]
     if isinstance(value, tuple):
         return [" ".join(order) for order in permutations(value) if order != value]
-    guesses = (0.0, 0.5, 1.0, 3.0, 7.0, value / 2, value - 1, value + 1, 2 * value + 1, -value)
+    guesses = [0.0, 0.5, 1.0, 3.0, 7.0, value / 2, value - 1, value + 1, 2 * value + 1]
+    if not truth.is_cost:  # the sign of a cost does not matter
+        guesses.append(-value)
     return [f"{guess:g}" for guess in guesses if abs(guess - value) > task.tolerance + 1e-5]
 
 

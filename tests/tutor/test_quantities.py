@@ -314,6 +314,19 @@ def test_both_caregivers_pay_for_two_meals_and_a_hungry_turn() -> None:
     assert number(pair, "team-cost", state="hungry", actions="feed feed") == 10 + 10 + 2.5 + 5
 
 
+@pytest.mark.parametrize(("typed", "is_right"), [("27.5", True), ("-27.5", True), ("-20", False)])
+def test_a_cost_may_be_typed_as_a_negative_reward(typed: str, is_right: bool) -> None:
+    pair = open_problem("multicaregiver-crying-baby", turns=10)
+    call = QuantityCall("team-cost", {"state": "hungry", "actions": "feed feed"})
+    check = check_answer(pair, Prediction(call), compute_truth(pair, call), typed)
+    assert check.is_right == is_right
+    if not is_right:
+        assert check.reason == (
+            "20 is too low. In the state sated, the same actions cost 7.5 in all; "
+            "your answer adds 12.5 for hungry"
+        )
+
+
 def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     hunt = open_problem("predator-prey:triangle", turns=12)
     probabilities = [
