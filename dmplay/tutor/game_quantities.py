@@ -8,6 +8,7 @@ import numpy as np
 from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Array, Reals
 from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.policy import Policy
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.core.tabular import Tabular
@@ -118,6 +119,28 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     labels = position.problem.actions[seat].labels
     reason = f"the rule of {agent}: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
     return Truth(frozenset([label]), lambda _: reason, labels)
+
+
+def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]) -> Truth:
+    """Return the player's total reward for these actions, one a round, against an agent.
+
+    The agent must not act at random.
+    """
+    problem, seat = position.problem, position.seat
+    policy = load_agent(position, 1 - seat, agent)
+    if policy.uniform_count:
+        raise BadParameter(f"agent: got {agent}, expected one that does not act at random")
+    policies: list[Policy | None] = [None, None]
+    policies[1 - seat] = policy
+    session = Session(problem, SeededUniforms(0), policies, turn_limit=len(actions))
+    for action in actions:
+        choices: list[float | None] = [None, None]
+        choices[seat] = problem.parse_action(seat, action)
+        session.advance(choices)
+    rewards = [float(turn.rewards[seat]) for turn in session.turns]
+    half = len(rewards) // 2
+    reason = f"rounds 1 to {half} alone pay you {format_number(sum(rewards[:half]))}"
+    return Truth(sum(rewards), lambda _: reason if half > 1 else "")
 
 
 def matching_agents(

@@ -293,6 +293,22 @@ def test_mixed_strategies_by_hand() -> None:
     assert compute(game, "agent-action", agent="beat-last", rounds=["paper rock"]) == {"scissors"}
 
 
+def test_the_score_of_ten_rounds_by_hand() -> None:
+    game = open_problem("prisoners-dilemma", turns=10)
+    defections = ["defect"] * 10
+    once = ["cooperate"] * 4 + ["defect"] + ["cooperate"] * 5
+    for agent, actions, score in [
+        ("tit-for-tat", defections, 0 - 3 * 9),
+        ("tit-for-tat", once, -4 - 0 - 4 - 4),
+        ("grim", once, -4 - 0 - 4 * 5),
+    ]:
+        assert number(game, "repeated-payoff", agent=agent, actions=actions) == score
+    call = QuantityCall("repeated-payoff", {"agent": "tit-for-tat", "actions": defections})
+    assert compute_truth(game, call).explain("0") == "rounds 1 to 5 alone pay you -12"
+    with pytest.raises(ValueError, match="expected one that does not act at random"):
+        compute(game, "repeated-payoff", agent="random", actions=defections)
+
+
 def test_values_equal_to_the_last_one_of_a_list_are_not_lower() -> None:
     values = dict.fromkeys("abcdefg", 2.0) | {"h": 2.0, "i": 1.0, "j": 3.0}
     assert list_values(values) == (
