@@ -121,7 +121,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "game: 41*descend,climb", "the goal is at least -0.01"),
     ),
     "best-replies": (
-        WrongAnswer(1, "rock", "beats the opponent's last one (its opponent is you)"),
+        WrongAnswer(1, "rock", "beats your last one; this is round 2. Against your last action, rock"),
         WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
         WrongAnswer(4, "0.5", "the reply paper earns the other agent 0.25"),
     ),
@@ -142,7 +142,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     ),
     "two-at-the-cradle": (
         WrongAnswer(1, "22.5", "the same actions cost 7.5 in all; your answer adds 15 for hungry"),
-        WrongAnswer(2, "ignore", "P(sated) = 0.5, P(hungry) = 0.5"),
+        WrongAnswer(2, "ignore", "ignore is worth 2.5 less than the best action"),
         WrongAnswer(3, "game: 10*ignore", "the goal is at least -27"),
     ),
 }

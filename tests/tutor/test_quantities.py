@@ -11,7 +11,7 @@ from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
-from dmplay.tutor.answers import check_answer
+from dmplay.tutor.answers import check_answer, describe_right_answer
 from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
@@ -343,6 +343,16 @@ def test_a_cost_may_be_typed_as_a_negative_reward(typed: str, is_right: bool) ->
         )
 
 
+def test_the_first_meal_of_a_joint_plan_by_hand() -> None:
+    facts = {"becomes_hungry": 0.1}
+    pair = open_problem("multicaregiver-crying-baby", parameters=facts, turns=10)
+    truth = compute_truth(pair, QuantityCall("planned-action", {"agent": "joint-plan"}))
+    assert truth.value == frozenset(["feed"])
+    # The partner would have to feed, which costs 5 instead of 2.5; singing costs 0.5 more.
+    assert truth.explain("ignore").startswith("ignore is worth 2.5 less than the best action")
+    assert truth.explain("sing").startswith("sing is worth 3 less than the best action")
+
+
 def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     hunt = open_problem("predator-prey:triangle", turns=12)
     probabilities = [
@@ -351,6 +361,21 @@ def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     ]
     assert sum(probabilities) == pytest.approx(1)
     assert sum(p > 0.01 for p in probabilities) == 3
+
+
+@pytest.mark.parametrize(("typed", "gain"), [("0.5", 7.5), ("1", 30), ("0", 30)])
+def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain: float) -> None:
+    hunt = open_problem("predator-prey:triangle", parameters={"slip": 0.0}, turns=10)
+    arguments = {"agent": "equilibrium", "state": "(0,0) (0,1)", "action": "ne"}
+    truth = compute_truth(hunt, QuantityCall("agent-probability", arguments))
+    assert truth.value == pytest.approx(1 / 3)
+    # The prey chooses the hex with the least probability; a capture costs 100, one turn later.
+    p = float(typed)
+    assert 100 * 0.9 * (1 / 3 - min(p, (1 - p) / 2)) == pytest.approx(gain)
+    assert truth.explain(typed) == (
+        f"if predator plays ne with {p:g}, prey has a reply that is worth {gain:g} "
+        "more to it than the equilibrium"
+    )
 
 
 @pytest.mark.parametrize(
@@ -376,7 +401,10 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
     problem: str, call: QuantityCall, asks: str, typed: str
 ) -> None:
     position = open_problem(problem, turns=10)
-    assert check_answer(position, Prediction(call, asks, at_least=0.01), None, typed).is_right
+    prediction = Prediction(call, asks, at_least=0.01)
+    assert check_answer(position, prediction, None, typed).is_right
+    if asks == "action":
+        assert describe_right_answer(position, prediction, None) == "e or ne or nw"
     assert not check_answer(position, Prediction(call, asks, at_least=99.0), None, typed).is_right
 
 
