@@ -71,7 +71,7 @@ def check_answer(
             return AnswerCheck(is_right, truth.comparison if is_right else truth.explain(label))
         case tuple():
             return _check_order(truth, text)
-    number = parse_number(text)
+    number = abs(parse_number(text)) if truth.is_cost else parse_number(text)
     if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
         exact = format_number(truth.value)
         return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))

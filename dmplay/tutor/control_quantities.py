@@ -41,7 +41,7 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
         turns = format_number(parse_number(answer) / problem.noise**2)
         return f"without a discount, the noise would cost {answer} in {turns} turns"
 
-    return Truth(cost, explain if problem.noise else lambda _: "")
+    return Truth(cost, explain if problem.noise else lambda _: "", is_cost=True)
 
 
 def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left: int) -> float:

@@ -6,10 +6,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from dmplay.agents.base import SeatPolicy
-from dmplay.core.arrays import Reals
-from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.arrays import Array, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.policy import Policy
 from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
+from dmplay.core.tabular import Tabular
 from dmplay.core.uniforms import SeededUniforms
 from dmplay.errors import BadParameter
 from dmplay.registry import agents
@@ -21,6 +23,7 @@ from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_distribution, parse_number
 
 UNIFORM = "uniform"
+EQUILIBRIUM = "equilibrium"
 
 
 def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Truth:
@@ -113,10 +116,41 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
     policy = load_agent(position, seat, agent)
     choice = SeatedPolicy(session, seat, policy).choose()
     label = position.problem.format_action(seat, choice)
-    rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
     labels = position.problem.actions[seat].labels
-    reason = f"the rule of {agent}: {rule[:1].lower()}{rule[1:]} (its opponent is you)"
-    return Truth(frozenset([label]), lambda _: reason, labels)
+
+    def explain(answer: str) -> str:
+        """Return the rule of the agent, and what the answer earns it against the last action."""
+        sentence = f"{agent} {_describe_rule(policy)}; this is round {len(rounds) + 1}"
+        if not rounds or position.problem.state_count != 1:
+            return sentence
+        last = rounds[-1].split()[position.seat]
+        payoff = _opponent_payoffs(position)[_index(position, last), labels.index(answer)]
+        earned = format_number(float(payoff))
+        return f"{sentence}. Against your last action, {answer} would earn it {earned}"
+
+    return Truth(frozenset([label]), explain, labels)
+
+
+def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]) -> Truth:
+    """Return the player's total reward for these actions, one a round, against an agent.
+
+    The agent must not act at random.
+    """
+    problem, seat = position.problem, position.seat
+    policy = load_agent(position, 1 - seat, agent)
+    if policy.uniform_count:
+        raise BadParameter(f"agent: got {agent}, expected one that does not act at random")
+    policies: list[Policy | None] = [None, None]
+    policies[1 - seat] = policy
+    session = Session(problem, SeededUniforms(0), policies, turn_limit=len(actions))
+    for action in actions:
+        choices: list[float | None] = [None, None]
+        choices[seat] = problem.parse_action(seat, action)
+        session.advance(choices)
+    rewards = [float(turn.rewards[seat]) for turn in session.turns]
+    half = len(rewards) // 2
+    reason = f"rounds 1 to {half} alone pay you {format_number(sum(rewards[:half]))}"
+    return Truth(sum(rewards), lambda _: reason if half > 1 else "")
 
 
 def matching_agents(
@@ -131,14 +165,33 @@ def matching_agents(
 
 def agent_probability(position: PositionInGame, agent: str, action: str, state: str = "") -> Truth:
     """Return the probability of an action of an agent in the seat of the player, in a state."""
-    policy = agents.load_hint_agent(position.problem, position.question, agent).policy
-    probabilities = policy.choice_probabilities(
-        policy.initial_memory(find_state(position, state)[None])
-    )
+    problem, s = position.problem, find_state(position, state)
+    policy = agents.load_hint_agent(problem, position.question, agent).policy
+    probabilities = policy.choice_probabilities(policy.initial_memory(s[None]))
     if probabilities is None:
         raise BadParameter(f"agent {agent!r} has no known probabilities")
-    labels = _labels(position)
-    return Truth(float(probabilities[0][labels.index(find_action(position, action))]))
+    mix, index = probabilities[0], _index(position, action)
+
+    def explain(answer: str) -> str:
+        """Return the gain of the other agent if this one takes the action as often as typed."""
+        typed = min(max(parse_number(answer), 0.0), 1.0)
+        others = np.delete(mix, index).sum()
+        is_equilibrium = agent.partition(":")[0] == EQUILIBRIUM and len(problem.agents) == 2
+        if not is_equilibrium or problem.partially_observable or not others:
+            return ""
+        changed = mix * (1.0 - typed) / others
+        changed[index] = typed
+        values = _reply_values(position, agent, s)
+        gain = float((changed @ values).max() - (mix @ values).max())
+        if gain < VALUE_TOLERANCE:
+            return ""
+        name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
+        return (
+            f"if {name} plays {action} with {format_number(typed)}, {opponent} "
+            f"has a reply that is worth {format_number(gain)} more to it than the equilibrium"
+        )
+
+    return Truth(float(mix[index]), explain)
 
 
 def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
@@ -150,17 +203,31 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
     if len(words) != len(problem.agents):
         raise BadParameter(f"actions: got {actions!r}, expected an action of each agent")
     joint = np.array([[problem.parse_action(seat, word) for seat, word in enumerate(words)]])
+
+    def compute_costs(states: Array) -> Reals:
+        """Return the expected total cost `[B]` in each state."""
+        joint_actions = np.tile(joint, (len(states), 1))
+        rows, p, outcome = enumerate_possible_outcomes(problem, states, joint_actions)
+        costs = -p * outcome.rewards.sum(axis=1)
+        return np.asarray(np.bincount(rows, costs, len(states)), float)
+
     s = find_state(position, state)
-    _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
-    rewards = p @ outcome.rewards
-    count = len(problem.agents)
 
     def explain(answer: str) -> str:
-        """Return the mean cost of an agent if the answer were right."""
-        mean = format_number(parse_number(answer) / count)
-        return f"each of the {count} agents would lose {mean} on average"
+        """Return the cost in the cheapest state, and what the answer adds for this state."""
+        if not isinstance(problem, Tabular):
+            return ""
+        states = problem.enumerate_states()
+        costs = compute_costs(states)
+        name, cheapest = map(problem.format_state, (s, states[costs.argmin()]))
+        if cheapest == name:
+            return ""
+        least = float(costs.min())
+        added = format_number(abs(parse_number(answer)) - least)
+        same = f"the same actions cost {format_number(least)} in all"
+        return f"in the state {cheapest}, {same}; your answer adds {added} for {name}"
 
-    return Truth(-float(rewards.sum()), explain)
+    return Truth(float(compute_costs(s[None])[0]), explain, is_cost=True)
 
 
 def planned_action(position: PositionInGame, agent: str, history: Sequence[str] = ()) -> Truth:
@@ -169,9 +236,45 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
     memory = remember_history(position, policy, history)
     choice = policy.choose(memory, None, np.zeros((1, policy.uniform_count)))
     label = position.problem.format_action(position.seat, float(choice[0]))
-    return Truth(
-        frozenset([label]), lambda _: describe_belief(position, history), _labels(position)
-    )
+    values, labels = policy.action_values(memory), _labels(position)
+
+    def explain(answer: str) -> str:
+        """Return the loss of value by the answer, or the belief if the agent has no values."""
+        if values is None:
+            return describe_belief(position, history)
+        loss = format_number(float(values[0].max() - values[0][labels.index(answer)]))
+        scope = policy.describe_scope(position.question.turn_limit)
+        basis = ", ".join(filter(None, [policy.hint_basis or agent, scope]))
+        return f"{answer} is worth {loss} less than the best action ({basis})"
+
+    return Truth(frozenset([label]), explain, labels)
+
+
+def _describe_rule(policy: Policy) -> str:
+    """Return the first sentence on a policy, said to its opponent, without its full stop."""
+    rule = (inspect.getdoc(type(policy)) or "").partition("\n")[0].rstrip(".")
+    rule = rule.replace("the opponent's", "your").replace("the opponent", "you")
+    return f"{rule[:1].lower()}{rule[1:]}"
+
+
+def _reply_values(position: PositionInGame, agent: str, s: Array) -> Reals:
+    """Return the value `[own actions, replies]` of a turn from a state to the other agent.
+
+    From the next turn on, both play the equilibrium.
+    """
+    problem, seat, other = position.problem, position.seat, 1 - position.seat
+    policy = load_agent(position, other, agent)
+    assert isinstance(policy, SeatPolicy)
+    values = np.zeros((len(problem.actions[seat].labels), len(problem.actions[other].labels)))
+    for own_action, reply in np.ndindex(values.shape):
+        joint = np.zeros((1, 2), np.int64)
+        joint[0, [seat, other]] = own_action, reply
+        _, p, outcome = enumerate_possible_outcomes(problem, s[None], joint)
+        later_values = policy.action_values(policy.initial_memory(outcome.state))
+        assert later_values is not None
+        totals = outcome.rewards[:, other] + problem.discount * later_values.max(axis=1)
+        values[own_action, reply] = p @ totals
+    return values
 
 
 def _find_mismatch(position: PositionInGame, rounds: Sequence[str], agent: str, seat: int) -> str:

@@ -51,6 +51,7 @@ QUANTITIES: dict[str, Callable[..., Truth]] = {
         game_quantities.equilibrium_probability,
         game_quantities.equilibrium_payoff,
         game_quantities.agent_action,
+        game_quantities.repeated_payoff,
         game_quantities.matching_agents,
         game_quantities.agent_probability,
         game_quantities.team_cost,

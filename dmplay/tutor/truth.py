@@ -20,20 +20,30 @@ class Truth:
     It is a number, a set of labels that are all right, labels in their right order, or a
     distribution. `explain` returns the reason for a wrong answer in numbers, without the value; for
     an order, '' if the answer is right. `comparison` is shown after a right answer.
+    A cost may also be typed as the negative reward that it is.
     """
 
     value: float | frozenset[str] | tuple[str, ...] | Mapping[str, float]
     explain: Callable[[str], str] = _explain_nothing
     labels: tuple[str, ...] = ()  # the labels that an answer may name
     comparison: str = ""  # the numbers that make the answer right
+    is_cost: bool = False  # whether the value is a number that counts losses as positive
 
 
 def list_values(values: Mapping[str, float]) -> str:
-    """Return labels with their values, the greatest first; only the first ones of many."""
+    """Return labels with their values, the greatest first; only the first ones of many.
+
+    Labels that are left out but have the last value of the list are counted apart.
+    """
     ranked = sorted(values, key=lambda label: -values[label])
-    listed = [f"{label}: {format_number(values[label])}" for label in ranked[:MAX_LISTED_VALUES]]
-    others = len(ranked) - MAX_LISTED_VALUES
-    more = f", and {others} lower ones" if others > 0 else ""
+    texts = {label: format_number(values[label]) for label in ranked}
+    first, others = ranked[:MAX_LISTED_VALUES], ranked[MAX_LISTED_VALUES:]
+    listed = [f"{label}: {texts[label]}" for label in first]
+    equal_count = sum(texts[label] == texts[first[-1]] for label in others)
+    if equal_count:
+        listed.append(f"{equal_count} more: {texts[first[-1]]}")
+    lower_count = len(others) - equal_count
+    more = f", and {lower_count} with lower values" if lower_count else ""
     return f"the values are {', '.join(listed)}{more}"
 
 

@@ -35,19 +35,18 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
         "game: 41*descend",
     ),
     "best-replies": ("scissors", "game: 3*paper,rock,scissors paper", "paper", "1/3"),
-    "rounds-matter": (
-        "defect",
-        "game: 10*cooperate",
-        "game: 9*cooperate defect",
-        "tit-for-tat",
+    "rounds-matter": ("-27", "game: 9*cooperate defect", "-24", "tit-for-tat"),
+    "undercutting": ("98", "95", "2", "game: 10*95"),
+    "hunt-and-hide": (
+        "game: w ne e ne ne 5*e",
+        "game: w w nw ne e e sw sw w nw",
+        "1/3",
     ),
-    "undercutting": ("98", "95", "2", "game: 5*96"),
-    "hunt-and-hide": ("game: sw 3*se e e ne e e w w e", "game: 3*e se nw se nw w w e", "e"),
     "two-at-the-cradle": (
         "27.5",
         "feed",
-        "game: 9*feed ignore",
-        "game: e w w nw w se nw ne e se sw sw",
+        "game: feed 5*ignore feed 3*ignore",
+        "game: ne e se 4*sw w nw nw ne e",
     ),
 }
 
@@ -126,13 +125,13 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "game: 41*descend,climb", "the goal is at least -0.01"),
     ),
     "best-replies": (
-        WrongAnswer(1, "rock", "beats the opponent's last one (its opponent is you)"),
+        WrongAnswer(1, "rock", "this is round 2. Against your last action, rock would earn it -1"),
         WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
         WrongAnswer(4, "0.5", "the reply paper earns the other agent 0.25"),
     ),
     "rounds-matter": (
-        WrongAnswer(2, "game: 10*defect", "you scored -27; the goal is at least -10"),
-        WrongAnswer(3, "game: 10*cooperate", "you scored -10; the goal is at least -9"),
+        WrongAnswer(1, "-30", "rounds 1 to 5 alone pay you -12"),
+        WrongAnswer(2, "game: 10*cooperate", "you scored -10; the goal is at least -9"),
         WrongAnswer(4, "grim", "grim would have played defect in round 4"),
     ),
     "undercutting": (
@@ -141,14 +140,14 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "50", "if both play 50, each gets 50, and one that changes can get 51"),
     ),
     "hunt-and-hide": (
-        WrongAnswer(1, "game: 12*nw", "you scored -7.176"),
+        WrongAnswer(1, "game: 10*nw", "you scored -6.513; the goal is at least -6"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "ne", "it plays this move with probability 0.333; at least 0.4 is needed"),
+        WrongAnswer(3, "0.5", "a reply that is worth 7.5 more to it than the equilibrium"),
     ),
     "two-at-the-cradle": (
-        WrongAnswer(1, "22.5", "each of the 2 agents would lose 11.25 on average"),
-        WrongAnswer(2, "ignore", "P(sated) = 0.5, P(hungry) = 0.5"),
-        WrongAnswer(3, "game: 10*ignore", "the goal is at least -27"),
+        WrongAnswer(1, "17.5", "the same actions cost 7.5 in all; your answer adds 10 for hungry"),
+        WrongAnswer(2, "ignore", "ignore is worth 2.5 less than the best action"),
+        WrongAnswer(3, "game: 10*feed", "you scored -26.283; the goal is at least -21"),
     ),
 }
 

@@ -94,7 +94,9 @@ def list_wrong_answers(run: LessonRun) -> list[str]:
         return [label for label in truth.labels if label not in value]
     if isinstance(value, tuple):
         return [" ".join(order) for order in permutations(value) if order != value]
-    guesses = (0.0, 0.5, 1.0, 3.0, 7.0, value / 2, value - 1, value + 1, 2 * value + 1, -value)
+    guesses = [0.0, 0.5, 1.0, 3.0, 7.0, value / 2, value - 1, value + 1, 2 * value + 1]
+    if not truth.is_cost:  # the sign of a cost does not matter
+        guesses.append(-value)
     return [f"{guess:g}" for guess in guesses if abs(guess - value) > task.tolerance + 1e-5]
 
 
@@ -263,10 +265,10 @@ def test_a_fixed_order_of_slides_does_not_beat_corner() -> None:
 
 
 def test_the_answer_of_a_question_for_an_action_is_shown() -> None:
-    run = LessonRun(LESSONS["hunt-and-hide"], 2)
+    run = LessonRun(LESSONS["two-at-the-cradle"], 1)
     for _ in range(3):
-        run.check_answer("ne")
-    assert run.show_answer().lines[0] == "answer: e."
+        run.check_answer("ignore")
+    assert run.show_answer().lines[0] == "answer: feed."
 
 
 @pytest.mark.parametrize("step", [3, 4])
@@ -278,28 +280,81 @@ def test_an_encounter_collides_without_an_advisory(step: int) -> None:
     assert round(simple.score / -0.01) == 2  # it changes its advisory twice
 
 
+def passes(name: str, step: int, answer: str) -> bool:
+    """Return whether an answer passes a step, counted from 1."""
+    return give_answer(LessonRun(LESSONS[name], step - 1), answer).finishes_step
+
+
 def test_only_claims_near_the_best_reply_earn_what_the_game_asks_for() -> None:
-    def claim(number: int) -> float:
-        """Return the score of five equal claims."""
-        run = LessonRun(LESSONS["undercutting"], 3)
-        session = run.position.session
-        reply = give_answer(run, f"game: 5*{number}")
-        score = session.seat_return(0)
-        assert reply.finishes_step == (score >= 460)
-        return score
-
-    assert claim(2) == 20
-    assert [number for number in range(90, 101) if claim(number) >= 460] == [95, 96, 97, 98]
+    claims = [claim for claim in range(2, 101) if passes("undercutting", 4, f"game: 10*{claim}")]
+    assert claims == [93, 94, 95, 96, 97]
 
 
-def test_the_plan_of_the_caregivers_is_the_one_in_the_text() -> None:
+def test_the_claims_of_the_opponent_are_those_in_the_text() -> None:
+    claims = np.arange(2, 101)
+    payoffs = np.minimum.outer(claims, claims) + 2 * np.sign(claims - claims[:, None])
+    mix = np.full(99, 1 / 99)
+    means = payoffs @ mix
+    assert claims[np.isclose(means, means.max())].tolist() == [96, 97]
+    assert round(means.max(), 2) == 49.08
+    for _ in range(2):  # each level draws a reply by a softmax of precision 3
+        weights = np.exp(3 * (payoffs @ mix - (payoffs @ mix).max()))
+        mix = weights / weights.sum()
+    assert claims[mix.argmax()] == 96
+    assert round(mix[(claims >= 93) & (claims <= 99)].sum(), 2) == 0.94
+    text = " ".join(LESSONS["undercutting"].steps[3].text)
+    assert "94 of 100 of its claims are from 93 to 99, most often 96" in text
+
+
+@pytest.mark.parametrize("move", ["e", "ne", "nw", "w", "sw", "se"])
+@pytest.mark.parametrize(
+    ("lesson", "step"), [("hunt-and-hide", 1), ("hunt-and-hide", 2), ("two-at-the-cradle", 4)]
+)
+def test_one_move_again_and_again_passes_no_hunt(lesson: str, step: int, move: str) -> None:
+    assert not passes(lesson, step, f"game: 12*{move}")
+
+
+@pytest.mark.parametrize(("step", "goal", "rule"), [(1, -6, "chase"), (2, 0, "flee")])
+def test_running_straight_fails_where_foresight_passes(step: int, goal: int, rule: str) -> None:
+    run = LessonRun(LESSONS["hunt-and-hide"], step - 1)
+    assert run.expected_answer == f"10 turns; score at least {goal}"
+    assert play_ghost(run.position, rule).score < goal
+    assert play_ghost(run.position, "best-response").score >= goal
+
+
+def test_the_prey_that_steps_as_far_away_as_it_can_is_caught_when_the_text_says() -> None:
+    run = LessonRun(LESSONS["hunt-and-hide"], 1)
+    assert "it catches you in turn 6" in " ".join(run.step.text)
+    assert play_ghost(run.position, "flee").score == pytest.approx(-100 * 0.9**5)
+
+
+def test_no_capture_and_one_in_the_last_turn_score_what_the_goal_is_between() -> None:
+    no_capture = -sum(0.9**turn for turn in range(10))
+    capture_in_turn_10 = no_capture + 2 * 0.9**9
+    assert round(no_capture, 2) == -6.51
+    assert no_capture < -6 <= capture_in_turn_10
+
+
+@pytest.mark.parametrize("action", ["feed", "sing", "ignore"])
+def test_one_action_again_and_again_does_not_pass_the_shared_care(action: str) -> None:
+    assert not passes("two-at-the-cradle", 3, f"game: 10*{action}")
+
+
+def test_feeding_only_after_cries_does_not_pass_the_shared_care() -> None:
+    run = LessonRun(LESSONS["two-at-the-cradle"], 2)
+    assert play_ghost(run.position, "feed-when-crying").score < -21
+
+
+def test_the_plan_of_the_caregivers_passes_and_leaves_all_meals_to_the_player() -> None:
     plan = play_ghost(LessonRun(LESSONS["two-at-the-cradle"], 2).position, "joint-plan")
     problem = plan.session.problem
-    actions = {
+    actions = [
         tuple(problem.format_action(seat, turn.actions[seat]) for seat in (0, 1))
         for turn in plan.session.turns
-    }
-    assert actions == {("feed", "ignore")}
+    ]
+    assert {partner for _, partner in actions} == {"ignore"}
+    assert [action for action, _ in actions].count("feed") == 2
+    assert plan.score >= -21
 
 
 def test_the_earnings_in_the_text_are_those_of_the_machine() -> None:
@@ -381,9 +436,9 @@ def test_the_answer_is_shown_only_after_the_hint_and_three_wrong_tries() -> None
 
 
 def test_the_answer_of_a_game_is_how_the_best_agent_plays() -> None:
-    run = LessonRun(LESSONS["rounds-matter"], 2)
+    run = LessonRun(LESSONS["rounds-matter"], 1)
     for _ in range(3):
-        game = LessonRun(run.lesson, 2).position.session
+        game = LessonRun(run.lesson, 1).position.session
         for _ in range(10):
             game.advance([0, None])
         run.check_game(game)
@@ -486,9 +541,11 @@ def test_the_chances_in_the_text_are_those_of_catch(step: int, throw: str, fragm
             "multicaregiver-crying-baby",
             "two-at-the-cradle",
             {
-                "feed_reward1": "you 2.5",
-                "feed_reward2": "partner 5",
+                "feed_reward1": "costs you 2.5",
+                "feed_reward2": "costs your partner 5",
                 "hungry_reward": "each of you 10",
+                "sing_reward1": "Singing costs you 0.5",
+                "cries_hungry": "hungry baby cries with probability 0.9",
             },
         ),
     ],

@@ -11,10 +11,11 @@ from dmplay.algorithms.registry import find_algorithm
 from dmplay.algorithms.step import StateValues, WatchRequest
 from dmplay.core.tabular import tabulate
 from dmplay.registry.problems import load_problem
-from dmplay.tutor.answers import check_answer
+from dmplay.tutor.answers import check_answer, describe_right_answer
 from dmplay.tutor.lesson import Position, Prediction, QuantityCall
 from dmplay.tutor.positions import PositionInGame, open_position
 from dmplay.tutor.quantity import compute_truth
+from dmplay.tutor.truth import list_values
 
 
 def open_problem(problem: str, **facts: object) -> PositionInGame:
@@ -345,6 +346,30 @@ def test_mixed_strategies_by_hand() -> None:
     assert compute(game, "agent-action", agent="beat-last", rounds=["paper rock"]) == {"scissors"}
 
 
+def test_the_score_of_ten_rounds_by_hand() -> None:
+    game = open_problem("prisoners-dilemma", turns=10)
+    defections = ["defect"] * 10
+    once = ["cooperate"] * 4 + ["defect"] + ["cooperate"] * 5
+    for agent, actions, score in [
+        ("tit-for-tat", defections, 0 - 3 * 9),
+        ("tit-for-tat", once, -4 - 0 - 4 - 4),
+        ("grim", once, -4 - 0 - 4 * 5),
+    ]:
+        assert number(game, "repeated-payoff", agent=agent, actions=actions) == score
+    call = QuantityCall("repeated-payoff", {"agent": "tit-for-tat", "actions": defections})
+    assert compute_truth(game, call).explain("0") == "rounds 1 to 5 alone pay you -12"
+    with pytest.raises(ValueError, match="expected one that does not act at random"):
+        compute(game, "repeated-payoff", agent="random", actions=defections)
+
+
+def test_values_equal_to_the_last_one_of_a_list_are_not_lower() -> None:
+    values = dict.fromkeys("abcdefg", 2.0) | {"h": 2.0, "i": 1.0, "j": 3.0}
+    assert list_values(values) == (
+        "the values are j: 3, a: 2, b: 2, c: 2, d: 2, e: 2, 3 more: 2, and 1 with lower values"
+    )
+    assert list_values({"a": 1.0, "b": 2.0}) == "the values are b: 2, a: 1"
+
+
 def test_strategies_are_told_apart_by_their_replies() -> None:
     game = open_problem("prisoners-dilemma", turns=10)
     rounds = ["cooperate cooperate", "defect cooperate", "cooperate defect", "cooperate cooperate"]
@@ -358,6 +383,29 @@ def test_both_caregivers_pay_for_two_meals_and_a_hungry_turn() -> None:
     assert number(pair, "team-cost", state="hungry", actions="feed feed") == 10 + 10 + 2.5 + 5
 
 
+@pytest.mark.parametrize(("typed", "is_right"), [("27.5", True), ("-27.5", True), ("-20", False)])
+def test_a_cost_may_be_typed_as_a_negative_reward(typed: str, is_right: bool) -> None:
+    pair = open_problem("multicaregiver-crying-baby", turns=10)
+    call = QuantityCall("team-cost", {"state": "hungry", "actions": "feed feed"})
+    check = check_answer(pair, Prediction(call), compute_truth(pair, call), typed)
+    assert check.is_right == is_right
+    if not is_right:
+        assert check.reason == (
+            "20 is too low. In the state sated, the same actions cost 7.5 in all; "
+            "your answer adds 12.5 for hungry"
+        )
+
+
+def test_the_first_meal_of_a_joint_plan_by_hand() -> None:
+    facts = {"becomes_hungry": 0.1}
+    pair = open_problem("multicaregiver-crying-baby", parameters=facts, turns=10)
+    truth = compute_truth(pair, QuantityCall("planned-action", {"agent": "joint-plan"}))
+    assert truth.value == frozenset(["feed"])
+    # The partner would have to feed, which costs 5 instead of 2.5; singing costs 0.5 more.
+    assert truth.explain("ignore").startswith("ignore is worth 2.5 less than the best action")
+    assert truth.explain("sing").startswith("sing is worth 3 less than the best action")
+
+
 def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     hunt = open_problem("predator-prey:triangle", turns=12)
     probabilities = [
@@ -366,6 +414,21 @@ def test_the_equilibrium_on_three_hexes_is_a_distribution() -> None:
     ]
     assert sum(probabilities) == pytest.approx(1)
     assert sum(p > 0.01 for p in probabilities) == 3
+
+
+@pytest.mark.parametrize(("typed", "gain"), [("0.5", 7.5), ("1", 30), ("0", 30)])
+def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain: float) -> None:
+    hunt = open_problem("predator-prey:triangle", parameters={"slip": 0.0}, turns=10)
+    arguments = {"agent": "equilibrium", "state": "(0,0) (0,1)", "action": "ne"}
+    truth = compute_truth(hunt, QuantityCall("agent-probability", arguments))
+    assert truth.value == pytest.approx(1 / 3)
+    # The prey chooses the hex with the least probability; a capture costs 100, one turn later.
+    p = float(typed)
+    assert 100 * 0.9 * (1 / 3 - min(p, (1 - p) / 2)) == pytest.approx(gain)
+    assert truth.explain(typed) == (
+        f"if predator plays ne with {p:g}, prey has a reply that is worth {gain:g} "
+        "more to it than the equilibrium"
+    )
 
 
 @pytest.mark.parametrize(
@@ -391,7 +454,10 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
     problem: str, call: QuantityCall, asks: str, typed: str
 ) -> None:
     position = open_problem(problem, turns=10)
-    assert check_answer(position, Prediction(call, asks, at_least=0.01), None, typed).is_right
+    prediction = Prediction(call, asks, at_least=0.01)
+    assert check_answer(position, prediction, None, typed).is_right
+    if asks == "action":
+        assert describe_right_answer(position, prediction, None) == "e or ne or nw"
     assert not check_answer(position, Prediction(call, asks, at_least=99.0), None, typed).is_right
 
 

@@ -43,10 +43,11 @@ def test_each_lesson_passes_as_a_script(name: str, tmp_path: Path) -> None:
 
 
 def test_a_wrong_game_is_judged_and_played_again(tmp_path: Path) -> None:
-    script = "\n".join(["defect", *["defect"] * 10, "again", *["cooperate"] * 10, "quit"])
+    right_game = [*["cooperate"] * 9, "defect"]
+    script = "\n".join(["-27", *["defect"] * 10, "again", *right_game, "quit"])
     result = run_dmplay(tmp_path, "learn", "rounds-matter", stdin=script)
-    assert "not yet. You scored -27; the goal is at least -10." in result.stdout
-    assert "right. You scored -10; the goal is at least -10." in result.stdout
+    assert "not yet. You scored -27; the goal is at least -9." in result.stdout
+    assert "right. You scored -9; the goal is at least -9." in result.stdout
     assert result.returncode == 1
 
 
