@@ -72,7 +72,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
             "pairs in the wrong order: 2 of 6; their values differ by up to 1.051",
         ),
         WrongAnswer(2, "0.9", "+5 in 4 steps would count 3.28 now"),
-        WrongAnswer(3, "game: 12*e 60*se", "Turn 9 lost most: e was worth 2.032 less"),
+        WrongAnswer(3, "game: 12*e 60*se", "Turn 1 lost most: e was worth 0.3 less"),
     ),
     "watch-v-converge": (
         WrongAnswer(1, "0", "2 next states, with V = 0 and 0 before sweep 1"),
@@ -107,7 +107,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "bayes-at-the-cradle": (
         WrongAnswer(1, "0.8", "0.8 would follow if P(hungry) were 0.333 just before 'crying'"),
         WrongAnswer(2, "0.5", "0.5 would follow if P(hungry) were 0.111 just before 'crying'"),
-        WrongAnswer(4, "game: 10*feed", "Turn 10 lost most"),
+        WrongAnswer(4, "game: 10*feed", "Turn 2 lost most: feed was worth 3.369 less"),
     ),
     "alpha-vectors": (
         WrongAnswer(1, "3", "3 plans are compared"),
