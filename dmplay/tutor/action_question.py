@@ -17,6 +17,7 @@ from dmplay.game.seats import HUMAN
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.shared.hex_hunt import HexHunt
 from dmplay.registry.agents import HintAgent, default_parameters, load_roster
+from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
 from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.answers import AnswerCheck
 from dmplay.tutor.game_quantities import opponent_payoffs, own_payoffs
@@ -97,8 +98,9 @@ class ActionQuestion:
         if problem.partially_observable:
             start = self.format_belief(initial_belief(problem))
             rules.append(f"The probabilities of the hidden states at the start are {start}.")
-        if not builtin_stem(problem):
-            rules.append(f"All probabilities and rewards are in {self.position.problem_name}.")
+        name = self.position.problem_name
+        if names_data_file(name) or names_python_file(name):
+            rules.append(f"All probabilities and rewards are in {name}.")
         if is_repeated_game_of_user(problem):
             rules += self._describe_payoffs()
         return [*rules, *self._describe_players()]
@@ -133,7 +135,7 @@ class ActionQuestion:
     def describe_situation(self) -> list[str]:
         """Return the situation in sentences, for a reader who does not see the board.
 
-        The history says the situation of a repeated game.
+        It is [] in a repeated game, whose situation is its history.
         """
         problem, session = self.problem, self.position.session
         if problem.state_count == 1:

@@ -154,6 +154,27 @@ def test_a_problem_file_of_a_user_has_puzzles(tmp_path: Path) -> None:
     assert checked >= 2
 
 
+@pytest.mark.parametrize(("p", "has_puzzle"), [("0.6", True), ("0.5", False)])
+def test_two_equally_likely_outcomes_are_no_likeliest_one(
+    tmp_path: Path, p: str, *, has_puzzle: bool
+) -> None:
+    path = tmp_path / "ladder.mdp"
+    fall_probability = str(1 - float(p))
+    path.write_text(
+        "discount: 0.9\nvalues: reward\nstates: ground top fallen\nactions: stay jump\n"
+        "start: ground\nT: stay identity\nT: jump : top : top 1\nT: jump : fallen : fallen 1\n"
+        f"T: jump : ground : top {p}\nT: jump : ground : fallen {fall_probability}\n"
+        "R: * : ground : * : * 3\nR: * : top : * : * 4\n"
+    )
+    if not has_puzzle:
+        with pytest.raises(BadParameter, match="no rule of thumb loses in it"):
+            list_puzzles(str(path))
+        return
+    (puzzle, *_) = list_puzzles(str(path))
+    assert puzzle.rule.text == "count on the likeliest outcome of each action"
+    assert puzzle.rule_action == "jump"
+
+
 def test_a_payoff_table_of_a_user_has_puzzles_against_named_agents(tmp_path: Path) -> None:
     path = tmp_path / "chicken.nfg"
     path.write_text(

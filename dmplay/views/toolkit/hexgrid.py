@@ -314,7 +314,8 @@ def describe_map(hexes: Sequence[Hex]) -> list[str]:
     return [
         "A hex is (q,r). Its neighbours are E (q+1,r), NE (q,r+1), NW (q-1,r+1), W (q-1,r), "
         "SW (q,r-1) and SE (q+1,r-1).",
-        f"The hexes of the map are {listed}. All others are walls, and a step into a wall stays.",
+        f"The hexes of the map are {listed}. All others are walls: "
+        "an agent that steps into one stays.",
     ]
 
 
