@@ -267,6 +267,9 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
 def _describe_chances(view: View[CaregiverProblem]) -> Iterator[str]:
     """Yield sentences with the probabilities of hunger and of crying."""
     problem = view.problem
+    is_single_agent = len(problem.agents) == 1
+    if not is_single_agent:
+        yield "You pay for your own actions only, and each caregiver can feed the baby"
     yield (
         f"An unfed sated baby gets hungry in a turn with probability {problem.becomes_hungry:g}, "
         "and a hungry one stays hungry until it is fed"
@@ -275,7 +278,7 @@ def _describe_chances(view: View[CaregiverProblem]) -> Iterator[str]:
         "hungry": (problem.cries_hungry, problem.cries_hungry_sung),
         "sated": (problem.cries_sated, problem.cries_sated_sung),
     }
-    singer = "a caregiver sings" if len(problem.agents) > 1 else "you sing"
+    singer = "you sing" if is_single_agent else "a caregiver sings"
     for state, (without_song, with_song) in chances.items():
         song = f", or {with_song:g} if {singer}" if with_song != without_song else ""
         yield f"A baby that is {state} after the turn cries with probability {without_song:g}{song}"
