@@ -55,7 +55,9 @@ class _MixedStrategyPolicy(_PayoffTablePolicy):
 
 @dataclass(frozen=True)
 class Nash(_MixedStrategyPolicy):
-    """Plays a Nash equilibrium, found by support enumeration or, in large games, Lemke-Howson."""
+    """Plays a Nash equilibrium, found by support enumeration or, in large games, Lemke-Howson.
+    In an equilibrium, no agent gains by a change of its own strategy alone.
+    """
 
     @cached_property
     def _mixed_strategy(self) -> Categorical:
@@ -106,7 +108,10 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Plays a softmax response to an opponent one level below; level 0: uniform (section 24.7)."""
+    """Plays level k of a hierarchy of softmax responses; level 0 is uniform (section 24.7).
+    Level k plays an action with a probability proportional to exp(precision * u); u is its expected
+    reward against level k - 1.
+    """
 
     precision: float = parameter(0.5, "precision of the softmax; 0: uniform", 0.0)
     level: int = parameter(2, "number of reasoning levels", 0, 1e5)
@@ -132,7 +137,9 @@ class HierarchicalSoftmax(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class FictitiousPlay(GreedyPolicy, _PayoffTablePolicy):
-    """Plays a best response to the opponent's action frequencies so far (fictitious play)."""
+    """Plays a best response to the opponent's action frequencies so far (fictitious play).
+    It takes them as equal in the first round, and of equally good actions plays the first listed.
+    """
 
     values_name = ESTIMATED_VALUES
 

@@ -51,7 +51,9 @@ class _DistancePolicy(StationaryPolicy):
 
 @dataclass(frozen=True)
 class Chase(_DistancePolicy):
-    """Moves toward the nearest agent of the other kind."""
+    """Moves toward the nearest agent of the other kind.
+    It takes the first of e, ne, nw, w, sw and se that, without a slip, ends the fewest steps away.
+    """
 
     def _choose_by_distance(self, far: Ints) -> Array:
         return np.asarray(np.argmin(far, axis=1))
@@ -59,7 +61,9 @@ class Chase(_DistancePolicy):
 
 @dataclass(frozen=True)
 class Flee(_DistancePolicy):
-    """Moves as far as possible from the nearest agent of the other kind."""
+    """Moves as far as possible from the nearest agent of the other kind.
+    It takes the first of e, ne, nw, w, sw and se that, without a slip, ends the most steps away.
+    """
 
     def _choose_by_distance(self, far: Ints) -> Array:
         return np.asarray(np.argmax(far, axis=1))

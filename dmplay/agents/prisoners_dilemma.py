@@ -7,10 +7,10 @@ from dmplay.agents._matrix_game_agents import (
     HierarchicalSoftmax,
     Nash,
 )
-from dmplay.agents._repeated_game_planning import RepeatedGamePlan
-from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.random_agent import Random
+from dmplay.agents.repeated_game_planning import RepeatedGamePlan
+from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.core.problem import Problem
 
 

@@ -3,10 +3,10 @@
 from dataclasses import dataclass
 
 from dmplay.agents._matrix_game_agents import FictitiousPlay, GradientAscent, Nash
-from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import RepeatedGameRule
 from dmplay.agents.random_agent import Random
+from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Ints
 from dmplay.core.problem import Problem
 

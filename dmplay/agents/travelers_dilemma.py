@@ -10,10 +10,10 @@ from dmplay.agents._matrix_game_agents import (
     HierarchicalSoftmax,
     Nash,
 )
-from dmplay.agents._repeated_game_planning import RepeatedGamePlan
 from dmplay.agents.available_agents import Roster
 from dmplay.agents.base import ReactivePolicy
 from dmplay.agents.random_agent import Random
+from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Bools, Reals
 from dmplay.core.parameters import parameter
 from dmplay.core.policy import Memory
@@ -23,7 +23,7 @@ from dmplay.problems.travelers_dilemma import MAX_CLAIM, MIN_CLAIM
 
 @dataclass(frozen=True)
 class FixedClaim(ReactivePolicy):
-    """Makes the same claim in every round, by default the highest."""
+    """Makes the same claim in every round."""
 
     claim: int = parameter(MAX_CLAIM, "claim in every round", MIN_CLAIM, MAX_CLAIM)
 

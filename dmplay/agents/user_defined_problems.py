@@ -56,7 +56,7 @@ def build_roster(problem: Problem, seat: int) -> Roster:
 def _build_repeated_game_roster(problem: Problem) -> Roster:
     """Return the agents for rounds of a game of two; classical rules only with two actions each."""
     from dmplay.agents._matrix_game_agents import FictitiousPlay, Nash
-    from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
+    from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES
 
     rules = REPEATED_GAME_RULES if problem.action_counts == (2, 2) else {}
     agents: dict[str, type[SeatPolicy]] = {"nash": Nash, "frequency": FictitiousPlay, **rules}

@@ -29,7 +29,7 @@ def report_puzzle(code: str, *, with_solution: bool) -> str:
         },
     }
     if with_solution:
-        rule = {"text": puzzle.rule, "action": puzzle.rule_action, "loss": puzzle.loss}
+        rule = {"text": puzzle.rule.text, "action": puzzle.rule_action, "loss": puzzle.loss}
         data["solution"] = {**_describe_solution(exercise.question), "rule": rule}
     return format_json_report(data)
 
@@ -51,7 +51,7 @@ def report_mistakes(paths: Sequence[Path], *, trusted: bool) -> str:
 def _describe_exercise(exercise: Exercise) -> dict[str, object]:
     """Return the text and the legal actions of an exercise as data."""
     question = exercise.question
-    situation = [question.describe_situation()] if question.shows_board else []
+    situation = question.describe_situation() if question.shows_board else []
     return {
         "text": [*question.describe_game(), *exercise.introduction, *situation, question.ask()],
         "actions": question.legal_labels,

@@ -1,24 +1,39 @@
 """Questions for the best action in a position: the text, the check, and the reasons in numbers."""
 
 from collections.abc import Collection, Iterator, Sequence
+from functools import cached_property
 
 import numpy as np
 
+from dmplay.agents.repeated_game_rules import COOPERATE_LABEL, CooperateDefectRule
 from dmplay.core.arrays import Reals
+from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
 from dmplay.errors import UnknownName
 from dmplay.game.seats import HUMAN
-from dmplay.registry.agents import HintAgent, load_roster
+from dmplay.problems.hexworld import HexWorld
+from dmplay.problems.shared.hex_hunt import HexHunt
+from dmplay.registry.agents import HintAgent, default_parameters, load_roster
+from dmplay.registry.problem_name_kinds import names_data_file, names_python_file
+from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.answers import AnswerCheck
+from dmplay.tutor.game_quantities import opponent_payoffs, own_payoffs
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import ActionOutcome, ValuedPosition
-from dmplay.views.protocol import load_view_module
+from dmplay.tutor.valued_position import (
+    ActionOutcome,
+    ValuedPosition,
+    is_repeated_game_of_user,
+)
+from dmplay.views.protocol import Lesson, load_view_module
+from dmplay.views.toolkit.hexgrid import describe_map
 
 MAX_LISTED_OUTCOMES = 5
 MAX_LISTED_ACTIONS = 10
+MAX_LISTED_PAYOFFS = 16
 MIN_LISTED_PROBABILITY = 0.0005  # of a state in a belief
 
 
@@ -57,8 +72,8 @@ class ActionQuestion:
 
     @property
     def shows_board(self) -> bool:
-        """True if the board shows only what the player sees, not a belief."""
-        return not self.problem.partially_observable
+        """True if there is a board, and it shows only what the player sees, not a belief."""
+        return not (self.problem.partially_observable or is_repeated_game_of_user(self.problem))
 
     @property
     def legal_labels(self) -> list[str]:
@@ -74,21 +89,35 @@ class ActionQuestion:
         return " or ".join(filter(None, [", ".join(legal[:-1]), legal[-1]]))
 
     def describe_game(self) -> list[str]:
-        """Return the rules of the game in three sentences, and the other players."""
-        session = self.position.session
-        lesson = load_view_module(self.problem).lesson(session.view(self.seat))
-        sentences = [lesson.role, lesson.objective, lesson.costs]
-        return [*(f"{text}." for text in sentences if text), *self._describe_players()]
+        """Return sentences on the rules of the game, its probabilities, and the other players."""
+        lesson, problem = self._lesson, self.problem
+        has_goal = lesson.objective.startswith("You want ")
+        goal = [] if has_goal else ["You want the largest sum of rewards"]
+        sentences = [lesson.role, lesson.objective, *goal, lesson.costs, *lesson.chances]
+        rules = [f"{text[:1].upper()}{text[1:]}." for text in sentences if text]
+        if problem.partially_observable:
+            start = self.format_belief(initial_belief(problem))
+            rules.append(f"The probabilities of the hidden states at the start are {start}.")
+        name = self.position.problem_name
+        if names_data_file(name) or names_python_file(name):
+            rules.append(f"All probabilities and rewards are in {name}.")
+        if is_repeated_game_of_user(problem):
+            rules += self._describe_payoffs()
+        return [*rules, *self._describe_players()]
+
+    @cached_property
+    def _lesson(self) -> Lesson:
+        """The sentences that introduce the problem."""
+        return load_view_module(self.problem).lesson(self.position.session.view(self.seat))
 
     def _describe_players(self) -> Iterator[str]:
-        """Yield a sentence on each other player."""
+        """Yield sentences on each other player."""
         for seat, name in enumerate(self.position.question.players):
             if seat != self.seat and name != HUMAN:
-                meaning = describe_agent(self.position, seat, name)
-                yield f"{self.problem.agents[seat]} is the agent {name}{meaning}."
+                yield describe_agent(self.position, seat, name)
 
     def ask(self) -> str:
-        """Return the question, with the history if the player must remember it."""
+        """Return the question, with the number of turns that are left."""
         turns_left = self.valued_position.turns_left
         limit = (
             "The game has no turn limit."
@@ -103,38 +132,35 @@ class ActionQuestion:
         )
         return f"{limit}{weight} What do you do?"
 
-    def describe_situation(self) -> str:
-        """Return the situation in sentences, for a reader who does not see the board."""
-        view = self.position.session.view(self.seat)
-        return load_view_module(self.problem).describe_situation(view)
+    def describe_situation(self) -> list[str]:
+        """Return the situation in sentences, for a reader who does not see the board.
 
-    def describe_history(self) -> str:
-        """Return the turns so far as the player saw them; '' if the board shows all that counts."""
-        session, problem = self.position.session, self.problem
-        if not session.turns:
-            return "This is the first turn."
-        if not problem.partially_observable and problem.state_count != 1:
-            return ""
-        turns = [
-            f"turn {number}: {self._describe_turn(number)}"
-            for number in range(1, len(session.turns) + 1)
-        ]
-        return f"So far: {'; '.join(turns)}."
+        It is [] in a repeated game, whose situation is its history.
+        """
+        problem, session = self.problem, self.position.session
+        if problem.state_count == 1:
+            return []
+        if not builtin_stem(problem):
+            return [f"The state is {problem.format_state(session.state)}."]
+        text = load_view_module(problem).describe_situation(session.view(self.seat))
+        situation = f"{text[:1].upper()}{text[1:]}"
+        if isinstance(problem, HexWorld | HexHunt):
+            return [*describe_map(problem.hexes), situation]
+        return [situation]
 
-    def _describe_turn(self, number: int) -> str:
-        """Return the player's action in a turn, and what the player perceived."""
-        session, problem, seat = self.position.session, self.problem, self.seat
-        turn = session.turns[number - 1]
-        own_action = problem.format_action(seat, turn.actions[seat])
-        if problem.partially_observable:
-            observation = problem.observations[seat].format_observation(turn.observations[seat])
-            return f"{own_action}, then {observation}"
-        others = [
-            f"{agent} {problem.format_action(other, turn.actions[other])}"
-            for other, agent in enumerate(problem.agents)
-            if other != seat
+    def _describe_payoffs(self) -> list[str]:
+        """Return the rewards of each pair of actions in sentences; [] if there are many."""
+        payoffs, other_payoffs = own_payoffs(self.position), opponent_payoffs(self.position)
+        replies = self.problem.actions[1 - self.seat].labels
+        if payoffs.size > MAX_LISTED_PAYOFFS:
+            return []
+        agent = self.problem.agents[1 - self.seat]
+        return [
+            f"{label} against {reply} pays {payoffs[i, j]:g} to you and "
+            f"{other_payoffs[i, j]:g} to {agent}."
+            for i, label in enumerate(self.labels)
+            for j, reply in enumerate(replies)
         ]
-        return ", ".join([f"you {own_action}", *others])
 
     def parse_answer(self, text: str) -> int:
         """Return the legal action that a text names; raise UnknownName with the nearest names."""
@@ -184,7 +210,7 @@ class ActionQuestion:
         """Return an outcome as text: what the player perceives, the reward and the later value."""
         belief = ""
         if with_beliefs and outcome.belief is not None and not outcome.ends_game:
-            belief = f", belief {self._format_belief(outcome.belief)}"
+            belief = f", belief {self.format_belief(outcome.belief)}"
         end = "the game ends"
         if not outcome.ends_game:
             end = f"then worth {format_number(outcome.value_after)}"
@@ -202,9 +228,7 @@ class ActionQuestion:
         lines = []
         if self.problem.partially_observable:
             belief = self.position.session.view(self.seat).belief
-            lines.append(
-                f"Your belief over the hidden states is now {self._format_belief(belief)}."
-            )
+            lines.append(f"Your belief over the hidden states is now {self.format_belief(belief)}.")
         for action in actions:
             is_explained = action in explained_actions and not self.problem.partially_observable
             lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
@@ -215,23 +239,71 @@ class ActionQuestion:
             lines.append(f"Each value is the mean of reward + {discount} x later worth.")
         return lines
 
-    def _format_belief(self, belief: Reals) -> str:
+    def format_belief(self, belief: Reals) -> str:
         """Return the probability of each possible state as text."""
-        names = map(self.problem.format_state, self.problem.enumerate_states())
         pairs = [
-            f"{name}: {_format_probability(float(p))}"
-            for name, p in zip(names, belief, strict=True)
+            f"{self._lesson.state_name.format(self.problem.format_state(state))}: "
+            f"{_format_probability(float(p))}"
+            for state, p in zip(self.problem.enumerate_states(), belief, strict=True)
             if p >= MIN_LISTED_PROBABILITY
         ]
         return ", ".join(pairs)
 
 
+def describe_history(position: PositionInGame) -> str:
+    """Return the turns so far as the player saw them; '' if the board shows all that counts."""
+    session, problem = position.session, position.problem
+    if not session.turns:
+        return "This is the first turn."
+    if not problem.partially_observable and problem.state_count != 1:
+        return ""
+    turns = [
+        f"turn {number}: {_describe_turn(position, turn)}"
+        for number, turn in enumerate(session.turns, 1)
+    ]
+    return f"So far: {'; '.join(turns)}."
+
+
+def _describe_turn(position: PositionInGame, turn: Turn) -> str:
+    """Return the player's action in a turn, and what the player perceived."""
+    problem, seat = position.problem, position.seat
+    own_action = problem.format_action(seat, turn.actions[seat])
+    if problem.partially_observable:
+        observation = problem.observations[seat].format_observation(turn.observations[seat])
+        return f"{own_action}, then {observation}"
+    others = [
+        f"{agent} {problem.format_action(other, turn.actions[other])}"
+        for other, agent in enumerate(problem.agents)
+        if other != seat
+    ]
+    return ", ".join([f"you {own_action}", *others])
+
+
 def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
-    """Return the description of an agent as a clause after a comma; '' if there is none."""
-    agent_class = load_roster(position.problem, seat).agents.get(name.partition(":")[0])
-    sentence = (agent_class.__doc__ or "").partition("\n\n")[0] if agent_class else ""
-    text = " ".join(sentence.split()).rstrip(".")
-    return f", which {text[:1].lower()}{text[1:]}" if text else ""
+    """Return sentences with an agent's name, parameters and description."""
+    problem, (short_name, _, settings) = position.problem, name.partition(":")
+    agent_class = load_roster(problem, seat).agents.get(short_name)
+    if agent_class is None:
+        return f"{problem.agents[seat]} is the agent {name}."
+    set_values = dict(setting.split("=") for setting in settings.split(",") if setting)
+    parameters = {**default_parameters(agent_class), **set_values}
+    listed = ", ".join(f"{key} {value}" for key, value in parameters.items())
+    description = " ".join((agent_class.__doc__ or "").partition("\n\n")[0].split())
+    text = (
+        f"{problem.agents[seat]} is the agent {short_name}{listed and f' ({listed})'}, "
+        f"which {description[:1].lower()}{description[1:]}"
+    )
+    seated = position.session.seated_policies[seat]
+    has_label = COOPERATE_LABEL in problem.actions[seat].labels
+    if seated is None or not isinstance(seated.policy, CooperateDefectRule) or has_label:
+        return text
+    your_action, other_action = (
+        problem.format_action(index, seated.policy.cooperative_actions[index])
+        for index in (position.seat, seat)
+    )
+    return (
+        f"{text} You cooperate with {your_action}, and {problem.agents[seat]} with {other_action}."
+    )
 
 
 def _merge_outcomes(outcomes: Sequence[ActionOutcome]) -> ActionOutcome:

@@ -31,7 +31,7 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
     `opponent` is an action, "uniform", or probabilities such as "rock 0.5 paper 0.5".
     """
-    payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
+    payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
     row = payoffs[_index(position, action)]
     reason = "it is the average reward, weighted by the probabilities of the other's actions"
     return Truth(float(row @ mix), lambda _: reason)
@@ -39,7 +39,7 @@ def expected_payoff(position: PositionInGame, action: str, opponent: str) -> Tru
 
 def best_reply(position: PositionInGame, opponent: str) -> Truth:
     """Return the actions with the greatest expected reward in one round against a strategy."""
-    payoffs, mix = _own_payoffs(position), _parse_mix(position, opponent)
+    payoffs, mix = own_payoffs(position), _parse_mix(position, opponent)
     values = payoffs @ mix
     labels = position.problem.actions[position.seat].labels
     best = frozenset(labels[a] for a in np.flatnonzero(mark_best_actions(values)))
@@ -70,7 +70,7 @@ def level_k_action(position: PositionInGame, level: int) -> Truth:
 
 def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
     """Return the probability of an action in a Nash equilibrium, in which no change pays."""
-    nash, payoffs = _nash(position)[position.seat], _opponent_payoffs(position)
+    nash, payoffs = _nash(position)[position.seat], opponent_payoffs(position)
     index = _index(position, action)
 
     def explain(answer: str) -> str:
@@ -90,7 +90,7 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
 
 def equilibrium_payoff(position: PositionInGame) -> Truth:
     """Return the player's expected reward of one round in a Nash equilibrium."""
-    nash, payoffs = _nash(position), _own_payoffs(position)
+    nash, payoffs = _nash(position), own_payoffs(position)
     labels = _labels(position)
 
     def explain(answer: str) -> str:
@@ -304,7 +304,7 @@ def _replay_rounds(position: PositionInGame, rounds: Sequence[str]) -> Session:
     return session
 
 
-def _own_payoffs(position: PositionInGame) -> Reals:
+def own_payoffs(position: PositionInGame) -> Reals:
     """Return the player's rewards `[own actions, other actions]` of a game of two agents."""
     if len(position.problem.agents) != 2 or position.problem.state_count != 1:
         raise BadParameter(f"{position.problem_name} has no payoff table of two agents")
@@ -312,7 +312,7 @@ def _own_payoffs(position: PositionInGame) -> Reals:
     return payoffs if position.seat == 0 else payoffs.T
 
 
-def _opponent_payoffs(position: PositionInGame) -> Reals:
+def opponent_payoffs(position: PositionInGame) -> Reals:
     """Return the other agent's rewards `[own actions, other actions]`."""
     payoffs = build_payoffs(position.problem)[:, :, 1 - position.seat]
     return payoffs if position.seat == 0 else payoffs.T

@@ -14,7 +14,7 @@ from dmplay.game.seat_snapshot import SeatSnapshot
 from dmplay.game.seats import list_human_seats
 from dmplay.game.transcript_files import verify
 from dmplay.registry.agents import HintAgent
-from dmplay.tutor.action_question import ActionQuestion
+from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.repetition import QuestionProgress, load_question_progress
@@ -73,7 +73,7 @@ def _make_exercise(
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
     introduction = (
-        question.describe_history(),
+        describe_history(position),
         f"In the game, {choice.chosen} was chosen here. It lost {format_number(regret)}.",
     )
     return Exercise(

@@ -12,14 +12,19 @@ from dmplay.errors import BadParameter
 from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
 from dmplay.registry.problems import builtin_stem, resolve_problem
+from dmplay.tutor.action_question import describe_history
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import PositionInGame, open_position
-from dmplay.tutor.rules_of_thumb import Chooser, RuleOfThumb, list_rules
-from dmplay.tutor.valued_position import ValuedPosition, find_exact_agent
+from dmplay.tutor.rules_of_thumb import RuleOfThumb, hits_wall, list_rules
+from dmplay.tutor.valued_position import (
+    ValuedPosition,
+    find_puzzle_agent,
+    is_repeated_game_of_user,
+)
 
 MAX_PUZZLES = 24  # of one problem
 MAX_SIMILAR = 4  # puzzles against the same players with the same rule's action and best action
-GAMES_PER_SETUP = 24
+GAMES_PER_SETUP = 32
 MAX_WALK_TURNS = 20  # turns before a position, if the state is visible
 MAX_HISTORY_TURNS = 7  # turns before a position, if the player must remember them
 SHORT_GAME_TURNS = 6  # turn limit of some of the games
@@ -40,7 +45,6 @@ SETUPS: Mapping[str, Sequence[GameSetup]] = {
     "multicaregiver_crying_baby": [GameSetup({"caregiver2": "random"})],
     "predator_prey": [
         GameSetup({"prey": "flee"}, 12),
-        GameSetup({"prey": "random"}, 12),
         GameSetup({"predator": "chase"}, 12),
     ],
     "prisoners_dilemma": [
@@ -52,20 +56,23 @@ SETUPS: Mapping[str, Sequence[GameSetup]] = {
     ],
     "rock_paper_scissors": [GameSetup({"agent2": name}) for name in ("beat-last", "frequency")],
     "travelers_dilemma": [
-        GameSetup({"agent2": name}) for name in ("level-k", "claim:claim=90", "nash")
+        GameSetup({"agent2": name})
+        for name in ("level-k", "level-k:level=1", "claim:claim=90", "nash")
     ],
 }  # fmt: skip
+REPEATED_GAME_OPPONENTS = ("frequency", "tit-for-tat", "grim", "win-stay-lose-shift")
 
 
 class Candidate(NamedTuple):
     """A position in which a rule of thumb loses."""
 
     position: Position
-    rule: str
+    rule: RuleOfThumb
     rule_action: str  # the label of the rule's action
     best_action: str  # the label of the first of the best actions
     loss: float  # the best value minus that of the rule's action
     situation: object  # equal in positions that are nearly the same puzzle
+    question_key: object  # equal in positions with the same question
 
     @property
     def lesson_key(self) -> object:
@@ -76,7 +83,8 @@ class Candidate(NamedTuple):
 def mine_candidates(name: str) -> list[Candidate]:
     """Return positions of a problem in which rules of thumb lose, in the order of the puzzles.
 
-    For each rule of thumb the greatest losses come first, and the rules take turns. Raise
+    For each rule of thumb the greatest losses come first, and the rules take turns. No question
+    occurs twice. Raise
     BadParameter if no exact values are known, or no rule of thumb loses anything.
     """
     loaded = resolve_problem(name, {}, trusted=True)  # the player typed its name
@@ -84,7 +92,7 @@ def mine_candidates(name: str) -> list[Candidate]:
     is_exact = False
     for setup in _list_setups(loaded.problem):
         game = _open_game(loaded.name, setup, 0)
-        hint_agent = find_exact_agent(game.session, game.question)
+        hint_agent = find_puzzle_agent(game.session, game.question)
         if hint_agent is None:
             continue
         is_exact = True
@@ -97,7 +105,11 @@ def mine_candidates(name: str) -> list[Candidate]:
         if not is_exact:
             reason = "no agent knows the exact value of each action"
         raise BadParameter(f"{name} has no puzzles, because {reason}")
-    return _alternate_rules(_select_different([*candidates.values()]))[:MAX_PUZZLES]
+    ordered = _alternate_rules(_select_different([*candidates.values()]))
+    by_question: dict[object, Candidate] = {}
+    for candidate in ordered:
+        by_question.setdefault(candidate.question_key, candidate)
+    return [*by_question.values()][:MAX_PUZZLES]
 
 
 def _list_setups(problem: Problem) -> Sequence[GameSetup]:
@@ -108,6 +120,10 @@ def _list_setups(problem: Problem) -> Sequence[GameSetup]:
         if seat
     }
     setups = SETUPS.get(builtin_stem(problem), [GameSetup(partners)])
+    if is_repeated_game_of_user(problem):
+        names = agents.load_roster(problem, 1).agents
+        opponents = [name for name in REPEATED_GAME_OPPONENTS if name in names]
+        setups = [GameSetup({problem.agents[1]: name}) for name in opponents]
     return [*setups, *(setup._replace(turns=SHORT_GAME_TURNS) for setup in setups)]
 
 
@@ -125,73 +141,82 @@ def _iter_candidates(
     for seed in range(GAMES_PER_SETUP):
         game = _open_game(name, setup, seed)
         start = Position(name, {}, seed, setup.turns, setup.seats)
-        rules = list_rules(game.problem, game.seat)
-        for position, choosers in _iter_positions(game, hint_agent, rules, seed):
+        rules = list_rules(game.problem)
+        if not rules:
+            return
+        for position in _iter_positions(game, hint_agent, rules, seed):
             exact_situation = _describe_exact_situation(position)
             if exact_situation not in visited:
                 visited.add(exact_situation)
-                yield from _examine_position(position, start, rules, choosers)
+                yield from _examine_position(position, start, rules)
 
 
 def _iter_positions(
     game: PositionInGame, hint_agent: agents.HintAgent, rules: Sequence[RuleOfThumb], seed: int
-) -> Iterator[tuple[ValuedPosition, list[Chooser]]]:
-    """Play a game, and yield its position before each turn, with the followers of the rules.
+) -> Iterator[ValuedPosition]:
+    """Play a game, and yield its position before each turn.
 
     The player's actions are random in some turns, and follow one of the rules of thumb in others.
     """
     session, seat = game.session, game.seat
     position = ValuedPosition(game, hint_agent)
-    choosers = [rule.start(position) for rule in rules]
     is_visible = not game.problem.partially_observable and game.problem.state_count != 1
     max_turns = MAX_WALK_TURNS if is_visible else MAX_HISTORY_TURNS
     while not session.over and len(session.turns) <= max_turns:
         actions: list[float | None] = [None] * len(game.problem.agents)
         if not session.is_inactive(seat):
-            yield position, choosers
-            actions[seat] = _choose_next_action(position, choosers[seed % len(choosers)])
+            yield position
+            actions[seat] = _choose_next_action(position, rules[seed % len(rules)])
         session.advance(actions)
 
 
 def _examine_position(
-    position: ValuedPosition,
-    start: Position,
-    rules: Sequence[RuleOfThumb],
-    choosers: Sequence[Chooser],
+    position: ValuedPosition, start: Position, rules: Sequence[RuleOfThumb]
 ) -> Iterator[Candidate]:
     """Yield a candidate for each action that a rule of thumb chooses and that loses enough."""
     session, seat, values = position.session, position.seat, position.values
     after = tuple(
         position.problem.format_action(seat, turn.actions[seat]) for turn in session.turns
     )
-    for action, index in _find_losing_rules(position, choosers):
+    for action, rule in _find_losing_rules(position, rules):
         yield Candidate(
             replace(start, after=after),
-            rules[index].text,
+            rule,
             position.labels[action],
             position.labels[int(np.argmax(values))],
             float(values.max() - values[action]),
             _describe_situation(position),
+            _describe_question(position),
         )
 
 
 def _find_losing_rules(
-    position: ValuedPosition, choosers: Sequence[Chooser]
-) -> Iterator[tuple[int, int]]:
-    """Yield the actions that lose, each with the index of the first rule that chooses it."""
+    position: ValuedPosition, rules: Sequence[RuleOfThumb]
+) -> Iterator[tuple[int, RuleOfThumb]]:
+    """Yield the legal actions that lose, each with the first rule that chooses it."""
     values = position.values
     finite = values[np.isfinite(values)]
     min_loss = max(MIN_LOSS, MIN_LOSS_SHARE * float(finite.max() - finite.min()))
     if finite.max() - finite.min() < min_loss:
         return
     tried_actions = set[int]()
-    for index, choose in enumerate(choosers):
-        action = choose()
+    for rule in rules:
+        action = rule.choose(position)
         if action is None or action in tried_actions or not position.legal_actions_mask[action]:
+            continue
+        if hits_wall(position, action):
             continue
         tried_actions.add(action)
         if values.max() - values[action] >= min_loss:
-            yield action, index
+            yield action, rule
+
+
+def _describe_question(position: ValuedPosition) -> object:
+    """Return a key that is equal in positions with the same question."""
+    session, problem = position.session, position.problem
+    state = "" if problem.partially_observable else problem.format_state(session.state)
+    players, history = position.position.question.players, describe_history(position.position)
+    return players, position.turns_left, state, history
 
 
 def _describe_situation(position: ValuedPosition) -> object:
@@ -223,7 +248,7 @@ def _describe_exact_situation(position: ValuedPosition) -> object:
     return position.turns_left, position.values.tobytes()
 
 
-def _choose_next_action(position: ValuedPosition, choose: Chooser) -> int:
+def _choose_next_action(position: ValuedPosition, rule: RuleOfThumb) -> int:
     """Return the player's action on the way: a random one, or that of a rule, or the best."""
     session = position.session
     stream = 1 + position.seat  # the player's own, which nothing else uses
@@ -231,7 +256,7 @@ def _choose_next_action(position: ValuedPosition, choose: Chooser) -> int:
     legal = np.flatnonzero(position.legal_actions_mask)
     if u < RANDOM_SHARE:
         return int(legal[int(v * len(legal))])
-    action = choose()
+    action = rule.choose(position)
     return int(np.argmax(position.values)) if action is None or action not in legal else action
 
 
@@ -248,7 +273,7 @@ def _select_different(candidates: Sequence[Candidate]) -> list[Candidate]:
 
 def _alternate_rules(candidates: Sequence[Candidate]) -> list[Candidate]:
     """Return the candidates such that the rules of thumb take turns, each in the same order."""
-    by_rule: dict[str, list[Candidate]] = {}
+    by_rule: dict[RuleOfThumb, list[Candidate]] = {}
     for candidate in candidates:
         by_rule.setdefault(candidate.rule, []).append(candidate)
     ranks = [(rank, item) for group in by_rule.values() for rank, item in enumerate(group)]

@@ -6,14 +6,15 @@ from typing import NamedTuple
 
 from dmplay.errors import BadParameter
 from dmplay.registry.problem_name_kinds import CURRENT_FOLDER
-from dmplay.tutor.action_question import ActionQuestion
+from dmplay.tutor.action_question import ActionQuestion, describe_history
 from dmplay.tutor.exercise import Exercise
 from dmplay.tutor.lesson import Position
 from dmplay.tutor.positions import open_position
 from dmplay.tutor.puzzle_mining import mine_candidates
 from dmplay.tutor.repetition import load_question_progress
+from dmplay.tutor.rules_of_thumb import RuleOfThumb
 from dmplay.tutor.truth import format_number
-from dmplay.tutor.valued_position import find_exact_agent
+from dmplay.tutor.valued_position import find_puzzle_agent
 
 # The built-in problems with puzzles, in the order in which the puzzles of the day take turns.
 PUZZLE_PROBLEMS = (
@@ -29,7 +30,7 @@ class Puzzle(NamedTuple):
 
     code: str  # such as "catch:7"
     position: Position
-    rule: str
+    rule: RuleOfThumb
     rule_action: str  # the label of the rule's action
     loss: float  # the best value minus that of the rule's action
 
@@ -107,7 +108,7 @@ def _key_of(puzzle: Puzzle) -> str:
 def make_exercise(puzzle: Puzzle) -> Exercise:
     """Return the exercise of a puzzle."""
     position = open_position(puzzle.position, CURRENT_FOLDER, trusted=True)
-    hint_agent = find_exact_agent(position.session, position.question)
+    hint_agent = find_puzzle_agent(position.session, position.question)
     assert hint_agent is not None  # a puzzle has exact values
     labels = position.session.action_labels(position.seat)
     question = ActionQuestion(
@@ -116,9 +117,13 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
         tolerance=puzzle.answer_tolerance,
         obvious_action=labels.index(puzzle.rule_action),
     )
-    loss = format_number(puzzle.loss)
-    learned = (
-        f"Rule of thumb: {puzzle.rule}. Here it says {puzzle.rule_action} and loses {loss}.",
+    loss, rule = format_number(puzzle.loss), puzzle.rule
+    learned = [f"Rule of thumb: {rule.text}. Here it says {puzzle.rule_action} and loses {loss}."]
+    if rule.find_belief is not None:
+        belief = rule.find_belief(question.valued_position)
+        assert belief is not None  # the rule chose an action here
+        learned.append(f"The rule acts on the belief {question.format_belief(belief)}.")
+    introduction = tuple(filter(None, [describe_history(position)]))
+    return Exercise(
+        _key_of(puzzle), f"puzzle {puzzle.code}", question, introduction, tuple(learned)
     )
-    introduction = tuple(filter(None, [question.describe_history()]))
-    return Exercise(_key_of(puzzle), f"puzzle {puzzle.code}", question, introduction, learned)

@@ -1,246 +1,332 @@
 """Rules of thumb: plausible ways to choose an action that are sometimes wrong."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from dmplay.agents.base import SeatPolicy
 from dmplay.core import belief as beliefs
-from dmplay.core.arrays import Reals
+from dmplay.core.arrays import Ints, Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.problem import Problem
-from dmplay.core.session import SeatedPolicy
 from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
+from dmplay.problems.shared.hex_hunt import HexHunt
 from dmplay.problems.shared.hexgrid import move_destinations, path_lengths
 from dmplay.registry import agents
 from dmplay.registry.problems import builtin_stem
-from dmplay.tutor.valued_position import ValuedPosition
-
-Chooser = Callable[[], int | None]  # returns None if the rule names no single action
+from dmplay.tutor.game_quantities import own_payoffs
+from dmplay.tutor.valued_position import (
+    MIN_PROBABILITY_DIFFERENCE,
+    ValuedPosition,
+    is_repeated_game_of_user,
+)
 
 
 class RuleOfThumb(NamedTuple):
-    """A rule of thumb; `start` returns a function that follows it in a game."""
+    """A rule of thumb.
+
+    `choose` returns None if the rule does not name exactly one action. `find_belief` returns the
+    belief on which the rule acts, if it is not the player's own.
+    """
 
     text: str  # a phrase such as "throw the farthest"
-    start: Callable[[ValuedPosition], Chooser]
+    choose: Callable[[ValuedPosition], int | None]
+    find_belief: Callable[[ValuedPosition], Reals | None] | None = None
 
 
-# Agents that follow a rule, with the rule in words, by the file name of the problem.
-AGENT_RULES: Mapping[str, Mapping[str, str]] = {
-    "catch": {},
-    "crying_baby": {
-        "feed-when-crying": "feed the baby if it cries, and ignore it if it is quiet",
-    },
-    "machine_replacement": {
-        "always-manufacture": "manufacture, as only that earns money",
-    },
-    "multicaregiver_crying_baby": {
-        "feed-when-crying": "feed the baby if it cries, and ignore it if it is quiet",
-    },
-    "predator_prey": {
-        "chase": "step towards the prey",
-        "flee": "step away from the predator",
-    },
-    "prisoners_dilemma": {
-        "always-cooperate": "cooperate, whatever the other does",
-        "always-defect": "defect, as it pays more in each single round",
-        "tit-for-tat": "do what the other did last",
-        "win-stay-lose-shift": "repeat the action if it paid well, else change it",
-    },
-    "rock_paper_scissors": {
-        "beat-last": "beat the other's last action",
-        "frequency": "reply best to the other's actions so far, counted",
-    },
-    "travelers_dilemma": {
-        "claim": "claim the highest amount",
-        "nash": "claim the amount of the Nash equilibrium, from which nobody gains by changing",
-    },
-}
-QMDP_TEXT = "plan as if the state will be visible from the next turn on (QMDP)"
-
-
-def list_rules(problem: Problem, seat: int) -> list[RuleOfThumb]:
-    """Return the rules of thumb for a seat: those of the problem first, then the general ones."""
-    roster = agents.load_roster(problem, seat).agents
-    texts = dict(AGENT_RULES.get(builtin_stem(problem), {}))
-    if isinstance(problem, PredatorPrey):
-        del texts["flee" if seat in problem.predator_seats else "chase"]
-    if problem.partially_observable and "qmdp" in roster:
-        texts["qmdp"] = QMDP_TEXT
-    rules = [
-        RuleOfThumb(text, _follow_agent(name)) for name, text in texts.items() if name in roster
-    ]
-    if isinstance(problem, HexWorld):
-        rules += [
-            RuleOfThumb("walk straight to the nearest good exit", _walk_to_nearest_exit),
-            RuleOfThumb("walk straight to the richest exit", _walk_to_richest_exit),
-        ]
-    stem = builtin_stem(problem)
-    if stem == "catch":
-        rules.append(RuleOfThumb("throw the farthest, as it pays most", _take_last_action))
-        rules.append(RuleOfThumb("repeat a throw that was caught", _repeat_success))
-    if stem == "travelers_dilemma":
-        rules.append(RuleOfThumb("claim one less than the other's last claim", _undercut))
-    return rules + (_list_general_rules(problem) if len(problem.agents) == 1 else [])
-
-
-def _list_general_rules(problem: Problem) -> list[RuleOfThumb]:
-    """Return the rules of thumb for any problem of one agent."""
-    rules = []
-    if not isinstance(problem, HexWorld):  # its rewards are paid at the exits only
-        rules.append(RuleOfThumb("take the most that this turn alone can pay", _take_best_reward))
+def list_rules(problem: Problem) -> list[RuleOfThumb]:
+    """Return the rules of thumb for a problem: its own ones first, then the general ones."""
+    rules = list(PROBLEM_RULES.get(builtin_stem(problem), []))
+    if isinstance(problem, HexWorld | PredatorPrey):  # most steps have the same reward
+        return [*rules, EXPECT_LIKELIEST]
+    if is_repeated_game_of_user(problem):
+        return [REPLY_TO_COUNTS, REPLY_TO_LAST]
+    if len(problem.agents) > 1:
+        return rules
     if problem.partially_observable:
-        rules.append(RuleOfThumb("act as if the likeliest state were certain", _trust_likeliest))
-        rules.append(RuleOfThumb("act on the last observation alone", _trust_last_observation))
-    else:
-        rules.append(
-            RuleOfThumb("count on the likeliest outcome of each action", _expect_likeliest)
-        )
-    return rules
+        return [*rules, TAKE_BEST_REWARD, TRUST_LIKELIEST, TRUST_LAST_OBSERVATION]
+    return [*rules, TAKE_BEST_REWARD, EXPECT_LIKELIEST]
 
 
-def _follow_agent(name: str) -> Callable[[ValuedPosition], Chooser]:
-    """Return the start of a rule that an agent follows."""
-
-    def start(position: ValuedPosition) -> Chooser:
-        policy = agents.load_agent(position.problem, position.seat, name)
-        follower = SeatedPolicy(position.session, position.seat, policy)
-        return lambda: int(follower.choose())
-
-    return start
+def _choose_always(label: str) -> Callable[[ValuedPosition], int]:
+    """Return the rule that always chooses the action with this label."""
+    return lambda position: position.labels.index(label)
 
 
-def _take_best_reward(position: ValuedPosition) -> Chooser:
+def _take_best_reward(position: ValuedPosition) -> int | None:
     """Choose the action with the greatest expected reward of this turn."""
-    return lambda: _find_single_best(position.compute_rewards())
+    return _find_single_best(position.compute_rewards())
 
 
-def _expect_likeliest(position: ValuedPosition) -> Chooser:
+def _expect_likeliest(position: ValuedPosition) -> int | None:
     """Choose the action whose likeliest outcome is worth most."""
-
-    def choose() -> int | None:
-        values = np.full(len(position.labels), -np.inf)
-        for action in np.flatnonzero(position.legal_actions_mask).tolist():
-            values[action] = position.sum_outcomes(
-                [position.list_outcomes(action)[0]._replace(probability=1.0)]
-            )
-        return _find_single_best(values)
-
-    return choose
+    values = np.full(len(position.labels), -np.inf)
+    for action in np.flatnonzero(position.legal_actions_mask).tolist():
+        outcome = position.find_likeliest_outcome(action)
+        if outcome is None:
+            return None
+        values[action] = position.sum_outcomes([outcome._replace(probability=1.0)])
+    return _find_single_best(values)
 
 
-def _trust_likeliest(position: ValuedPosition) -> Chooser:
+def _trust_likeliest(position: ValuedPosition) -> int | None:
     """Choose the action that is best if the likeliest state is the true one."""
-
-    def choose() -> int | None:
-        (belief,) = position.memory[0]
-        likeliest = _find_single_best(belief)
-        if likeliest is None:
-            return None
-        return _find_best_for_belief(position, np.eye(len(belief))[likeliest])
-
-    return choose if _plans_by_belief(position) else _choose_nothing
+    belief = position.session.view(position.seat).belief
+    likeliest = _find_single_best(belief, MIN_PROBABILITY_DIFFERENCE)
+    if likeliest is None or belief[likeliest] >= 1.0 - MIN_PROBABILITY_DIFFERENCE:
+        return None
+    return _find_best_for_belief(position, np.eye(len(belief))[likeliest])
 
 
-def _trust_last_observation(position: ValuedPosition) -> Chooser:
+def _trust_last_observation(position: ValuedPosition) -> int | None:
     """Choose the action that is best if nothing but the last turn is known."""
-    problem, seat = position.problem, position.seat
-
-    def choose() -> int | None:
-        view = position.session.view(seat)
-        if view.turns_played < 2:
-            return None
-        actions: list[int | None] = [None] * len(problem.agents)
-        observations = list(actions)
-        actions[seat], observations[seat] = int(view.actions[-1]), int(view.observation)
-        uniform = np.full(len(view.belief), 1.0 / len(view.belief))
-        posterior, likelihood = beliefs.update_belief(problem, uniform, actions, observations)
-        return _find_best_for_belief(position, posterior) if likelihood else None
-
-    return choose if _plans_by_belief(position) else _choose_nothing
+    belief = _find_belief_of_last_turn(position)
+    return None if belief is None else _find_best_for_belief(position, belief)
 
 
-def _plans_by_belief(position: ValuedPosition) -> bool:
-    """Return whether the values are those of the belief, as the first array of the memory."""
-    memory, belief = position.memory, position.session.view(position.seat).belief
-    return bool(memory) and memory[0].shape == (1, *belief.shape)
+def _find_belief_of_last_turn(position: ValuedPosition) -> Reals | None:
+    """Return the belief after the last turn if all states were equally likely before it.
 
-
-def _choose_nothing() -> None:
-    """Return None, as the rule does not apply."""
+    Return None if it is the player's own belief.
+    """
+    problem, seat, view = position.problem, position.seat, position.session.view(position.seat)
+    if not view.turns_played:
+        return None
+    actions: list[int | None] = [None] * len(problem.agents)
+    observations = list(actions)
+    actions[seat], observations[seat] = int(view.actions[-1]), int(view.observation)
+    uniform = np.full(len(view.belief), 1.0 / len(view.belief))
+    posterior, likelihood = beliefs.update_belief(problem, uniform, actions, observations)
+    is_own = np.allclose(posterior, view.belief, atol=MIN_PROBABILITY_DIFFERENCE)
+    return None if is_own or not likelihood else posterior
 
 
 def _find_best_for_belief(position: ValuedPosition, belief: Reals) -> int | None:
-    """Return the best action if the belief were this one `[S]`."""
+    """Return the best action if the belief were this one `[S]`.
+
+    Return None if the values are not those of the belief, as the first array of the memory.
+    """
+    if not position.memory or position.memory[0].shape != (1, len(belief)):
+        return None
     values = position.hint_agent.policy.action_values((belief[None], *position.memory[1:]))
     assert values is not None
     return _find_single_best(np.where(position.legal_actions_mask, values[0], -np.inf))
 
 
-def _walk_to_nearest_exit(position: ValuedPosition) -> Chooser:
+def _walk_to_nearest_exit(position: ValuedPosition) -> int | None:
     """Choose the step on the shortest way to the nearest exit with a positive reward."""
     return _walk_to_exit(position, lambda distance, reward: distance)
 
 
-def _walk_to_richest_exit(position: ValuedPosition) -> Chooser:
+def _walk_to_richest_exit(position: ValuedPosition) -> int | None:
     """Choose the step on the shortest way to the exit with the greatest reward."""
     return _walk_to_exit(position, lambda distance, reward: -reward)
 
 
-def _walk_to_exit(position: ValuedPosition, rank_exit: Callable[[float, float], float]) -> Chooser:
+def _walk_to_exit(
+    position: ValuedPosition, rank_exit: Callable[[float, float], float]
+) -> int | None:
     """Choose the step towards the good exit of the lowest rank, if there is only one step."""
     problem = position.problem
     assert isinstance(problem, HexWorld)
     lengths = path_lengths(problem.hexes)
-    destinations = move_destinations(problem.hexes)[:, :, 0]
+    location = int(position.session.state)
     exits = [(problem.hexes.index(hex_), pay) for hex_, pay in problem.rewards if pay > 0]
-
-    def choose() -> int | None:
-        location = int(position.session.state)
-        if not exits or location in [index for index, _ in exits]:
-            return None
-        ranks = [rank_exit(lengths[location, index], pay) for index, pay in exits]
-        goal = _find_single_best(-np.array(ranks, float))
-        if goal is None:
-            return None
-        return _find_single_best(-lengths[destinations[location], exits[goal][0]].astype(float))
-
-    return choose
+    if not exits or location in [index for index, _ in exits]:
+        return None
+    ranks = [rank_exit(lengths[location, index], pay) for index, pay in exits]
+    goal = _find_single_best(-np.array(ranks, float))
+    if goal is None:
+        return None
+    return _find_single_step(position, -lengths[:, exits[goal][0]])
 
 
-def _take_last_action(position: ValuedPosition) -> Chooser:
-    """Choose the last of the actions, such as the farthest throw."""
-    return lambda: len(position.labels) - 1
+def _step_towards_prey(position: ValuedPosition) -> int | None:
+    """Choose the step after which the nearest prey is closer."""
+    return _step_by_distance(position, is_predator=True)
 
 
-def _repeat_success(position: ValuedPosition) -> Chooser:
+def _step_away_from_predator(position: ValuedPosition) -> int | None:
+    """Choose the step after which the nearest predator is farther away."""
+    return _step_by_distance(position, is_predator=False)
+
+
+def _step_by_distance(position: ValuedPosition, *, is_predator: bool) -> int | None:
+    """Choose the only step that brings a predator closer to the prey, or a prey farther away."""
+    problem, state = position.problem, position.session.state
+    assert isinstance(problem, PredatorPrey)
+    others = problem.prey_seats if is_predator else problem.predator_seats
+    if (position.seat in problem.predator_seats) != is_predator:
+        return None
+    distances = path_lengths(problem.hexes)[:, state[list(others)]].min(axis=1)  # [H]
+    return _find_single_step(position, -distances if is_predator else distances)
+
+
+def _find_single_step(position: ValuedPosition, scores: Ints) -> int | None:
+    """Return the direction to a hex with a greater score `[H]`, if only one direction is best."""
+    location, destinations = _list_destinations(position)
+    action = _find_single_best(scores[destinations].astype(float))
+    is_better = action is not None and scores[destinations[action]] > scores[location]
+    return action if is_better else None
+
+
+def hits_wall(position: ValuedPosition, action: int) -> bool:
+    """Return whether an action is a step into a wall, after which the player stays."""
+    if not isinstance(position.problem, HexWorld | HexHunt):
+        return False
+    location, destinations = _list_destinations(position)
+    return bool(destinations[action] == location)
+
+
+def _list_destinations(position: ValuedPosition) -> tuple[int, Ints]:
+    """Return the player's hex, and the hex after a step without a slip in each direction `[6]`."""
+    problem = position.problem
+    assert isinstance(problem, HexWorld | HexHunt)
+    location = int(np.atleast_1d(position.session.state)[position.seat])
+    return location, move_destinations(problem.hexes)[location, :, 0]
+
+
+def _feed_when_crying(position: ValuedPosition) -> int | None:
+    """Choose to feed if the last observation is crying, and to ignore if it is quiet."""
+    sound = _get_last_observation(position)
+    if sound is None:
+        return None
+    return position.labels.index("feed" if sound == "crying" else "ignore")
+
+
+def _repeat_success(position: ValuedPosition) -> int | None:
     """Repeat the last action if the ball was caught, which is the last observation."""
-
-    def choose() -> int | None:
-        view = position.session.view(position.seat)
-        if not view.turns_played:
-            return None
-        observation = position.problem.observations[position.seat]
-        is_caught = observation.format_observation(view.observation) == "caught"
-        return int(view.actions[-1]) if is_caught else None
-
-    return choose
+    is_caught = _get_last_observation(position) == "caught"
+    return int(position.session.view(position.seat).actions[-1]) if is_caught else None
 
 
-def _undercut(position: ValuedPosition) -> Chooser:
-    """Choose the action just below the other agent's last one."""
-
-    def choose() -> int | None:
-        turns = position.session.turns
-        last_claim = int(turns[-1].actions[1 - position.seat]) if turns else 0
-        return last_claim - 1 if last_claim else None
-
-    return choose
+def _get_last_observation(position: ValuedPosition) -> str | None:
+    """Return the label of the last observation; None before the first turn."""
+    view = position.session.view(position.seat)
+    if not view.turns_played:
+        return None
+    return position.problem.observations[position.seat].format_observation(view.observation)
 
 
-def _find_single_best(values: Reals) -> int | None:
+def _get_last_actions(position: ValuedPosition) -> tuple[int, int] | None:
+    """Return the player's and the other agent's last action; None in the first round."""
+    if not position.session.turns:
+        return None
+    actions = position.session.turns[-1].actions
+    return int(actions[position.seat]), int(actions[1 - position.seat])
+
+
+def _copy_last(position: ValuedPosition) -> int | None:
+    """Choose the other agent's last action."""
+    last = _get_last_actions(position)
+    return None if last is None else last[1]
+
+
+def _win_stay_lose_shift(position: ValuedPosition) -> int | None:
+    """Repeat the last action if the other agent cooperated, else change it."""
+    last = _get_last_actions(position)
+    if last is None:
+        return None
+    has_cooperated = position.labels[last[1]] == "cooperate"
+    return last[0] if has_cooperated else 1 - last[0]
+
+
+def _reply_to_last(position: ValuedPosition) -> int | None:
+    """Choose the best reply to the other agent's last action."""
+    last = _get_last_actions(position)
+    if last is None:
+        return None
+    return _find_single_best(own_payoffs(position.position)[:, last[1]])
+
+
+def _undercut(position: ValuedPosition) -> int | None:
+    """Choose the claim below the other agent's last one, if there is one."""
+    last = _get_last_actions(position)
+    return last[1] - 1 if last is not None and last[1] else None
+
+
+def _reply_to_counts(position: ValuedPosition) -> int | None:
+    """Choose the best reply to how often the other agent chose each action, from two rounds on."""
+    payoffs, turns = own_payoffs(position.position), position.session.turns
+    replies = [int(turn.actions[1 - position.seat]) for turn in turns]
+    return _find_single_best(payoffs[:, replies].sum(axis=1)) if len(replies) > 1 else None
+
+
+def _play_pure_equilibrium(position: ValuedPosition) -> int | None:
+    """Choose the action of the Nash equilibrium, if it is not mixed."""
+    nash = agents.load_agent(position.problem, position.seat, "nash")
+    assert isinstance(nash, SeatPolicy)
+    probabilities = nash.choice_probabilities(nash.initial_memory(position.session.state[None]))
+    assert probabilities is not None
+    is_mixed = probabilities.max() < 1.0 - MIN_PROBABILITY_DIFFERENCE
+    return None if is_mixed else int(np.argmax(probabilities))
+
+
+def _find_single_best(values: Reals, tolerance: float = VALUE_TOLERANCE) -> int | None:
     """Return the index of the greatest value; None if there are several."""
-    (best,) = np.nonzero(values >= values.max() - VALUE_TOLERANCE)
+    (best,) = np.nonzero(values >= values.max() - tolerance)
     return int(best[0]) if len(best) == 1 else None
+
+
+TAKE_BEST_REWARD = RuleOfThumb(
+    "take the greatest expected reward of this turn, and leave later turns aside",
+    _take_best_reward,
+)
+TRUST_LIKELIEST = RuleOfThumb("act as if the likeliest hidden state were certain", _trust_likeliest)
+TRUST_LAST_OBSERVATION = RuleOfThumb(
+    "act on the last turn alone, as if all states had been equally likely before it",
+    _trust_last_observation,
+    _find_belief_of_last_turn,
+)
+EXPECT_LIKELIEST = RuleOfThumb("count on the likeliest outcome of each action", _expect_likeliest)
+FEED_WHEN_CRYING = RuleOfThumb(
+    "feed the baby after crying, and ignore it after quiet", _feed_when_crying
+)
+REPLY_TO_LAST = RuleOfThumb("reply best to the other's last action", _reply_to_last)
+REPLY_TO_COUNTS = RuleOfThumb(
+    "reply best to how often the other chose each action", _reply_to_counts
+)
+# By the file name of the problem.
+PROBLEM_RULES: Mapping[str, Sequence[RuleOfThumb]] = {
+    "catch": [
+        RuleOfThumb("throw the farthest, as it pays most", _choose_always("100")),
+        RuleOfThumb("repeat the last throw if it was caught", _repeat_success),
+    ],
+    "crying_baby": [FEED_WHEN_CRYING],
+    "hexworld": [
+        RuleOfThumb("walk straight to the nearest good exit", _walk_to_nearest_exit),
+        RuleOfThumb("walk straight to the richest exit", _walk_to_richest_exit),
+    ],
+    "machine_replacement": [
+        RuleOfThumb("manufacture, as it earns most", _choose_always("manufacture")),
+    ],
+    "multicaregiver_crying_baby": [FEED_WHEN_CRYING],
+    "predator_prey": [
+        RuleOfThumb("step towards the prey", _step_towards_prey),
+        RuleOfThumb("step away from the predator", _step_away_from_predator),
+    ],
+    "prisoners_dilemma": [
+        RuleOfThumb("do what the other did last", _copy_last),
+        RuleOfThumb(
+            "repeat your last action if the other cooperated, else change it "
+            "(win-stay, lose-shift)",
+            _win_stay_lose_shift,
+        ),
+        RuleOfThumb("cooperate, whatever the other does", _choose_always("cooperate")),
+        RuleOfThumb("defect, as it pays more in each single round", _choose_always("defect")),
+    ],
+    "rock_paper_scissors": [
+        REPLY_TO_COUNTS,
+        RuleOfThumb("beat the other's last action", _reply_to_last),
+    ],
+    "travelers_dilemma": [
+        RuleOfThumb("claim one less than the other's last claim", _undercut),
+        RuleOfThumb("claim the highest amount", _choose_always("100")),
+        RuleOfThumb(
+            "play the Nash equilibrium, from which no agent gains by a change of its own",
+            _play_pure_equilibrium,
+        ),
+    ],
+}

@@ -6,15 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
+from dmplay.agents.base import EXACT_VALUES, AdviceQuestion, SeatPolicy
+from dmplay.agents.repeated_game_planning import RepeatedGamePlan
 from dmplay.core.arrays import Array, Bools, Ints, Reals
 from dmplay.core.policy import Memory
-from dmplay.core.problem import Outcome, build_percept, enumerate_possible_outcomes
+from dmplay.core.problem import Outcome, Problem, build_percept, enumerate_possible_outcomes
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 from dmplay.problems.shared.hex_hunt import HexHunt
 from dmplay.registry import agents
+from dmplay.registry.problems import builtin_stem
 from dmplay.tutor.positions import PositionInGame
+
+MIN_PROBABILITY_DIFFERENCE = 1e-6  # probabilities that differ by less are equal
 
 
 class ActionOutcome(NamedTuple):
@@ -87,16 +91,32 @@ class ValuedPosition:
 
         Events that the player cannot tell apart are one outcome.
         """
+        arrays = self._enumerate_events(action)
+        outcomes = [
+            self._summarize_events(text, events, *arrays)
+            for text, events in self._group_events(*arrays).items()
+        ]
+        return sorted(outcomes, key=lambda item: -item.probability)
+
+    def find_likeliest_outcome(self, action: int) -> ActionOutcome | None:
+        """Return the likeliest outcome of an action; None if several are equally likely."""
         weights, joint_actions, outcome = self._enumerate_events(action)
+        groups = self._group_events(weights, joint_actions, outcome)
+        probabilities = {text: weights[events].sum() for text, events in groups.items()}
+        text, *others = sorted(probabilities, key=lambda text: -probabilities[text])
+        if others and probabilities[text] - probabilities[others[0]] < MIN_PROBABILITY_DIFFERENCE:
+            return None
+        return self._summarize_events(text, groups[text], weights, joint_actions, outcome)
+
+    def _group_events(
+        self, weights: Reals, joint_actions: Array, outcome: Outcome
+    ) -> dict[str, Ints]:
+        """Return the indices of the events by the part of them that the player perceives."""
         events_by_text: dict[str, list[int]] = {}
         for event in range(len(weights)):
             text = self._describe_event(joint_actions[event], outcome, event)
             events_by_text.setdefault(text, []).append(event)
-        outcomes = [
-            self._summarize_events(text, np.array(events), weights, joint_actions, outcome)
-            for text, events in events_by_text.items()
-        ]
-        return sorted(outcomes, key=lambda item: -item.probability)
+        return {text: np.array(events) for text, events in events_by_text.items()}
 
     def _enumerate_events(self, action: int) -> tuple[Reals, Array, Outcome]:
         """Return the events after an action: probabilities `[N]`, joint actions and outcomes.
@@ -188,6 +208,38 @@ def find_exact_agent(session: Session, question: AdviceQuestion) -> agents.HintA
     if problem.partially_observable and not session.has_visible_beliefs:
         return None
     agent = agents.find_hint_provider(problem, question)
-    if agent is None or agent.policy.values_name != EXACT_VALUES:
-        return None
-    return agent if agent.has_exact_regrets and not agent.assumed_players else None
+    return agent if agent is not None and _is_exact(agent) else None
+
+
+def find_puzzle_agent(session: Session, question: AdviceQuestion) -> agents.HintAgent | None:
+    """Return the agent with the exact values of a puzzle; None if there is none.
+
+    The hints of a user's repeated game are estimates, but a plan of its rounds is exact.
+    """
+    if not is_repeated_game_of_user(session.problem):
+        return find_exact_agent(session, question)
+    plan = _plan_rounds(session.problem, question)
+    return plan if _is_exact(plan) else None
+
+
+def _is_exact(agent: agents.HintAgent) -> bool:
+    """Return whether the values of an agent are exact in the game of its question."""
+    is_exact = agent.policy.values_name == EXACT_VALUES and agent.has_exact_regrets
+    return is_exact and not agent.assumed_players
+
+
+def is_repeated_game_of_user(problem: Problem) -> bool:
+    """Return whether a problem is a user-defined game of two with one state, as in .nfg files."""
+    return problem.state_count == 1 and len(problem.agents) == 2 and not builtin_stem(problem)
+
+
+def _plan_rounds(problem: Problem, question: AdviceQuestion) -> agents.HintAgent:
+    """Return the plan of the rounds of a user's repeated game against the agent that plays it."""
+
+    def load_opponent(seat: int, name: str) -> SeatPolicy | None:
+        """Return the agent of a seat; None if its choices cannot be predicted."""
+        policy = agents.load_agent(problem, seat, name)
+        return policy if isinstance(policy, SeatPolicy) else None
+
+    plan = RepeatedGamePlan(problem, question.seat).with_policy_lookup(load_opponent)
+    return agents.HintAgent("plan-rounds", plan.adapt_to_game(question), question)

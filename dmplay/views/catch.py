@@ -325,6 +325,12 @@ def lesson(view: View[Catch]) -> Lesson:
         f"A throw is free but uses {limit}; each catch or drop is a clue to the catcher's skill",
         "60",
         "with a skill of {} m",
+        "skill {} m",
+        (
+            "With a skill of s metres, a throw of d metres is caught with probability "
+            f"1 / (1 + exp((d - s) / {view.problem.falloff:g}))",
+            "The skill never changes",
+        ),
     )
 
 

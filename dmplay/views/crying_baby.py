@@ -260,7 +260,28 @@ def lesson(view: View[CaregiverProblem]) -> Lesson:
         f"{feeding}, singing {singing}, ignoring {ignoring}",
         "feed",
         "with a baby that is {}",
+        chances=tuple(_describe_chances(view)),
     )
+
+
+def _describe_chances(view: View[CaregiverProblem]) -> Iterator[str]:
+    """Yield sentences with the probabilities of hunger and of crying."""
+    problem = view.problem
+    is_single_agent = len(problem.agents) == 1
+    if not is_single_agent:
+        yield "You pay for your own actions only, and each caregiver can feed the baby"
+    yield (
+        f"An unfed sated baby gets hungry in a turn with probability {problem.becomes_hungry:g}, "
+        "and a hungry one stays hungry until it is fed"
+    )
+    chances = {
+        "hungry": (problem.cries_hungry, problem.cries_hungry_sung),
+        "sated": (problem.cries_sated, problem.cries_sated_sung),
+    }
+    singer = "you sing" if is_single_agent else "a caregiver sings"
+    for state, (without_song, with_song) in chances.items():
+        song = f", or {with_song:g} if {singer}" if with_song != without_song else ""
+        yield f"A baby that is {state} after the turn cries with probability {without_song:g}{song}"
 
 
 def _is_song_informative(problem: CaregiverProblem) -> bool:

@@ -174,6 +174,7 @@ def lesson(view: View[HexWorld]) -> Lesson:
         "on an exit, any action collects its reward and ends the game",
         f"A step is free, a bump into a wall {cost}, and {slips}",
         example_start="from hex {}",
+        chances=hexgrid.describe_slips(problem.slip),
     )
 
 

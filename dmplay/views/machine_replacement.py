@@ -323,12 +323,30 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
         f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
         "examine",
         "with {} failed parts",
+        "{} failed",
+        _describe_chances(view.problem),
+    )
+
+
+def _describe_chances(problem: MachineReplacement) -> tuple[str, ...]:
+    """Return the probabilities of failures in a turn, and of a defective product."""
+    wear = problem.tables.transition[:, 0]
+    (_, one_of_two, both), (_, _, last) = wear[:2]
+    clues = problem.tables.observation_model[problem.actions[0].labels.index("examine"), :, 1]
+    return (
+        f"In a turn of manufacture or examine, two working parts become one with probability "
+        f"{one_of_two:g} and none with {both:g}",
+        f"If one part works, it fails with probability {last:g}; interrupt and replace always "
+        "lead to 0 failed",
+        "After such a turn, examine sees a defective product with probability "
+        f"{', '.join(f'{p:g}' for p in clues)} with 0, 1 or 2 failed",
+        "The other actions always see a nondefective one",
     )
 
 
 def _format_rewards_by_failures(rewards: Reals) -> str:
     """Return the rewards for 0, 1 and 2 failed parts as text, once if they are equal."""
-    texts = [f"{pay:.3g}" for pay in rewards]
+    texts = [f"{pay:.4g}" for pay in rewards]
     return texts[0] if len(set(texts)) == 1 else ", ".join(texts)
 
 

@@ -266,7 +266,11 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
     glyph = get_agent_glyph(problem, view.seat)
     name = f"{problem.agents[view.seat]}, @ or {glyph} on the map"
     start = f"with {', '.join(problem.agents)} at {{}}"
-    role = f"You are {name}; all agents see each other and move one hex at the same time"
+    role = (
+        f"You are {name}; all agents see each other, move one hex at the same time, and can swap "
+        "hexes"
+    )
+    chances = hexgrid.describe_slips(problem.slip)
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
         objective = (
@@ -274,13 +278,13 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
             f"stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
         costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
-        return Lesson(role, objective, costs, example_start=start)
+        return Lesson(role, objective, costs, example_start=start, chances=chances)
     objective = "You want to avoid the hexes of predators"
     costs = (
         "A turn that begins on the hex of a predator costs you "
         f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
     )
-    return Lesson(role, objective, f"{costs}, and {slips}", example_start=start)
+    return Lesson(role, objective, f"{costs}, and {slips}", example_start=start, chances=chances)
 
 
 def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:

@@ -78,6 +78,8 @@ class Lesson(NamedTuple):
     costs: str  # the cost of each action, and the part of chance
     example_action: str = ""  # the example action; '' for any
     example_start: str = ""  # a phrase with {} for the state before it; '' for a general one
+    state_name: str = "{}"  # the name of a hidden state in a belief, with {} for its text
+    chances: tuple[str, ...] = ()  # sentences with the probabilities, for exact computations
 
 
 class ViewModule(Protocol):

@@ -62,7 +62,8 @@ def lesson(view: View[TravelersDilemma]) -> Lesson:
     """Return the three sentences that introduce the problem: role, objective and payments."""
     you, other = (view.problem.agents[seat] for seat in (view.seat, 1 - view.seat))
     return Lesson(
-        f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} dollars at the same time as {other}",
+        f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars, at the same time as "
+        f"{other}",
         f"You want a claim that is high, but lower than that of {other}",
         f"Both get the lower claim; the lower claimant gets {BONUS_DOLLARS:g} more and the higher "
         f"{BONUS_DOLLARS:g} less; if the claims are equal, each gets its claim",

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 import dmplay
-from dmplay.agents._repeated_game_planning import RepeatedGamePlan
-from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.agents.base import AdviceQuestion, SeatPolicy
+from dmplay.agents.repeated_game_planning import RepeatedGamePlan
+from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES
 from dmplay.core.policy import Policy
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.hint_provider import HintProvider

@@ -287,7 +287,7 @@ def test_leaving_names_the_command_that_resumes_the_game(
     options: dict[str, object], command: str
 ) -> None:
     Path("mine.py").write_text(
-        "from dmplay.agents._repeated_game_rules import REPEATED_GAME_RULES\n\n"
+        "from dmplay.agents.repeated_game_rules import REPEATED_GAME_RULES\n\n"
         "Mine = REPEATED_GAME_RULES['grim']\n"
     )
     controller = start_assigned_game(**options)

@@ -1,6 +1,7 @@
 """A dialog in lines: questions, answers, and the board of a position."""
 
 import shutil
+from collections.abc import Sequence
 from textwrap import wrap
 from typing import TextIO
 
@@ -52,14 +53,18 @@ class LineDialog:
         self._terminal = terminal
         self._stdin = CountedInput(stdin)
 
-    def _print_board(self, position: PositionInGame) -> None:
-        """Print the board at a position, or the situation in words."""
+    def _print_board(
+        self, position: PositionInGame, situation: Sequence[str] | None = None
+    ) -> None:
+        """Print the board at a position, or the situation in words, by default the narrator's."""
         players = position.question.players
         keyboard = Keyboard(position.problem, [position.seat], DEFAULT_KEY_PREFERENCES)
         game = Game(position.problem_name, position.session, players, keyboard)
         board = game.draw_board(self._board_options) if self._terminal.full_screen else None
         if board is None or isinstance(board, TooSmallNotice):
-            self._print(*game.picture_rows(), game.narrator.describe_situation(game.snapshot()))
+            if situation is None:
+                situation = [game.narrator.describe_situation(game.snapshot())]
+            self._print(*game.picture_rows(), *situation)
         else:
             print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
 

@@ -117,8 +117,9 @@ class QuestionDialog(LineDialog):
 
     def _print_exercise_board(self, exercise: Exercise) -> None:
         """Print the board, unless it shows a belief, which is part of the solution."""
-        if exercise.question.shows_board:
-            self._print_board(exercise.question.position)
+        question = exercise.question
+        if question.shows_board:
+            self._print_board(question.position, question.describe_situation())
 
     def print_lines(self, *lines: str) -> None:
         """Print lines as the dialog prints its own."""

@@ -295,6 +295,30 @@ def format_move_condition(forecast: Forecast) -> str:
     return format_condition(forecast, f"go {DIRECTIONS[int(forecast.action)].upper()}")
 
 
+def describe_slips(slip: float) -> tuple[str, ...]:
+    """Return a sentence with the probability of each slip, without its full stop; () if none."""
+    if not slip:
+        return ()
+    return (
+        f"A step slips to each of the two directions beside it with probability {slip / 2:g}; "
+        "NE, for example, slips to E or NW",
+    )
+
+
+def describe_map(hexes: Sequence[Hex]) -> list[str]:
+    """Return the hexes of a map in sentences, row by row from the north."""
+    rows: dict[int, list[int]] = {}
+    for q, r in sorted(hexes, key=lambda hex_: (-hex_[1], hex_[0])):
+        rows.setdefault(r, []).append(q)
+    listed = "; ".join(f"r = {r}: q = {', '.join(map(str, row))}" for r, row in rows.items())
+    return [
+        "A hex is (q,r). Its neighbours are E (q+1,r), NE (q,r+1), NW (q-1,r+1), W (q-1,r), "
+        "SW (q,r-1) and SE (q+1,r-1).",
+        f"The hexes of the map are {listed}. All others are walls: "
+        "an agent that steps into one stays.",
+    ]
+
+
 def describe_neighbours(
     hexes: Sequence[Hex], position: Hex, describe_hex: Callable[[Hex], str]
 ) -> list[str]:

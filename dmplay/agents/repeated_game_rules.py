@@ -23,7 +23,7 @@ class CooperateDefectRule(RepeatedGameRule):
     """A rule whose actions are to cooperate and to defect."""
 
     @cached_property
-    def _cooperative_actions(self) -> Ints:
+    def cooperative_actions(self) -> Ints:
         """The cooperative action of each seat, `[2]`."""
         payoffs = bimatrix_game.build_payoffs(self.problem)
         return np.array([self._find_cooperative_action(seat, payoffs) for seat in range(2)])
@@ -49,13 +49,13 @@ class CooperateDefectRule(RepeatedGameRule):
         assert percept.actions is not None
         seats = self.seat, 1 - self.seat
         own_actions, opponent_actions = (
-            percept.actions[:, seat] ^ self._cooperative_actions[seat] for seat in seats
+            percept.actions[:, seat] ^ self.cooperative_actions[seat] for seat in seats
         )
         return (self.learn_round(memory[0], own_actions, opponent_actions),)
 
     def choose(self, memory: Memory, legal: Bools | None, u: Reals) -> Array:
         """Return the actions that the rule prescribes."""
-        return np.asarray(self.act(memory[0], u) ^ self._cooperative_actions[self.seat])
+        return np.asarray(self.act(memory[0], u) ^ self.cooperative_actions[self.seat])
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ class GenerousTitForTat(TitForTat):
         """Return the probability of each action: a defection may be forgiven."""
         defects = memory[0] * (1.0 - self.forgiveness)
         by_rule = np.stack([1.0 - defects, defects], axis=1)
-        is_swapped = self._cooperative_actions[self.seat] == 1
+        is_swapped = self.cooperative_actions[self.seat] == 1
         return by_rule[:, ::-1] if is_swapped else by_rule
 
     def act(self, memory: Ints, u: Reals) -> Ints:
