@@ -124,7 +124,7 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
         if not rounds or position.problem.state_count != 1:
             return sentence
         last = rounds[-1].split()[position.seat]
-        payoff = _opponent_payoffs(position)[_index(position, last), labels.index(answer)]
+        payoff = opponent_payoffs(position)[_index(position, last), labels.index(answer)]
         earned = format_number(float(payoff))
         return f"{sentence}. Against your last action, {answer} would earn it {earned}"
 
