@@ -96,7 +96,7 @@ the belief assumes that caregiver1 acts at random""",
             regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
         ),
         r"""
-saw  nondefective                            0 failed
+saw  nothing (not examined)                  0 failed
                                                  .
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \

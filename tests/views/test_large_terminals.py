@@ -76,7 +76,7 @@ def test_large_terminals_have_at_most_half_empty_rows(name: str) -> None:
 
 def test_machine_replacement_draws_a_larger_triangle_on_a_large_terminal() -> None:
     large = draw(make_game("machine-replacement"), 200, 60, "m", "m")
-    assert "d defective, n nondefective" in large
+    assert "d defective, n nondefective, · none" in large
     assert "─" * 81 in large
     assert "─" * 24 not in draw(make_game("machine-replacement"), 80, 24, "m", "m")
 
