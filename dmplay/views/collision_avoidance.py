@@ -354,9 +354,9 @@ def _describe_pass(view: View[CollisionAvoidance]) -> str:
 
 
 def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
-    """Describe the miss distance as passed or predicted, above or below."""
+    """Describe the miss distance as passed, or at the current rate without gusts."""
     verb, side = (
-        "passed" if has_passed_intruder(view) else "will pass",
+        "passed" if has_passed_intruder(view) else "at this rate",
         "below" if predict_miss_distance(view) < 0 else "above",
     )
     return f"{verb} {abs(predict_miss_distance(view)):.0f} m {side}"

@@ -26,7 +26,7 @@ def make_collided_game() -> Session:
     )
 
 
-CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
+CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
 
 
 @pytest.mark.parametrize(
@@ -84,7 +84,7 @@ FRAMES = {
  -100                                   ∘
      40s       30s       20s       10s       0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in ascii": (
         make_advised_game().view(0),
@@ -105,7 +105,7 @@ will pass 127 m below A: clear""",
  -100                                   o
      40s       30s       20s       10s       0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in a small room": (
         make_advised_game().view(0),
@@ -118,7 +118,7 @@ will pass 127 m below A: clear""",
  -100                         ∘ ∘
      40s     30s     20s    10s     0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in a small room in ascii": (
         make_advised_game().view(0),
@@ -131,7 +131,7 @@ will pass 127 m below A: clear""",
  -100                         o o
      40s     30s     20s    10s     0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter after a collision": (
         make_collided_game().view(0),
