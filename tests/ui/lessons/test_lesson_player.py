@@ -80,7 +80,7 @@ def test_a_finished_lesson_that_is_left_starts_again(tmp_path: Path) -> None:
 def test_a_question_about_another_state_has_no_board(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "learn", "13", stdin="look\n")
     text = result.stdout.partition("this question has no board.")[2]
-    assert "In the state 60 0 0 20" in " ".join(text.splitlines())
+    assert "You are at height 52 with rate 0" in " ".join(text.splitlines())
     assert "40" not in text.partition("answer>")[0]  # the seconds at the start of the game
 
 
@@ -205,6 +205,26 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.until("value-iteration on hexworld:straight-line")
         terminal.press("q")
         terminal.until("step 3 of 4.")
+
+
+@pytest.mark.slow
+def test_an_algorithm_is_watched_before_the_answer(tmp_path: Path) -> None:
+    with Terminal("learn", "alpha-vectors", folder=tmp_path) as terminal:
+        terminal.until("watch draws alpha-vectors step by step")
+        terminal.press("watch\r")
+        terminal.until("1 turn: plans")
+        terminal.press("q")
+        terminal.until("What is plan A worth")
+        terminal.press("-9\r")
+        terminal.until("step 2 of 4.")
+
+
+def test_a_pipe_prints_the_command_of_an_algorithm_to_watch(tmp_path: Path) -> None:
+    script = "watch\n-9\n0.506\n0.283\nwatch\n"
+    result = run_dmplay(tmp_path, "learn", "alpha-vectors", stdin=script)
+    assert result.stdout.count("to watch: dmplay watch alpha-vectors crying-baby") == 4
+    expected = "error: line 5: watch: this question has no picture to watch before the answer\n"
+    assert (result.returncode, result.stderr) == (2, expected)
 
 
 @pytest.mark.slow
