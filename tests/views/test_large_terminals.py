@@ -122,7 +122,7 @@ def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool
 @pytest.mark.parametrize(
     ("size", "legend"),
     [
-        ((200, 60), "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑"),
+        ((200, 60), "left of ◆: past advisories; right of ◆: paths in calm air if you always"),
         ((80, 24), "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision"),
     ],
 )
