@@ -165,7 +165,7 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
         values = q[typed - 1]
         value, best = (format_number(float(v)) for v in (values[index], values.max()))
         is_best = values[index] >= values.max() - VALUE_TOLERANCE
-        comparison = "and is already best" if is_best else f"and another action {best}"
+        comparison = "and is already best" if is_best else f"and another action is worth {best}"
         return f"with {format_count(typed, 'turn')} left, {action} is worth {value}, {comparison}"
 
     return Truth(float(turns), explain)
@@ -198,9 +198,8 @@ def describe_implied_prior(
     observed = history[-1].rpartition(" ")[2]
     if not np.ptp(likelihoods):
         same = format_number(float(likelihoods[0]))
-        return (
-            f"{observed!r} has probability {same} in each state, so only the state's changes count"
-        )
+        observed = f"what you observed has probability {same} in each state"
+        return f"{observed}; only changes of the state count"
     others = np.arange(len(predicted)) != index
     weight = float(predicted[others].sum())
     own_likelihood = float(likelihoods[index])

@@ -115,9 +115,11 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "hungry 0.5 sated 0.5", "singing loses 2.446"),
     ),
     "when-to-look": (
-        WrongAnswer(1, "0.9", "'nondefective' has probability 1 in each state"),
+        WrongAnswer(1, "0.9", "only changes of the state count"),
         WrongAnswer(2, "0.5 0 0.5", "examine loses 0.039"),
-        WrongAnswer(3, "2", "With 2 turns left, replace is worth -1.098, and another action 0.5"),
+        WrongAnswer(
+            3, "2", "With 2 turns left, replace is worth -1.098, and another action is worth 0.5"
+        ),
     ),
     "collision-course": (
         WrongAnswer(1, "0.25", "the height at the pass is 52 m on average, from 46 to 58 m"),

@@ -214,7 +214,11 @@ def test_a_game_is_passed_by_plays_that_follow_its_idea(
     ("name", "step", "games"),
     [
         ("momentum", 2, ["220*right", "220*left", "220*coast"]),
-        ("momentum", 3, ["220*right", "30*right 50*left 60*right", "36*right 36*left 60*right 90*left"]),
+        (
+            "momentum",
+            3,
+            ["220*right", "30*right 50*left 60*right", "36*right 36*left 60*right 90*left"],
+        ),
         ("push-to-zero", 2, ["10*0", "10*-0.27", "10*0.1"]),
         ("how-good-is-the-catcher", 4, [f"10*{throw}" for throw in range(10, 101, 10)]),
         ("bayes-at-the-cradle", 4, ["10*feed", "10*ignore", "10*sing"]),

@@ -214,7 +214,7 @@ def test_an_observation_that_is_equally_likely_in_all_states_changes_no_belief()
     truth = compute_truth(machine, QuantityCall("belief", arguments))
     assert truth.value == pytest.approx(0.9**6)
     assert truth.explain("0.9") == (
-        "'nondefective' has probability 1 in each state, so only the state's changes count"
+        "what you observed has probability 1 in each state; only changes of the state count"
     )
 
 
