@@ -112,7 +112,7 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
         self._print_heading(f"{number}.")
-        self._print(*step.text)
+        self._print_paragraph(step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
@@ -183,7 +183,8 @@ class LessonPlayer(LineDialog):
         if not self._terminal.full_screen:
             return TutorReply((format_watch_command(task.watch, self._run.position),))
         self._watch(task.watch, self._run.position)
-        return TutorReply(self._run.step.text)
+        self._print_paragraph(self._run.step.text)
+        return TutorReply(())
 
     def _show_question(self) -> TutorReply:
         """Print the board of the question again; without one, its text.
@@ -194,7 +195,9 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
             return TutorReply(())
-        return TutorReply(("this question has no board.", *step.text))
+        self._print("this question has no board.")
+        self._print_paragraph(step.text)
+        return TutorReply(())
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""

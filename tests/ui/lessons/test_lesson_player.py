@@ -247,3 +247,12 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
         terminal.press("w\r")
         terminal.until("Try again; hint gives you a hint.")
         assert "worth -10 and has" in terminal.text.replace("\n", " ")
+
+
+@pytest.mark.slow
+def test_the_text_of_a_step_is_one_paragraph_on_a_narrow_terminal(tmp_path: Path) -> None:
+    with Terminal("learn", "9", folder=tmp_path, size=(50, 14)) as terminal:
+        terminal.until("answer>")
+        rows = [row.rstrip() for row in terminal.text.splitlines()]
+        first = rows.index("A catcher has the skill 20, 40, 60 or 80, each")
+        assert rows[first + 1] == "with probability 0.25. With these skills, a throw"
