@@ -38,8 +38,10 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
     Without names, there is one number for each label, in their order.
     """
     words = split_labels(text.replace("=", " ").replace(": ", " "))
-    known = {_strip_parentheses(label) for label in labels}
-    has_names = not len(words) % 2 and all(_strip_parentheses(word) in known for word in words[::2])
+    label_forms = {_strip_parentheses(label) for label in labels}
+    has_names = not len(words) % 2 and all(
+        _strip_parentheses(word) in label_forms for word in words[::2]
+    )
     if len(words) == len(labels) and not has_names:
         words = [word for pair in zip(labels, words, strict=True) for word in pair]
     if len(words) % 2 or not words:
@@ -54,7 +56,7 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
 
 
 def describe_distribution(labels: tuple[str, ...]) -> str:
-    """Return how probabilities of labels can be typed."""
+    """Return the form in which probabilities of labels can be typed."""
     if len(labels) > MAX_ORDERED_LABELS:
         return "pairs of a name and a number"
     names = f"{', '.join(labels[:-1])} and {labels[-1]}"

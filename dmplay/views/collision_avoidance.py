@@ -330,7 +330,7 @@ def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
         f"◆ {format_signed_fixed(h, 0)} "
         f"m  {format_signed_fixed(dh, 1)} "
         f"m/s  {seconds_left:g} s left "
-        f" {_get_current_advisory(view)}"
+        f" {_get_current_advisory(view).replace('none', 'no advisory')}"
     )
 
 

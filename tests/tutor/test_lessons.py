@@ -314,7 +314,7 @@ def test_the_throw_that_pays_most_now_does_not_pass_the_game_with_a_sharp_limit(
 
 def test_the_agent_threshold_repairs_twice_and_the_best_play_once() -> None:
     def count_repairs(agent: str) -> int:
-        """Return how often an agent repairs in the game of the lesson."""
+        """Return the number of repairs of an agent in the game of the lesson."""
         ghost = play_ghost(LessonRun(LESSONS["when-to-look"], 3).position, agent)
         return sum(int(turn.actions[0]) == 2 for turn in ghost.session.turns)
 
