@@ -320,7 +320,7 @@ def test_the_agent_threshold_repairs_twice_and_the_best_play_once() -> None:
 
     assert (count_repairs("threshold"), count_repairs("optimal")) == (2, 1)
     learned = LESSONS["when-to-look"].steps[3].learned
-    assert learned.startswith("A fixed threshold repairs twice here")
+    assert learned.startswith("The agent threshold repairs twice here")
 
 
 def test_the_values_of_plans_in_the_text_are_those_of_the_baby() -> None:
