@@ -212,7 +212,7 @@ def _describe_pruning(
         sentences = [
             f"Removed: {dominated_count:,} of {format_count(len(dominated), 'plan', ',')}; at each "
             f"belief, {kept_plans} is at least as good.",
-            "This also holds after each observation, so longer plans need no removed plan.",
+            "This also holds after each observation, so longer plans never need a removed one.",
         ]
     return [
         *sentences,

@@ -256,7 +256,9 @@ def furthest_number(position: PositionInGame, action: str, turns: int, component
             break
         numbers.append(float(session.advance([index]).state[component - 1]))
     turn = int(np.argmax(numbers)) + 1
-    return Truth(max(numbers), lambda _: f"the largest one comes after {turn} turns")
+    return Truth(
+        max(numbers), lambda _: f"the greatest one is reached after {turn} of {len(numbers)} turns"
+    )
 
 
 def state_after_undo(position: PositionInGame, action: str) -> Truth:

@@ -11,6 +11,7 @@ from dmplay.tutor.quantity import compute_truth, find_quantity
 from dmplay.tutor.state_quantities import format_briefly
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import (
+    describe_distribution,
     find_label,
     parse_distribution,
     parse_number,
@@ -40,13 +41,7 @@ def describe_expected_answer(
 ) -> str:
     """Return the kind of answer to type, for example `a number` or `e, ne, nw, w, sw or se`."""
     if truth is None:
-        parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
-        annotation = parameters[prediction.asks].annotation
-        if prediction.asks == "action":
-            return _list_labels(position.problem.actions[position.seat].labels)
-        if prediction.asks == "state":
-            return f"a state, such as {format_briefly(position, position.session.state)}"
-        return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
+        return _describe_expected_argument(position, prediction)
     if isinstance(truth.value, Mapping):
         example = truth.labels[: min(2, len(truth.labels))]
         pairs = " ".join(f"{label} 0.5" for label in example)
@@ -54,6 +49,20 @@ def describe_expected_answer(
     if isinstance(truth.value, tuple):
         return f"the names {' '.join(sorted(truth.labels))} in the right order"
     return _list_labels(truth.labels) if isinstance(truth.value, frozenset) else "a number"
+
+
+def _describe_expected_argument(position: PositionInGame, prediction: Prediction) -> str:
+    """Return the kind of argument of the quantity to type."""
+    parameters = inspect.signature(find_quantity(prediction.quantity.name)).parameters
+    annotation = parameters[prediction.asks].annotation
+    if prediction.asks == "action":
+        return _list_labels(position.problem.actions[position.seat].labels)
+    if prediction.asks == "state":
+        return f"a state, such as {format_briefly(position, position.session.state)}"
+    if prediction.asks == "belief":
+        names = map(position.problem.format_state, position.problem.enumerate_states())
+        return describe_distribution(tuple(names))
+    return {int: "a whole number", float: "a number"}.get(annotation, f"a {prediction.asks}")
 
 
 def check_answer(

@@ -7,6 +7,7 @@ import numpy as np
 from dmplay.core.arrays import Reals
 from dmplay.core.best_actions import VALUE_TOLERANCE
 from dmplay.core.tabular import tabulate
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.solvers.pomdp.exact_pomdp import (
     AlphaVectorStage,
@@ -23,9 +24,6 @@ BISECTIONS = 50
 MAX_COMPARED_TURNS = 12
 SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
-EXPLANATION_OF_AVERAGE = (
-    "it is the average of the chances in each state, weighted by the belief in that state"
-)
 
 
 def belief(position: PositionInGame, state: str, history: Sequence[str] = ()) -> Truth:
@@ -53,9 +51,31 @@ def observation_probability(
     observations = actions.copy()
     actions[seat], observations[seat] = parse_history(position, [f"{action} {observation}"])[0]
     probabilities = compute_belief(position, history)
-    joint = problem.joint_belief_update(probabilities, actions, observations)
+    chances = {
+        problem.format_state(s): float(
+            problem.joint_belief_update(certainty, actions, observations).sum()
+        )
+        for s, certainty, p in zip(
+            problem.enumerate_states(), np.eye(len(probabilities)), probabilities, strict=True
+        )
+        if p > 0.0
+    }
 
-    return Truth(float(joint.sum()), lambda _: EXPLANATION_OF_AVERAGE)
+    def explain(answer: str) -> str:
+        """Return the chances in the possible states that the typed one contradicts or leaves out.
+
+        It is empty if all states have the same chance, which is the answer.
+        """
+        low, high = (choose(chances, key=lambda name: chances[name]) for choose in (min, max))
+        low_text, high_text = (format_number(chances[name]) for name in (low, high))
+        if low_text == high_text:
+            return ""
+        if chances[low] <= parse_number(answer) <= chances[high]:
+            return f"in the state {high} the chance is {high_text}, but in {low} it is {low_text}"
+        return f"in each possible state, the chance is from {low_text} to {high_text}"
+
+    joint = problem.joint_belief_update(probabilities, actions, observations)
+    return Truth(float(joint.sum()), explain)
 
 
 def best_action_boundary(
@@ -108,6 +128,27 @@ def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: 
     return Truth(float(q.max() - q[index]), explain)
 
 
+def belief_value(position: PositionInGame, action: str, belief: str, turns_left: int) -> Truth:
+    """Return the expected return after an action in a belief, if you play best afterwards."""
+    stage, index = _solve(position, turns_left), _action_index(position, action)
+    value = float(compute_action_values(stage, _parse_belief(position, belief))[0, index])
+    names = _state_names(position)
+
+    def explain(answer: str) -> str:
+        """Return the value in each state if the player were sure of it, and where the answer is."""
+        values = compute_action_values(stage, np.eye(len(names)))[:, index]
+        listed = [
+            f"{format_number(float(v))} (sure of {name})"
+            for name, v in zip(names, values, strict=True)
+        ]
+        if len(names) != 2 or not np.ptp(values):
+            return f"the values in the states are {', '.join(listed)}"
+        share = format_number(float((parse_number(answer) - values[0]) / (values[1] - values[0])))
+        return f"it is {share} of the way from {listed[0]} to {listed[1]}"
+
+    return Truth(value, explain)
+
+
 def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     """Return the fewest turns left with which an action is best in a belief."""
     beliefs, index = _parse_belief(position, belief), _action_index(position, action)
@@ -121,10 +162,11 @@ def fewest_turns(position: PositionInGame, action: str, belief: str) -> Truth:
     def explain(answer: str) -> str:
         """Return the values of the action and of the best one with this many turns."""
         typed = min(max(round(parse_number(answer)), 1), MAX_COMPARED_TURNS)
-        own_value, best = (
-            format_number(float(v)) for v in (q[typed - 1][index], q[typed - 1].max())
-        )
-        return f"with {typed} turns left, {action} is worth {own_value} and the best action {best}"
+        values = q[typed - 1]
+        value, best = (format_number(float(v)) for v in (values[index], values.max()))
+        is_best = values[index] >= values.max() - VALUE_TOLERANCE
+        comparison = "and is already best" if is_best else f"and another action is worth {best}"
+        return f"with {format_count(typed, 'turn')} left, {action} is worth {value}, {comparison}"
 
     return Truth(float(turns), explain)
 
@@ -153,6 +195,11 @@ def describe_implied_prior(
     prior = compute_belief(position, history[:-1], from_start=True)
     predicted = prior @ tables.transition[:, action]
     likelihoods = tables.observation_model[action, :, observation]
+    observed = history[-1].rpartition(" ")[2]
+    if not np.ptp(likelihoods):
+        same = format_number(float(likelihoods[0]))
+        observed = f"what you observed has probability {same} in each state"
+        return f"{observed}; only changes of the state count"
     others = np.arange(len(predicted)) != index
     weight = float(predicted[others].sum())
     own_likelihood = float(likelihoods[index])
@@ -161,7 +208,6 @@ def describe_implied_prior(
     other_likelihood = float(predicted[others] @ likelihoods[others]) / weight
     odds = answer / (1.0 - answer) * other_likelihood / own_likelihood
     name = position.problem.format_state(find_state(position, state))
-    observed = history[-1].rpartition(" ")[2]
     before = format_number(odds / (1.0 + odds))
     return (
         f"{format_number(answer)} would follow if P({name}) were {before} just before {observed!r}"

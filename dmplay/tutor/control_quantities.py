@@ -1,6 +1,15 @@
-"""Quantities of the simple regulator, a linear quadratic problem."""
+"""Quantities of control problems: the simple regulator, and collision avoidance."""
 
+import numpy as np
+
+from dmplay.core.arrays import Array
+from dmplay.core.problem import enumerate_possible_outcomes
 from dmplay.errors import BadParameter
+from dmplay.problems.collision_avoidance import (
+    COLLISION_DISTANCE,
+    START_TIME,
+    CollisionAvoidance,
+)
 from dmplay.problems.simple_regulator import SimpleRegulator
 from dmplay.solvers.mdp.linear_gaussian_evaluation import (
     OPTIMAL_POLICY,
@@ -11,14 +20,15 @@ from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
 
+ROUND_DECIMALS = 9  # of states that differ by rounding errors only
+
 
 def linear_policy_value(
     position: PositionInGame, theta1: float, state: float, turns_left: int
 ) -> Truth:
     """Return the expected return of the policy a = theta1 s from a number."""
     value = _evaluate(position, theta1, state, turns_left)
-    factor = format_number(1.0 + theta1)
-    return Truth(value, lambda _: f"each turn multiplies the number by {factor}")
+    return Truth(value, lambda _: _describe_factor(theta1))
 
 
 def linear_policy_loss(
@@ -27,8 +37,12 @@ def linear_policy_loss(
     """Return the expected return that a = theta1 s loses against the best policy."""
     best = _evaluate(position, OPTIMAL_POLICY.theta1, state, turns_left)
     loss = best - _evaluate(position, theta1, state, turns_left)
-    factor = format_number(1.0 + theta1)
-    return Truth(loss, lambda _: f"each turn then multiplies the number by {factor}")
+    return Truth(loss, lambda _: _describe_factor(theta1))
+
+
+def _describe_factor(theta1: float) -> str:
+    """Return a clause on the number after a push of theta1 times the number."""
+    return f"without noise, each turn multiplies the number by {format_number(1.0 + theta1)}"
 
 
 def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
@@ -37,11 +51,50 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     cost = -_evaluate(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
 
     def explain(answer: str) -> str:
-        """Return the number of turns that would cost as much without a discount."""
-        turns = format_number(parse_number(answer) / problem.noise**2)
-        return f"without a discount, the noise would cost {answer} in {turns} turns"
+        """Return the costs of the second and the last turn, and the mean of the typed cost.
+
+        With two turns, that of the second one is the answer.
+        """
+        if turns_left < 3:
+            return ""
+        second, last = (
+            format_number(problem.noise**2 * problem.discount ** (turn - 1))
+            for turn in (2, turns_left)
+        )
+        mean = format_number(parse_number(answer) / turns_left)
+        costs = f"turn 2 costs {second} on average, and turn {turns_left} {last}"
+        return f"{costs}; yours is {mean} a turn in {turns_left} turns"
 
     return Truth(cost, explain if problem.noise else lambda _: "", is_cost=True)
+
+
+def collision_probability(
+    position: PositionInGame, action: str, height: float, rate: float, seconds: int
+) -> Truth:
+    """Return the probability of a collision if one advisory is repeated until the pass.
+
+    The game is collision avoidance, `seconds` before the pass, without an advisory so far.
+    """
+    problem = position.problem
+    if not isinstance(problem, CollisionAvoidance):
+        raise BadParameter(f"{position.problem_name}: expected collision-avoidance")
+    if not 0 <= seconds <= START_TIME:
+        raise BadParameter(f"seconds: got {seconds}, expected 0 to {START_TIME:g}")
+    index = int(problem.parse_action(position.seat, action))
+    states: Array = np.array([[height, rate, 0.0, float(seconds)]])
+    probabilities: Array = np.ones(1)
+    for _ in range(seconds):
+        rows, p, outcome = enumerate_possible_outcomes(
+            problem, states, np.full((len(states), 1), index)
+        )
+        states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
+        probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
+    heights = states[:, 0]
+    mean, low, high = (f"{x:.3g}" for x in (heights @ probabilities, heights.min(), heights.max()))
+    return Truth(
+        float(probabilities[np.abs(heights) < COLLISION_DISTANCE].sum()),
+        lambda _: f"the height at the pass is {mean} m on average, from {low} to {high} m",
+    )
 
 
 def _evaluate(position: PositionInGame, theta1: float, state: float, turns_left: int) -> float:

@@ -41,6 +41,7 @@ class Prediction:
     result: str = ""  # the beginning of the sentence with the value, if `asks` is set
     shows_board: bool = True
     watch: str = ""  # an algorithm to watch after the answer
+    watch_first: bool = False  # whether it can be watched before the answer instead
 
 
 @dataclass(frozen=True)

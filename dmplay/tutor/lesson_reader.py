@@ -225,7 +225,7 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     tolerance = table.number("tolerance") or 0.0
     at_least, at_most = table.number("at_least"), table.number("at_most")
     result, shows_board = table.text("result", ""), table.switch("board", default=True)
-    watch = table.text("watch", "")
+    watch, watch_first = table.text("watch", ""), table.switch("watch_first")
     try:
         function = find_quantity(name)
         if watch:
@@ -235,8 +235,12 @@ def _read_prediction(data: Mapping[str, object], location: str) -> Prediction:
     arguments = _read_arguments(table, function, asks)
     if asks and at_least is None and at_most is None:
         raise table.error("asks", "expected at_least or at_most too, the bounds of the value")
+    if watch_first and not watch:
+        raise table.error("watch_first", "expected watch too, the algorithm")
     call = QuantityCall(name, arguments)
-    return Prediction(call, asks, tolerance, at_least, at_most, result, shows_board, watch)
+    return Prediction(
+        call, asks, tolerance, at_least, at_most, result, shows_board, watch, watch_first
+    )
 
 
 def _read_arguments(

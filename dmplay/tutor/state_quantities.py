@@ -56,7 +56,7 @@ def best_action(
         """Return the loss of a wrong action, and its worst outcome."""
         loss = format_number(max(q.values()) - q[answer])
         worst = describe_worst_outcome(position, answer, state, turns_left)
-        sentence = f"with {answer} you give up {loss} against the best action"
+        sentence = f"{answer} scores {loss} less on average than the best action"
         return f"{sentence}; {worst}" if worst else sentence
 
     return Truth(best, explain, tuple(names), list_values(q))
@@ -162,7 +162,7 @@ def find_state(position: PositionInGame, text: str) -> Array:
             state.dtype.kind != "f" or bool(np.isfinite(state).all())
         ):
             return state
-    example = problem.format_state(position.session.initial_state)
+    example = format_briefly(position, position.session.initial_state)
     raise BadParameter(f"got {text!r}, expected a state such as {example}")
 
 

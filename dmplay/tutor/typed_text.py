@@ -6,6 +6,7 @@ import re
 from dmplay.core.spaces import normalize_label
 from dmplay.errors import BadParameter, UnknownName
 
+MAX_ORDERED_LABELS = 4  # more probabilities are typed with their names
 PAIR_PATTERN = re.compile(r"\(?\s*(-?\d+)\s*(?:,|\s)\s*(-?\d+)\s*\)?")  # such as (8,2)
 FRACTION_PATTERN = re.compile(r"([-+]?\d+)\s*/\s*(\d+)")
 
@@ -32,11 +33,19 @@ def parse_whole_number(text: str) -> int:
 
 
 def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
-    """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`."""
+    """Return typed probabilities by label, such as `hungry 0.8 sated 0.2` or `hungry=0.8, ...`.
+
+    Without names, there is one number for each label, in their order.
+    """
     words = split_labels(text.replace("=", " ").replace(": ", " "))
+    label_forms = {_strip_parentheses(label) for label in labels}
+    has_names = not len(words) % 2 and all(
+        _strip_parentheses(word) in label_forms for word in words[::2]
+    )
+    if len(words) == len(labels) and not has_names:
+        words = [word for pair in zip(labels, words, strict=True) for word in pair]
     if len(words) % 2 or not words:
-        example = " ".join(f"{label} {int(label != labels[0])}" for label in labels[:2])
-        raise BadParameter(f"got {text!r}, expected pairs of a name and a number: {example}")
+        raise BadParameter(f"got {text!r}, expected {describe_distribution(labels)}")
     typed: dict[str, float] = {}
     for name, number in zip(words[::2], words[1::2], strict=True):
         label = find_label(name, labels)
@@ -44,6 +53,14 @@ def parse_distribution(text: str, labels: tuple[str, ...]) -> dict[str, float]:
             raise BadParameter(f"got {label} twice, expected it once")
         typed[label] = parse_number(number)
     return typed
+
+
+def describe_distribution(labels: tuple[str, ...]) -> str:
+    """Return the form in which probabilities of labels can be typed."""
+    if len(labels) > MAX_ORDERED_LABELS:
+        return "pairs of a name and a number"
+    names = f"{', '.join(labels[:-1])} and {labels[-1]}"
+    return f"{len(labels)} numbers: the probabilities of {names}"
 
 
 def split_labels(text: str) -> list[str]:

@@ -43,7 +43,7 @@ MAX_HEIGHT_CHOICES = (
     800,
 )  # metres; the smallest that holds all heights is the top
 PATH_LEGENDS = (  # of the predicted paths and the past, the longest first
-    "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑ climb, "
+    "left of ◆: past advisories; right of ◆: paths in calm air if you always advise ↑ climb, "
     "∘ no-advisory, ↓ descend; ▒ collision",
     "paths in calm air if you always advise ↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
     "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision",
@@ -309,7 +309,7 @@ def _draw_time_labels(canvas: Canvas, y: int, time_axis: NumberLine) -> None:
 def _get_current_advisory(view: View[CollisionAvoidance]) -> str:
     """Return the name of the advisory in force."""
     rate = float(view.observation[2])
-    return "no-advisory" if not rate else "climb" if rate > 0 else "descend"
+    return "none" if not rate else "climb" if rate > 0 else "descend"
 
 
 def _format_state(view: View[CollisionAvoidance]) -> str:
@@ -319,7 +319,7 @@ def _format_state(view: View[CollisionAvoidance]) -> str:
         f"◆ h {format_signed_fixed(h, 0)} m "
         f" dh {format_signed_fixed(dh, 1)} "
         f"m/s  {seconds_left:g} s  "
-        f"{_get_current_advisory(view).replace('no-advisory', 'none')}"
+        f"{_get_current_advisory(view)}"
     )
 
 
@@ -330,7 +330,7 @@ def _format_state_with_units(view: View[CollisionAvoidance]) -> str:
         f"◆ {format_signed_fixed(h, 0)} "
         f"m  {format_signed_fixed(dh, 1)} "
         f"m/s  {seconds_left:g} s left "
-        f" {_get_current_advisory(view)}"
+        f" {_get_current_advisory(view).replace('none', 'no advisory')}"
     )
 
 
@@ -354,9 +354,9 @@ def _describe_pass(view: View[CollisionAvoidance]) -> str:
 
 
 def _format_miss_distance(view: View[CollisionAvoidance]) -> str:
-    """Describe the miss distance as passed or predicted, above or below."""
+    """Describe the miss distance as passed, or at the current rate without gusts."""
     verb, side = (
-        "passed" if has_passed_intruder(view) else "will pass",
+        "passed" if has_passed_intruder(view) else "at this rate",
         "below" if predict_miss_distance(view) < 0 else "above",
     )
     return f"{verb} {abs(predict_miss_distance(view)):.0f} m {side}"
@@ -379,7 +379,7 @@ def goal_lines(view: View[CollisionAvoidance]) -> list[str]:
     return [
         f"pass the intruder A at least {COLLISION_DISTANCE:g} m above or below",
         f"a collision costs {COLLISION_COST:g}",
-        f"each change of advice costs {ADVISORY_CHANGE_COST:g}",
+        f"each change of the advisory costs {ADVISORY_CHANGE_COST:g}",
     ]
 
 
@@ -390,8 +390,8 @@ def lesson(view: View[CollisionAvoidance]) -> Lesson:
         "aircraft, A, comes towards it at height 0",
         f"You want ◆ to be at least {COLLISION_DISTANCE:g} m above or below A when they pass, "
         f"{START_TIME:g} s after the start",
-        f"A collision costs {COLLISION_COST:g}, each change of advice {ADVISORY_CHANGE_COST:g}, "
-        "unchanged advice nothing; gusts push the aircraft up and down",
+        f"A collision costs {COLLISION_COST:g}, each change of the advisory "
+        f"{ADVISORY_CHANGE_COST:g}, a repeated one nothing; gusts push the aircraft up and down",
         "climb",
     )
 
@@ -404,22 +404,24 @@ def panel_rows(view: View[CollisionAvoidance]) -> list[tuple[str, str]]:
         ("height", f"{format_signed_fixed(h, 0)} m"),
         ("rate", f"{format_signed_fixed(dh, 1)} m/s"),
         ("pass in", f"{seconds_left:g} s{', last turn' * is_last_turn}"),
-        ("advice", _get_current_advisory(view)),
+        ("advisory", _get_current_advisory(view)),
     ]
 
 
 def describe_turn(view: View[CollisionAvoidance]) -> str:
     """Describe the last advisory, the state and the outcome."""
     has_changed = view.observation[2] != view.observations[-2][2]
-    verb = "changed the advice to" if has_changed else "kept the advice:"
-    advice = ACTION_NAMES[int(view.actions[-1])]
-    return f"{verb} {advice}. {_describe_state(view)}. {_describe_outcome(view)}."
+    verb = "changed the advisory to" if has_changed else "kept the advisory:"
+    return (
+        f"{verb} {_get_current_advisory(view)}. {_describe_state(view)}. {_describe_outcome(view)}."
+    )
 
 
 def describe_situation(view: View[CollisionAvoidance]) -> str:
     """Describe the predicted outcome, the state and the advisory in force."""
     return (
-        f"{_describe_outcome(view)}. {_describe_state(view)}. advice {_get_current_advisory(view)}."
+        f"{_describe_outcome(view)}. {_describe_state(view)}. "
+        f"advisory {_get_current_advisory(view)}."
     )
 
 

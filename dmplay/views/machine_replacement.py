@@ -177,22 +177,25 @@ def _draw_belief_chart(
 ) -> None:
     """Draw the probability of a failure by turn, with the keys and products below."""
     keys = list_action_keys(KEYS, options)
-    products = [format_observation(view.problem, 0, product)[:1] for product in view.observations]
+    products = [
+        format_observation(view.problem, 0, product)[:1] if _is_examined(view, action) else "·"
+        for action, product in zip(view.actions, view.observations[1:], strict=True)
+    ]
     canvas.write_text(0, y, "P(failure) by turn", "dim")
     bottom = draw_belief_chart(
         canvas,
         y + 1,
         [1.0 - float(belief[0]) for belief in view.beliefs or ()],
         [
-            ("turn", [str(turn) for turn in range(len(products))]),
+            ("turn", [str(turn) for turn in range(len(products) + 1)]),
             ("chose", ["", *(keys[int(action)] for action in view.actions)]),
-            ("saw", ["", *products[1:]]),
+            ("saw", ["", *products]),
         ],
         rows=rows,
         columns=BELIEF_COLUMNS,
         ascii_only=options.ascii,
     )
-    canvas.write_text(0, bottom, "d defective, n nondefective", "dim")
+    canvas.write_text(0, bottom, "d defective, n nondefective, · none", "dim")
 
 
 def _draw_tall_triangle(
@@ -256,7 +259,7 @@ def _draw_observation_and_belief(
     view: View[MachineReplacement], options: DrawOptions, canvas: Canvas, y: int
 ) -> int:
     """Draw the last product and the belief bars; return the next free row."""
-    product = format_last_observation(view)
+    product = _format_last_product(view)
     canvas.write_text(0, 0, "saw  ")
     canvas.write_text(5, 0, product, "bold yellow" if product == "defective" else "bold")
     return draw_belief_bars(
@@ -361,7 +364,7 @@ def panel_rows(view: View[MachineReplacement]) -> list[tuple[str, str]]:
 def describe_turn(view: View[MachineReplacement]) -> str:
     """Return a description of the last turn: the action, the product and the belief."""
     return (
-        f"chose {view.last_action_label}, saw {format_last_observation(view)}. "
+        f"chose {view.last_action_label}, saw {_format_last_product(view)}. "
         f"{_describe_belief(view)}"
     )
 
@@ -372,9 +375,24 @@ def describe_situation(view: View[MachineReplacement]) -> str:
         f"{name} {reward:.3f}" for _, name, reward in _compute_expected_rewards(view, DrawOptions())
     )
     return (
-        f"saw {format_last_observation(view)}. "
+        f"saw {_format_last_product(view)}. "
         f"{_describe_belief(view)} expected reward now: {expected}."
     )
+
+
+def _format_last_product(view: View[MachineReplacement]) -> str:
+    """Return the last product as text; only an examination shows one.
+
+    After the other actions, the observation is the same in every state, and tells nothing.
+    """
+    if view.turns_played and not _is_examined(view, view.actions[-1]):
+        return "nothing (not examined)"
+    return format_last_observation(view)
+
+
+def _is_examined(view: View[MachineReplacement], action: float) -> bool:
+    """Return whether the observation after an action depends on the state."""
+    return bool(np.ptp(view.problem.tables.observation_model[int(action)], axis=0).any())
 
 
 def _describe_belief(view: View[MachineReplacement]) -> str:

@@ -272,7 +272,7 @@ def _format_state(view: View[SimpleRegulator], is_brief: bool, options: DrawOpti
     push, aim = format_signed_fixed(view.actions[-1], 3), format_signed_fixed(mean, 3)
     if is_brief:
         return f"{number_text}  {push_name} {push}  aimed {aim}"
-    return f"{number_text}   pushed {format_signed_fixed(numbers[0], 3)} by {push}, aimed at {aim}"
+    return f"{number_text}   at {format_signed_fixed(numbers[0], 3)} pushed {push}, aimed at {aim}"
 
 
 def goal_lines(view: View[SimpleRegulator]) -> list[str]:
@@ -319,7 +319,7 @@ def describe_turn(view: View[SimpleRegulator]) -> str:
     """Return a description of the last push, its aim and the number after it."""
     numbers, push = _list_recent_numbers(view, 1), format_signed_fixed(view.actions[-1], 3)
     return (
-        f"pushed {format_signed_fixed(numbers[0], 3)} by {push}, "
+        f"at {format_signed_fixed(numbers[0], 3)} pushed {push}, "
         f"aimed at {format_signed_fixed(predict_number(view)[0], 3)}, "
         f"now at {format_signed_fixed(numbers[-1], 3)}."
     )

@@ -110,7 +110,7 @@ def test_each_step_says_why_plans_are_removed_and_the_last_one_why_it_stops() ->
     )
     assert pruning.sentences == (
         "Removed: 9 of 12 plans; at each belief, one of the 3 kept plans is at least as good.",
-        "This also holds after each observation, so longer plans need no removed plan.",
+        "This also holds after each observation, so longer plans never need a removed one.",
         "With 3 turns left, the best plan at the marked belief begins with feed.",
         "The steps end here; dmplay watch --iterations N shows N turns.",
     )

@@ -106,6 +106,7 @@ def test_a_problem_file_is_found_beside_the_lesson(tmp_path: Path) -> None:
         ('text = "The', 'texts = "The', "steps[1].text: missing, expected a text"),
         ('"belief"', '"belif"', "predict: unknown quantity 'belif'; did you mean belief"),
         ('state = "hungry"\n', "", "state: missing, expected an argument of the quantity"),
+        ("tolerance = 0.01", "watch_first = true", "watch_first: expected watch too"),
         ("tolerance = 0.01", 'watch = "sweeps"', "predict: unknown algorithm 'sweeps'"),
         ("tolerance = 0.01", 'tolerance = "x"', "predict.tolerance: got 'x', expected a number"),
         ("tolerance = 0.01", "tolerence = 0.01", "unknown key 'tolerence'; did you mean tolerance"),

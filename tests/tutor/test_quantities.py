@@ -238,6 +238,100 @@ def test_beliefs_by_hand() -> None:
     assert sum(distribution.values()) == pytest.approx(1)
 
 
+@pytest.mark.parametrize(
+    ("typed", "reason"),
+    [
+        ("0.3", "in each possible state, the chance is from 0.0048 to 0.209"),
+        ("0.001", "in each possible state, the chance is from 0.0048 to 0.209"),
+        ("0.1", "in the state 80 the chance is 0.209, but in 20 it is 0.0048"),
+    ],
+)
+def test_the_reason_for_a_wrong_chance_is_that_of_the_states(typed: str, reason: str) -> None:
+    catch = open_problem("catch")
+    call = QuantityCall("observation-probability", {"action": "100", "observation": "caught"})
+    truth = compute_truth(catch, call)
+    chances = [1 / (1 + math.exp((100 - skill) / 15)) for skill in (20, 40, 60, 80)]
+    assert truth.value == pytest.approx(sum(chances) / 4)
+    assert truth.explain(typed) == reason
+
+
+def test_the_reason_for_a_wrong_chance_does_not_print_it_if_all_states_have_it() -> None:
+    arguments = {"action": "feed", "observation": "crying", "history": ["feed quiet"]}
+    truth = compute_truth(BABY, QuantityCall("observation-probability", arguments))
+    assert truth.value == pytest.approx(0.1)
+    assert truth.explain("0.8") == ""
+
+
+def test_an_observation_that_is_equally_likely_in_all_states_changes_no_belief() -> None:
+    machine = open_problem("machine-replacement")
+    arguments = {"state": "0", "history": ["manufacture nondefective"] * 3}
+    truth = compute_truth(machine, QuantityCall("belief", arguments))
+    assert truth.value == pytest.approx(0.9**6)
+    assert truth.explain("0.9") == (
+        "what you observed has probability 1 in each state; only changes of the state count"
+    )
+
+
+def test_the_value_of_feeding_lies_on_a_line_between_its_values_in_the_states() -> None:
+    arguments = {"action": "feed", "belief": "hungry 0.4 sated 0.6", "turns_left": 2}
+    truth = compute_truth(BABY, QuantityCall("belief-value", arguments))
+    assert truth.value == pytest.approx(0.6 * -5 + 0.4 * -15)
+    assert truth.explain("-12") == (
+        "it is 0.7 of the way from -5 (sure of sated) to -15 (sure of hungry)"
+    )
+    machine = open_problem("machine-replacement", turns=20)
+    arguments = {"action": "manufacture", "belief": "0.5 0.25 0.25", "turns_left": 1}
+    truth = compute_truth(machine, QuantityCall("belief-value", arguments))
+    assert truth.value == pytest.approx(0.5 * 0.9025 + 0.25 * 0.475 + 0.25 * 0.25)
+    assert truth.explain("1") == (
+        "the values in the states are 0.902 (sure of 0), 0.475 (sure of 1), 0.25 (sure of 2)"
+    )
+
+
+def collide(height: float, rate: float, advised: int, seconds: int) -> float:
+    """Return the probability of a collision, by recursion over the gusts."""
+    if seconds == 0:
+        return float(abs(height) < 50)
+    change = min(max(advised - rate, -1), 1) if advised else 0
+    return sum(
+        p * collide(height + rate, rate + change + gust, advised, seconds - 1)
+        for gust, p in ((-2, 0.25), (0, 0.5), (2, 0.25))
+    )
+
+
+@pytest.mark.parametrize(
+    ("action", "advised", "height", "rate", "seconds"),
+    [
+        ("no-advisory", 0, 52, 0, 3),
+        ("climb", 5, 0, 0, 9),
+        ("descend", -5, 15, -4, 8),
+        ("climb", 5, 51, 0, 0),
+    ],
+)
+def test_the_probability_of_a_collision_by_recursion_over_the_gusts(
+    action: str, advised: int, height: float, rate: float, seconds: int
+) -> None:
+    encounter = open_problem("collision-avoidance", parameters={"repaired": True})
+    computed = number(
+        encounter,
+        "collision-probability",
+        action=action,
+        height=height,
+        rate=rate,
+        seconds=seconds,
+    )
+    assert computed == pytest.approx(collide(height, rate, advised, seconds))
+
+
+def test_the_probability_of_a_collision_from_52_m_in_three_seconds_by_hand() -> None:
+    # The gusts move the height by 2 g1 + g2; below -2 are -6 and -4.
+    encounter = open_problem("collision-avoidance")
+    arguments = {"action": "no-advisory", "height": 52.0, "rate": 0.0, "seconds": 3}
+    truth = compute_truth(encounter, QuantityCall("collision-probability", arguments))
+    assert truth.value == pytest.approx(1 / 16 + 2 / 16)
+    assert truth.explain("0.5") == "the height at the pass is 52 m on average, from 46 to 58 m"
+
+
 def test_the_reason_for_a_wrong_belief_is_the_prior_from_which_it_would_follow() -> None:
     arguments = {"state": "hungry", "history": ["ignore crying"]}
     reason = compute_truth(BABY, QuantityCall("belief", arguments)).explain("80%")
@@ -311,7 +405,12 @@ def test_replacing_a_broken_machine_pays_with_six_turns_left() -> None:
 def test_the_cost_of_noise_is_a_geometric_sum() -> None:
     regulator = open_problem("simple-regulator", turns=10)
     cost = sum(0.1**2 * 0.9**turn for turn in range(1, 10))
-    assert number(regulator, "noise-cost", turns_left=10) == pytest.approx(cost)
+    truth = compute_truth(regulator, QuantityCall("noise-cost", {"turns_left": 10}))
+    assert truth.value == pytest.approx(cost)
+    assert truth.explain("0.1") == (
+        "turn 2 costs 0.009 on average, and turn 10 0.0039; yours is 0.01 a turn in 10 turns"
+    )
+    assert not compute_truth(regulator, QuantityCall("noise-cost", {"turns_left": 2})).explain("1")
     # From 1 with theta1 = -0.5, the mean halves each turn, and the variance is that of a sum.
     loss, mean, variance = 0.0, 1.0, 0.0
     for turn in range(1, 10):
@@ -478,6 +577,18 @@ def test_an_argument_that_is_no_number_can_be_asked_for(
         ("crying-baby", "straight-way-loss", {"state": "hungry"}, "expected hexworld"),
         ("hexworld", "best-reply", {"opponent": "e"}, "has no payoff table of two agents"),
         ("hexworld", "noise-cost", {"turns_left": 3}, "expected simple-regulator"),
+        (
+            "hexworld",
+            "collision-probability",
+            {"action": "e", "height": 0.0, "rate": 0.0, "seconds": 3},
+            "expected collision-avoidance",
+        ),
+        (
+            "collision-avoidance",
+            "collision-probability",
+            {"action": "climb", "height": 0.0, "rate": 0.0, "seconds": 41},
+            "seconds: got 41, expected 0 to 40",
+        ),
         ("multicaregiver-crying-baby", "best-action", {}, "are about another game"),
     ],
 )

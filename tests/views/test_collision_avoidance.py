@@ -26,7 +26,7 @@ def make_collided_game() -> Session:
     )
 
 
-CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
+CLEAR_DESCRIPTION = "clear course: at this rate 301 m above the intruder."
 
 
 @pytest.mark.parametrize(
@@ -34,18 +34,18 @@ CLEAR_DESCRIPTION = "clear course: will pass 301 m above the intruder."
     [
         (
             make_collided_game(),
-            "kept the advice: climb. height -30 m, rate -2.0 m/s, 0 s left. "
+            "kept the advisory: climb. height -30 m, rate -2.0 m/s, 0 s left. "
             "collision: passed 30 m below the intruder.",
             "collision: passed 30 m below the intruder. "
-            "height -30 m, rate -2.0 m/s, 0 s left. advice climb.",
+            "height -30 m, rate -2.0 m/s, 0 s left. advisory climb.",
         ),
         (
             make_session_from_state(
                 "collision-avoidance", [300.0, 0.0, 0.0, 20.0], [2, 0], [0.5], [0.5]
             ),
-            "changed the advice to descend. height +301 m, rate +0.0 m/s, 18 s left. "
+            "changed the advisory to descend. height +301 m, rate +0.0 m/s, 18 s left. "
             f"{CLEAR_DESCRIPTION}",
-            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advice descend.",
+            f"{CLEAR_DESCRIPTION} height +301 m, rate +0.0 m/s, 18 s left. advisory descend.",
         ),
     ],
 )
@@ -60,7 +60,7 @@ def test_collisions_and_reversed_advisories_are_described(
 def test_the_panel_shows_height_rate_time_and_advisory() -> None:
     view = make_advised_game().view(0)
     assert collision_avoidance.panel_rows(view) == [
-        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advice", "no-advisory"),
+        ("height", "+23 m"), ("rate", "-5.0 m/s"), ("pass in", "30 s"), ("advisory", "none"),
     ]  # fmt: skip
 
 
@@ -84,7 +84,7 @@ FRAMES = {
  -100                                   ∘
      40s       30s       20s       10s       0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in ascii": (
         make_advised_game().view(0),
@@ -105,7 +105,7 @@ will pass 127 m below A: clear""",
  -100                                   o
      40s       30s       20s       10s       0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in a small room": (
         make_advised_game().view(0),
@@ -118,7 +118,7 @@ will pass 127 m below A: clear""",
  -100                         ∘ ∘
      40s     30s     20s    10s     0s
 ◆ h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter in a small room in ascii": (
         make_advised_game().view(0),
@@ -131,7 +131,7 @@ will pass 127 m below A: clear""",
  -100                         o o
      40s     30s     20s    10s     0s
 + h +23 m  dh -5.0 m/s  30 s  none
-will pass 127 m below A: clear""",
+at this rate 127 m below A: clear""",
     ),
     "the encounter after a collision": (
         make_collided_game().view(0),

@@ -59,7 +59,7 @@ sated   ####.................................... 0.093
 hungry  ####################################.... 0.907
 chance of hunger by turn =#
 
-expected reward  hunger  effort     sum  below best
+reward this turn hunger  effort     sum  below best
 s sing            -9.07   -0.50   -9.57  best
 f feed            -9.07   -5.00  -14.07  #......... -0.4
 i ignore          -9.07   +0.00   -9.07  ########## -3.25
@@ -79,7 +79,7 @@ sated   ████████████████████████
 hungry  ········································ 0.000
 chance of hunger by turn ▅▁··················
 
-expected reward  hunger  effort     sum
+reward this turn hunger  effort     sum
 f feed            +0.00   -5.00   -5.00
 s sing            +0.00   -0.25   -0.25
 i ignore          +0.00   +0.00   +0.00
@@ -96,7 +96,7 @@ the belief assumes that caregiver1 acts at random""",
             regret=MACHINE_REGRET, forecast=MACHINE_FORECAST, revealed_state=np.array(1)
         ),
         r"""
-saw  nondefective                            0 failed
+saw  nothing (not examined)                  0 failed
                                                  .
 0 failed  #############....... 0.656            / \
 1 failed  ######.............. 0.308           . m \

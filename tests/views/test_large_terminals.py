@@ -76,7 +76,7 @@ def test_large_terminals_have_at_most_half_empty_rows(name: str) -> None:
 
 def test_machine_replacement_draws_a_larger_triangle_on_a_large_terminal() -> None:
     large = draw(make_game("machine-replacement"), 200, 60, "m", "m")
-    assert "d defective, n nondefective" in large
+    assert "d defective, n nondefective, · none" in large
     assert "─" * 81 in large
     assert "─" * 24 not in draw(make_game("machine-replacement"), 80, 24, "m", "m")
 
@@ -122,7 +122,7 @@ def test_the_help_page_lists_coordinates_for_hex_maps(name: str, is_listed: bool
 @pytest.mark.parametrize(
     ("size", "legend"),
     [
-        ((200, 60), "left of ◆: past advice; right of ◆: paths in calm air if you always advise ↑"),
+        ((200, 60), "left of ◆: past advisories; right of ◆: paths in calm air if you always"),
         ((80, 24), "↑ climb, ∘ no-advisory, ↓ descend; ▒ collision"),
     ],
 )

@@ -34,7 +34,7 @@ def test_a_push_is_described_with_its_target() -> None:
     view = make_pushed_game().view(0)
     assert (
         simple_regulator.describe_turn(view)
-        == "pushed -0.526 by +0.250, aimed at -0.276, now at -0.102."
+        == "at -0.526 pushed +0.250, aimed at -0.276, now at -0.102."
     )
     assert simple_regulator.describe_situation(view) == (
         "number -0.102. a turn here costs 0.010. push by a number from -10 to 10; noise of about "
@@ -124,7 +124,7 @@ FRAMES = {
                ▁▂▄▆███████▆▄▂▁│
  ├──────────────┬──────────●──┼──────────────┬─────────────┤
 -1            -0.5            0            +0.5           +1
-s -0.102   pushed -0.526 by +0.250, aimed at -0.276""",
+s -0.102   at -0.526 pushed +0.250, aimed at -0.276""",
     ),
     "the regulator in ascii": (
         make_pushed_game().view(0),
@@ -140,7 +140,7 @@ s -0.102   pushed -0.526 by +0.250, aimed at -0.276""",
                _.-+#######+-._|
  +--------------+----------*--+--------------+-------------+
 -1            -0.5            0            +0.5           +1
-s -0.102   pushed -0.526 by +0.250, aimed at -0.276""",
+s -0.102   at -0.526 pushed +0.250, aimed at -0.276""",
     ),
     "the regulator in a small room": (
         make_pushed_game().view(0),
@@ -190,7 +190,7 @@ s +0.360   drawn around 0.3""",
                               │              █
  ├──────────────┬─────────────┼──────────────●─────────────┤
 -20            -10            0             +10           +20
-s +10.360   pushed +0.360 by +10.000, aimed at +10.360""",
+s +10.360   at +0.360 pushed +10.000, aimed at +10.360""",
     ),
     "the number line alone": (
         make_session_from_state("simple-regulator", [0.36]).view(0),

@@ -47,6 +47,11 @@ def play_lesson(terminal: Terminal, command: LearnCommand) -> int:
     return LessonPlayer(run, terminal, sys.stdin).play()
 
 
+def format_watch_command(name: str, position: PositionInGame) -> str:
+    """Return a line with the command that shows an algorithm on the problem of a position."""
+    return f"to watch: dmplay watch {name} {quote(position.problem_name)}"
+
+
 class LessonReporter(SentenceReporter):
     """A reporter of a lesson's games: no introduction, and no verdict at the end."""
 
@@ -107,19 +112,20 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
         self._print_heading(f"{number}.")
-        self._print(*self._step_text)
+        self._print_paragraph(step.text)
         if isinstance(step.task, GameTask):
             self._play_games(step.task)
         else:
             position, index = run.position, run.index
-            self._ask()
-            if step.task.watch and index in run.finished_steps:
+            self._ask(step.task)
+            is_offered = step.task.watch and not step.task.watch_first
+            if is_offered and index in run.finished_steps:
                 self._offer_algorithm(step.task.watch, position)
 
     def _offer_algorithm(self, name: str, position: PositionInGame) -> None:
         """Let the player watch an algorithm on the position, or print the command for it."""
         if not self._terminal.full_screen:
-            self._print(f"to watch: dmplay watch {name} {quote(position.problem_name)}")
+            self._print(format_watch_command(name, position))
             return
         prompt = f"w watches {name}, Enter goes on> "
         while (line := self._read(prompt)) != "w":
@@ -128,6 +134,10 @@ class LessonPlayer(LineDialog):
             if line in LEAVE_WORDS:
                 raise DialogLeft
             self._print(f"error: got {line!r}, expected w or Enter; the step is done")
+        self._watch(name, position)
+
+    def _watch(self, name: str, position: PositionInGame) -> None:
+        """Show an algorithm on a position, step by step on the full screen."""
         from dmplay.algorithms.registry import find_algorithm  # imported only if it is watched
         from dmplay.algorithms.step import WatchRequest
         from dmplay.game.watching import WatchedSteps
@@ -139,9 +149,13 @@ class LessonPlayer(LineDialog):
         if code:
             raise SystemExit(code)
 
-    def _ask(self) -> None:
+    def _ask(self, task: Prediction) -> None:
         """Read answers until the step is finished or skipped."""
         self._print(f"type {self._run.expected_answer}.")
+        if task.watch_first and self._terminal.full_screen:
+            self._print(f"watch draws {task.watch} step by step; q comes back here.")
+        elif task.watch_first:
+            self._print(format_watch_command(task.watch, self._run.position))
         finishes_step = False
         while not finishes_step:
             line = self._read("answer> ")
@@ -157,7 +171,20 @@ class LessonPlayer(LineDialog):
                 return TutorReply((ANSWER_HELP,))
             case "look":
                 return self._show_question()
+            case "watch":
+                return self._watch_before_answer()
         return self._reply_to_command(line) or self._run.check_answer(line)
+
+    def _watch_before_answer(self) -> TutorReply:
+        """Show the algorithm of the question, or print the command for it."""
+        task = self._run.step.task
+        if not isinstance(task, Prediction) or not task.watch_first:
+            raise BadParameter("watch: this question has no picture to watch before the answer")
+        if not self._terminal.full_screen:
+            return TutorReply((format_watch_command(task.watch, self._run.position),))
+        self._watch(task.watch, self._run.position)
+        self._print_paragraph(self._run.step.text)
+        return TutorReply(())
 
     def _show_question(self) -> TutorReply:
         """Print the board of the question again; without one, its text.
@@ -168,14 +195,9 @@ class LessonPlayer(LineDialog):
         if isinstance(step.task, Prediction) and step.task.shows_board:
             self._print_board(self._run.position)
             return TutorReply(())
-        return TutorReply(("this question has no board.", *self._step_text))
-
-    @property
-    def _step_text(self) -> tuple[str, ...]:
-        """The text of the current step: its lines, or one line to be wrapped if they do not fit."""
-        rows = self._run.step.text
-        fits = max(map(len, rows)) <= self._terminal.columns
-        return rows if fits or not self._terminal.is_interactive else (" ".join(rows),)
+        self._print("this question has no board.")
+        self._print_paragraph(step.text)
+        return TutorReply(())
 
     def _reply_to_command(self, line: str) -> TutorReply | None:
         """Return the reply to a command that every step has; None for any other line."""

@@ -106,14 +106,23 @@ class LineDialog:
 
     def _print_heading(self, text: str) -> None:
         """Print a heading, in bold if the terminal has colours."""
-        line = escape_unprintable(text)
+        line = "\n".join(self._wrap(escape_unprintable(text)))
         print(to_ansi(((line, "bold"),), self._terminal.theme) if self._terminal.color else line)
+
+    def _print_paragraph(self, lines: Sequence[str]) -> None:
+        """Print the lines of a text; join them if a person's terminal is narrower."""
+        is_joined = any(len(self._wrap(line)) > 1 for line in lines)
+        self._print(*([" ".join(lines)] if is_joined else lines))
 
     def _print(self, *lines: str) -> None:
         """Print lines with unprintable characters escaped, wrapped if a person reads them."""
         for line in map(escape_unprintable, lines):
-            width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
-            is_wrapped = self._terminal.is_interactive and len(line) > width
-            indent = "  " * (len(line) - len(line.lstrip()))  # of the rows below the first
-            rows = wrap(line, width, subsequent_indent=indent, break_on_hyphens=False)
-            print("\n".join(rows) if is_wrapped else line, flush=True)
+            print("\n".join(self._wrap(line)), flush=True)
+
+    def _wrap(self, line: str) -> list[str]:
+        """Return the rows of a line: several if it is wide and a person reads it."""
+        width = min(self._terminal.columns, MAX_TEXT_COLUMNS)
+        if not self._terminal.is_interactive or len(line) <= width:
+            return [line]
+        indent = "  " * (len(line) - len(line.lstrip()))  # of the rows below the first
+        return wrap(line, width, subsequent_indent=indent, break_on_hyphens=False)

@@ -81,7 +81,7 @@ def test_a_finished_lesson_that_is_left_starts_again(tmp_path: Path) -> None:
 def test_a_question_about_another_state_has_no_board(tmp_path: Path) -> None:
     result = run_dmplay(tmp_path, "learn", "13", stdin="look\n")
     text = result.stdout.partition("this question has no board.")[2]
-    assert "In the state 60 0 0 20" in " ".join(text.splitlines())
+    assert "You are at height 52 with rate 0" in " ".join(text.splitlines())
     assert "40" not in text.partition("answer>")[0]  # the seconds at the start of the game
 
 
@@ -213,6 +213,26 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+def test_an_algorithm_is_watched_before_the_answer(tmp_path: Path) -> None:
+    with Terminal("learn", "alpha-vectors", folder=tmp_path) as terminal:
+        terminal.until("watch draws alpha-vectors step by step")
+        terminal.press("watch\r")
+        terminal.until("1 turn: plans")
+        terminal.press("q")
+        terminal.until("What is plan A worth")
+        terminal.press("-9\r")
+        terminal.until("step 2 of 4.")
+
+
+def test_a_pipe_prints_the_command_of_an_algorithm_to_watch(tmp_path: Path) -> None:
+    script = "watch\n-9\n0.506\n0.283\nwatch\n"
+    result = run_dmplay(tmp_path, "learn", "alpha-vectors", stdin=script)
+    assert result.stdout.count("to watch: dmplay watch alpha-vectors crying-baby") == 4
+    expected = "error: line 5: watch: this question has no picture to watch before the answer\n"
+    assert (result.returncode, result.stderr) == (2, expected)
+
+
+@pytest.mark.slow
 def test_a_wrong_line_on_a_terminal_is_asked_again(tmp_path: Path) -> None:
     with Terminal("learn", "3", folder=tmp_path) as terminal:
         terminal.until("answer>")
@@ -236,3 +256,12 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
         is_wrapped = "play best after it. The rule of thumb says west." in terminal.text
         assert is_wrapped == (size[0] == 50)  # as one paragraph
         assert "worth -10 and has" in terminal.text.replace("\n", " ")
+
+
+@pytest.mark.slow
+def test_the_text_of_a_step_is_one_paragraph_on_a_narrow_terminal(tmp_path: Path) -> None:
+    with Terminal("learn", "9", folder=tmp_path, size=(50, 14)) as terminal:
+        terminal.until("answer>")
+        rows = [row.rstrip() for row in terminal.text.splitlines()]
+        first = rows.index("A catcher has the skill 20, 40, 60 or 80, each")
+        assert rows[first + 1] == "with probability 0.25. With these skills, a throw"
