@@ -62,9 +62,9 @@ def test_hexworld_in_compact_ascii_with_its_policy() -> None:
  / \ / \ / \ / \ / \ / \ / \ / \ / \ / \
 | SE| SW| SW| W | E | E | @ | E | SE| SW|
  \ / \ / \ / \ / \ / \ / \ / \ / \ / \ /
-  | + | W | NW|   | NE|       | E | SE|
+  | + | W | NW| % | NE| %   % | E | SE|
  / \ / \ / \ / \   \ / \ / \ / \ / \ / \
-| NE| NW| x | NW|   | E | E | NE|   | + |
+| NE| NW| x | NW| % | E | E | NE| % | + |
  \ / \ / \ / \ /     \ / \ / \ /     \ /"""[1:]
     )
 

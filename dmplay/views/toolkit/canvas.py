@@ -11,7 +11,7 @@ from dmplay.core.work_budget import Budget
 
 ASCII_TRANSLATION = str.maketrans(
     dict(zip("─│┄━┷╋╱╲┌┐└┘├┤┬┴┼", "-|-=^#/\\+++++++++", strict=True))
-    | dict(zip("←→↑↓◆●○∘·•✓✗×…▒█", "<>^v+*oo.*vxx~:#", strict=True))
+    | dict(zip("←→↑↓◆●○∘·•✓✗×…░▒█", "<>^v+*oo.*vxx~%:#", strict=True))
     | dict(zip("▁▂▃▄▅▆▇▏▎▍▌▋▊▉", "_.:-=+*       ", strict=True))
 )
 BAR_LEVELS = "▁▂▃▄▅▆▇█"  # eighths of a cell's height

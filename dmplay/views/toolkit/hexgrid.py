@@ -6,6 +6,7 @@
   ╲ ╱   ╲ ╱
 """
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
@@ -34,6 +35,8 @@ from dmplay.views.toolkit.canvas import measure_text as measured
 ARROWS = ("→", "↗", "↖", "←", "↙", "↘")
 COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE_STYLE = "dim"
+HOLE_GLYPH = "░"
+MIN_HOLE_NEIGHBOURS = 3  # a position without a hex looks like one from this number on
 SMALL_HEX_LEGEND = "* best, █ worst"  # legend of the keys in small hexes
 
 KEYS = {
@@ -198,7 +201,30 @@ def _draw_cells(hexes: Sequence[Hex], cells: Sequence[HexCell], size: HexSize) -
             columns = size.width - 1
             text = cell.dot_glyph if len(cell.dot_glyph) <= columns else cell.dot_glyph[:1]
             canvas.write_text(x, y, text.center(columns), cell.style)
+    fill = HOLE_GLYPH * max(size.width - 3, 1)
+    for q, r in _list_holes(hexes):
+        x, y = (2 * q + r - left) * size.width // 2, (top - r) * row_pitch
+        for row in range(size.text_rows):
+            canvas.write_text(
+                x + 1, y + size.slope_rows + row, fill.center(size.width - 1), EDGE_STYLE
+            )
     return canvas.to_text()
+
+
+def _list_holes(hexes: Sequence[Hex]) -> list[Hex]:
+    """Return the positions without a hex that neighbours draw as if they were hexes.
+
+    Those beyond the outermost hexes of the map are left out.
+    """
+    columns = [2 * q + r for q, r in hexes]
+    neighbour_counts = Counter(
+        neighbour for hex_ in hexes for neighbour in hex_neighbours(hex_) if neighbour not in hexes
+    )
+    return [
+        (q, r)
+        for (q, r), count in neighbour_counts.items()
+        if count >= MIN_HOLE_NEIGHBOURS and min(columns) <= 2 * q + r <= max(columns)
+    ]
 
 
 def _draw_hex_border(canvas: Canvas, x: int, y: int, size: HexSize) -> None:
