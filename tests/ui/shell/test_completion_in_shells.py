@@ -1,7 +1,8 @@
 """Tests of the installed completion in the real bash, zsh and fish, each in a terminal."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from pathlib import Path
+from string import ascii_lowercase
 
 import pytest
 
@@ -16,22 +17,25 @@ HOSTILE_WORDS = (
     "=(>pwned)", "x))';>pwned;'((", "${x:-$(>pwned)}", "x|>pwned", "x&>pwned", ">pwned",
     'x"$(>pwned)"',
 )  # fmt: skip
-DEC_POMDP = """agents: {} b
-discount: 1
-values: reward
-states: 1
-start: uniform
-actions:
-1
-1
-observations:
-1
-1
-T: * : uniform
-O: * : uniform
-R: * : * : * : * : 0
-"""
-NORMAL_FORM = 'NFG 1 R "a game" {{ "{}" "b" }} {{ 1 1 }}\n\n0 0\n'
+SEAT_WORDS = HOSTILE_WORDS[:-1]  # the files cannot quote a quotation mark
+NAMES_IN_POMDPS = [word for word in SEAT_WORDS if ":" not in word]  # a colon ends a keyword
+
+
+def format_dec_pomdp(agents: Sequence[str]) -> str:
+    """Return a Dec-POMDP of one state, in which each agent has one action and one observation."""
+    ones = "1\n" * len(agents)
+    return (
+        f"agents: {' '.join(agents)}\ndiscount: 1\nvalues: reward\nstates: 1\nstart: uniform\n"
+        f"actions:\n{ones}observations:\n{ones}"
+        "T: * : uniform\nO: * : uniform\nR: * : * : * : * : 0\n"
+    )
+
+
+def format_normal_form(agents: Sequence[str]) -> str:
+    """Return a game in which each agent has one action."""
+    names = " ".join(f'"{agent}"' for agent in agents)
+    counts, payoffs = (" ".join(digit * len(agents)) for digit in "10")
+    return f'NFG 1 R "a game" {{ {names} }} {{ {counts} }}\n\n{payoffs}\n'
 
 
 def shells() -> list[object]:
@@ -61,9 +65,15 @@ def is_untouched(folder: Path) -> bool:
 
 def test_a_file_can_name_a_hostile_seat(tmp_path: Path) -> None:
     """Otherwise the test of seats below would try nothing."""
-    for word in HOSTILE_WORDS[:4]:
-        (tmp_path / "game.dpomdp").write_text(DEC_POMDP.format(word))
-        assert complete_seats(str(tmp_path / "game.dpomdp")) == [f"{word}=", "b="]
+    (tmp_path / "game.dpomdp").write_text(format_dec_pomdp(NAMES_IN_POMDPS))
+    seats = complete_seats(str(tmp_path / "game.dpomdp"))
+    assert seats == [f"{word}=" for word in NAMES_IN_POMDPS]
+    agents = [f"{letter}{word}" for letter, word in zip(ascii_lowercase, SEAT_WORDS, strict=False)]
+    (tmp_path / "game.nfg").write_text(format_normal_form(agents))
+    seats = complete_seats(str(tmp_path / "game.nfg"))
+    # A backslash quotes the next character in these files.
+    assert {f"{agent}=" for agent in agents if "\\" not in agent} <= set(seats)
+    assert len(seats) == len(agents)
 
 
 @pytest.mark.slow
@@ -81,12 +91,14 @@ def test_seats_that_a_file_names_are_not_executed(
     folder_and_shell: tuple[Path, CompletingShell],
 ) -> None:
     folder, shell = folder_and_shell
-    for word in HOSTILE_WORDS[:-1]:  # these files cannot quote a quotation mark
-        (folder / "game.dpomdp").write_text(DEC_POMDP.format(word))
-        (folder / "game.nfg").write_text(NORMAL_FORM.format(f"a{word}"))
-        shell.complete("dmplay ./game.dpomdp --seat ", tabs=2)
-        shell.complete_and_run("dmplay ./game.nfg --seat a")
-        assert is_untouched(folder), word
+    (folder / "game.dpomdp").write_text(format_dec_pomdp(NAMES_IN_POMDPS))
+    shell.complete("dmplay ./game.dpomdp --seat ", tabs=2)
+    assert is_untouched(folder)
+    agents = [f"{letter}{word}" for letter, word in zip(ascii_lowercase, SEAT_WORDS, strict=False)]
+    (folder / "game.nfg").write_text(format_normal_form(agents))
+    for agent in agents:
+        shell.complete_and_run(f"dmplay ./game.nfg --seat {agent[0]}")
+        assert is_untouched(folder), agent
 
 
 @pytest.mark.slow
