@@ -71,9 +71,8 @@ def test_a_file_can_name_a_hostile_seat(tmp_path: Path) -> None:
     agents = [f"{letter}{word}" for letter, word in zip(ascii_lowercase, SEAT_WORDS, strict=False)]
     (tmp_path / "game.nfg").write_text(format_normal_form(agents))
     seats = complete_seats(str(tmp_path / "game.nfg"))
-    # A backslash quotes the next character in these files.
-    assert {f"{agent}=" for agent in agents if "\\" not in agent} <= set(seats)
-    assert len(seats) == len(agents)
+    assert [seat[0] for seat in seats] == [agent[0] for agent in agents]
+    assert sum("$(>pwned)" in seat for seat in seats) >= 5  # some characters are replaced
 
 
 @pytest.mark.slow
