@@ -156,7 +156,7 @@ def test_against_a_person_the_hint_shows_the_posterior_over_the_rules_and_no_reg
         session.advance([own_action, other_action])
     hint = provider.create_hint()
     assert "always-defect" not in hint
-    assert "(plan-rounds, 3 turns left, if agent2 plays one of 11 rules, " in hint
+    assert "by plan-rounds (3 turns left, if agent2 plays one of 11 rules, " in hint
     assert provider.current_hint is not None
     assert provider.current_hint.regrets is None
     seated = SeatedPolicy(session, 0, plan_against("human", 6))
