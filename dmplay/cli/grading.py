@@ -34,11 +34,7 @@ def assign(
     """Create an assignment: the games that all players have to play.
 
     The file contains the problem, parameters, agents, seeds, turn limit and --strict.
-    Each player uses this command once for each game:
-
-    \b
-      dmplay play --assignment FILE --player NAME
-
+    Each player types 'dmplay play --assignment FILE --player NAME' once for each game.
     Then you grade the games with 'dmplay grade PATH... --assignment FILE'.
 
     \b
