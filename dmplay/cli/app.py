@@ -93,7 +93,8 @@ def root_command() -> Any:
     assert isinstance(group, CommandGroup)
     for command in group.commands.values():
         refuse_infinite_numbers(command.params)
-    for option in group.params:
+    options: list[Any] = list(group.params)
+    for option in options:
         if option.name == "show_completion":  # Typer's own text is hard to understand
             option.help = "Print the completion script for the current shell."
     return group
