@@ -72,8 +72,8 @@ class CommandGroup(TyperGroup):
         """Return a command, without environment variables in its help."""
         command = super().get_command(ctx, cmd_name)
         if command:
-            for each in (command, *getattr(command, "commands", {}).values()):
-                _hide_variables(each.params)
+            for shown_command in (command, *getattr(command, "commands", {}).values()):
+                _hide_variables(shown_command.params)
         return command
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:
