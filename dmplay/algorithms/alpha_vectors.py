@@ -270,7 +270,7 @@ def _combine_vectors(tables: Tables, action: int, vectors: Reals) -> Reals:
 
 ALGORITHM = Algorithm(
     "alpha-vectors",
-    "compare plans for hidden states, and remove those that are best at no belief",
+    "compare plans for hidden states, and remove plans that are best at no belief",
     "sections 20.2 to 20.5, Conditional Plans to Value Iteration",
     find_obstacle,
     iterate_steps,

@@ -83,7 +83,7 @@ def _describe_end(gain: float) -> str:
 
 ALGORITHM = Algorithm(
     "fictitious-play",
-    "answer how often the others have played each action, round by round",
+    "choose a best reply to the past actions of the others, round by round",
     "section 24.8, Fictitious Play",
     find_obstacle,
     iterate_steps,

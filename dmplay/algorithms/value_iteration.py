@@ -166,7 +166,7 @@ def _describe_end(discount: float, residual: float) -> tuple[str, ...]:
 
 ALGORITHM = Algorithm(
     "value-iteration",
-    "compute the value of each state, one turn more at each step",
+    "compute the value of each state with 1 turn left, then with 2, and so on",
     "section 7.5, Value Iteration",
     find_mdp_obstacle,
     iterate_steps,

@@ -30,10 +30,10 @@ app = typer.Typer(
 \b
   dmplay hexworld                        play hex world
   dmplay 2048 --seed 7 -o game.dmt       play with a fixed seed, and record it
-  dmplay verify game.dmt                 check every number of the recording
+  dmplay verify game.dmt                 check every number of a recorded game
   dmplay crying-baby --agent random      watch an agent play
   dmplay list                            list all problems
-  dmplay learn                           learn by short lessons
+  dmplay learn                           list the lessons and your progress
   dmplay guide                           list the topics of the guide
   dmplay                                 choose a problem from a list and play
 
@@ -93,4 +93,8 @@ def root_command() -> Any:
     assert isinstance(group, CommandGroup)
     for command in group.commands.values():
         refuse_infinite_numbers(command.params)
+    options: list[Any] = list(group.params)
+    for option in options:
+        if option.name == "show_completion":  # Typer's own text is hard to understand
+            option.help = "Print the completion script for the current shell."
     return group

@@ -72,7 +72,8 @@ class CommandGroup(TyperGroup):
         """Return a command, without environment variables in its help."""
         command = super().get_command(ctx, cmd_name)
         if command:
-            _hide_variables(command.params)
+            for shown_command in (command, *getattr(command, "commands", {}).values()):
+                _hide_variables(shown_command.params)
         return command
 
     def shell_complete(self, ctx: Any, incomplete: str) -> Any:

@@ -19,8 +19,8 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="run the games on a cluster: dask, dask:tcp://HOST:PORT, or a function that returns "
-        "an executor, as MODULE:FUNCTION or FILE.py:FUNCTION",
+        help="run the games on a cluster: dask, dask:tcp://HOST:PORT, MODULE:FUNCTION or "
+        "FILE.py:FUNCTION (a function that returns a concurrent.futures.Executor)",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -75,7 +75,7 @@ def _make_request(
 @options.with_terminal_options("json", "motion", "ascii", motion=options.ProgressMotion)
 def run(
     problem: options.ProblemName,
-    agent: options.FirstSeatAgent = "",
+    agent: options.BatchAgent = "",
     episodes: Annotated[
         int | None,
         typer.Option("--episodes", metavar="N", min=1, help="number of games (default: 10000)"),
@@ -105,11 +105,14 @@ def run(
 ) -> object:
     """Play many games, and report the scores of each seat.
 
-    The return of a game is the sum of its discounted rewards. The report shows the
-    mean return, its standard error, and the distribution of the returns. A seed gives
-    the same games on every machine, with any number of workers.
-    A parameter can have several values, such as slip=0.1,0.2. dmplay then plays the
-    games for each value, or for each combination of the values of several parameters.
+    The return of a game is the sum of its rewards. In a problem with a discount, later
+    rewards count less. The report shows the mean return, its standard error, and the
+    distribution of the returns. The same seed gives the same games on every machine,
+    with any number of workers.
+
+    A parameter can have several values, such as slip=0.1,0.2. In this case, dmplay
+    plays the games once for each value. If several parameters have several values,
+    dmplay plays the games for each combination.
 
     \b
       dmplay run hexworld --agent optimal
@@ -147,7 +150,7 @@ def compare(
         typer.Option(
             "--decide",
             metavar="P",
-            help="stop when it is clear which agent is better; error probability at most P",
+            help="stop when it is clear which agent earns more; P: largest probability of an error",
         ),
     ] = None,
     bounds: Annotated[
@@ -162,7 +165,7 @@ def compare(
         bool,
         typer.Option(
             "--asymptotic",
-            help="let --decide work without --bounds; after few games it errs more often than P",
+            help="let --decide work without --bounds; wrong more often than P after few games",
         ),
     ] = False,
     *,
@@ -171,8 +174,9 @@ def compare(
 ) -> object:
     """Compare agents on the same random numbers.
 
-    The report shows the mean return of each agent, and the difference between two
-    agents with its standard error and confidence interval.
+    Each agent plays the same games in the first seat. The report shows the mean return
+    of each agent. For each pair of agents, it also shows the difference, with its
+    standard error and confidence interval.
 
     \b
       dmplay compare hexworld optimal search --episodes 1000
@@ -198,7 +202,7 @@ def tournament(
         typer.Option(
             "--seats",
             metavar="ORDER",
-            help="all: every order of the agents; given: only the order in which you name them",
+            help="all: play every order of the agents; given: only the order of the command line",
         ),
     ] = "all",
     output: Annotated[
@@ -207,7 +211,7 @@ def tournament(
             "--output",
             "-o",
             metavar="FILE",
-            help="results file; the same command resumes from it",
+            help="results file; if you stop, the same command continues from it",
         ),
     ] = None,
     *,
@@ -216,13 +220,15 @@ def tournament(
 ) -> object:
     """Play a round-robin tournament on the same random numbers.
 
-    Every agent plays every agent, also itself, in every order of the seats. The
-    report shows the mean returns and the best reply to each agent. It also shows an
-    equilibrium of the game in which each player chooses an agent. In an equilibrium,
-    no player gains by changing its own choice alone. The regret of an agent is the
-    best return against that equilibrium minus the return of this agent.
+    Every agent plays against every agent, also against itself, in every order of the
+    seats. The report shows the mean returns and the best reply to each agent.
 
-    With --seats given, each combination is played in one order only, and the report
+    The report also treats its table as a game: each player chooses an agent, and earns
+    what this agent earns. It shows an equilibrium of this game, in which no player
+    gains by changing only its own choice. The regret of an agent is the best possible
+    return against that equilibrium, minus the return of this agent.
+
+    With '--seats given', each combination is played in one order only, and the report
     shows only the mean returns.
 
     \b

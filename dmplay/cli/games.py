@@ -9,6 +9,11 @@ from dmplay.cli import options
 from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
+ShellInput = Annotated[
+    bool,
+    options.shared_switch("input", "read typed commands; --no-input: only from -e or a pipe"),
+]
+
 
 @options.with_terminal_options(json=options.JsonLinesFlag)
 def play(
@@ -44,7 +49,7 @@ def play(
     """Play a problem, or watch agents play it.
 
     Each player of a problem has a seat. You play the first seat, unless --agent names
-    an agent. The seed determines every random number of the game.
+    an agent. The same seed gives the same random numbers again.
 
     \b
       dmplay play hexworld --seed 7
@@ -131,7 +136,7 @@ def resume(
     return PlayCommand(request, terminal_options, quiet)
 
 
-@options.with_terminal_options(json=options.JsonLinesFlag)
+@options.with_terminal_options(json=options.JsonLinesFlag, input=options.ViewerInput)
 def replay(
     file: options.TranscriptPath,
     trust: options.Trust = False,
@@ -142,9 +147,15 @@ def replay(
 ) -> object:
     """Replay a recorded game turn by turn.
 
-    On the full screen, the arrow keys show the next and the previous turn, Home the start and
-    End the end. Type the number of a turn and Enter to go there. X goes to the worst choice,
-    and Enter plays on from there. P plays all turns at --speed.
+    These keys work on the full screen:
+
+    \b
+      left, right arrow    show the previous or the next turn
+      Home, End            go to the start or to the end
+      a number and Enter   go to the turn with this number
+      P                    play all turns, at --speed
+      X                    go to the choice with the largest regret
+      Enter                start a new game for you from the turn that you see
 
     \b
       dmplay replay game.dmt
@@ -162,7 +173,7 @@ def branch(
     at: Annotated[
         int,
         typer.Option(
-            "--at", metavar="TURN", min=0, help="last turn to repeat; you play from the next one"
+            "--at", metavar="TURN", min=0, help="last turn to repeat; new turns begin after it"
         ),
     ],
     record: Annotated[
@@ -173,7 +184,7 @@ def branch(
         typer.Option(
             "--seat",
             metavar="NAME=PLAYER",
-            help="human, or the agent that plays the seat NAME from then on (repeatable)",
+            help="player of the seat NAME in the new turns: human or an agent (repeatable)",
         ),
     ] = [],  # noqa: B006 - typer copies it
     force: options.Force = False,
@@ -209,11 +220,15 @@ def branch(
     return PlayCommand(request, terminal_options, quiet)
 
 
-@options.with_terminal_options("plain", "color", "ascii", "theme", "width", "motion", "input")
+@options.with_terminal_options(
+    "plain", "color", "ascii", "theme", "width", "motion", "input", input=ShellInput
+)
 def shell(
     execute: Annotated[
         list[str],
-        typer.Option("--execute", "-e", metavar="COMMAND", help="run COMMAND and exit; repeatable"),
+        typer.Option(
+            "--execute", "-e", metavar="COMMAND", help="run COMMAND and exit (repeatable)"
+        ),
     ] = [],  # noqa: B006
     speed: options.PlaybackSpeed = 2.0,
     *,
@@ -222,7 +237,7 @@ def shell(
     """Open a shell in which you play by typed commands.
 
     You can play one game after another. Commands can also come from -e or from a
-    pipe; then the first error ends the shell.
+    pipe. In this case, the first error ends the shell.
 
     \b
       dmplay shell < commands.txt
@@ -238,15 +253,16 @@ def shell(
 
 
 def bot(
-    agent: Annotated[str, typer.Argument(metavar="AGENT", help="agent that plays")],
+    agent: Annotated[str, typer.Argument(metavar="AGENT", help="agent that chooses the actions")],
     problem: Annotated[
         str, typer.Option("--problem", "-p", metavar="PROBLEM", help="problem to play")
     ],
 ) -> object:
-    """Let an agent play in another program's game.
+    """Let another program use an agent of dmplay as a player.
 
-    The bot reads and writes JSON Lines on its standard streams. 'dmplay guide bots'
-    describes the messages.
+    The other program runs the game. It sends each observation as a line of JSON to the
+    standard input of 'dmplay bot', and reads each action from its standard output.
+    'dmplay guide bots' describes the messages.
 
     \b
       dmplay hexworld --agent 'bot:dmplay bot optimal --problem hexworld'
@@ -274,7 +290,7 @@ def mcp(
             metavar="N",
             min=0,
             max=2**63 - 1,
-            help="random seed; each game is another episode of it",
+            help="random seed; it gives a series of games (default: a new one)",
         ),
     ] = None,
     turns: Annotated[
@@ -289,7 +305,8 @@ def mcp(
 ) -> object:
     """Let a language model play (Model Context Protocol).
 
-    MCP is the Model Context Protocol. 'dmplay guide mcp' explains the setup.
+    dmplay becomes a server for a program that runs a language model. 'dmplay guide mcp'
+    explains the setup.
 
     \b
       dmplay mcp

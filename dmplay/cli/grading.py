@@ -33,9 +33,9 @@ def assign(
 ) -> object:
     """Create an assignment: the games that all players have to play.
 
-    The file holds the problem, parameters, agents, seeds, turn limit and --strict. Each
-    player plays the games, one after another, with 'dmplay play
-    --assignment FILE --player NAME'. Grade them with 'dmplay grade --assignment FILE'.
+    The file contains the problem, parameters, agents, seeds, turn limit and --strict.
+    Each player types 'dmplay play --assignment FILE --player NAME' once for each game.
+    Then you grade the games with 'dmplay grade PATH... --assignment FILE'.
 
     \b
       dmplay assign hexworld --seeds 7,8,9 --strict=hints -o walks
@@ -79,11 +79,17 @@ def grade(
 ) -> object:
     """Grade the transcripts of games that players hand in.
 
-    The table has one row per game: its player, return and regret, and the numbers of
-    undone turns, rerolls and hints. The regret of an action is the value of the best
-    action minus its own value. The table also marks games that do not verify, differ
-    from the assignment, were peeked into or were played twice. 'dmplay guide
-    measuring' explains what a file cannot prove.
+    The table has one row per game. It shows the player, the return, the regret, and the
+    numbers of undone turns, rerolls and hints. The regret of an action is the value of
+    the best action minus the value of the chosen action. The table also marks a game that
+
+    \b
+    - does not verify,
+    - differs from the assignment,
+    - has the same random numbers as another game of this player, or
+    - was peeked: the player looked at hidden states early.
+
+    'dmplay guide measuring' explains what a file cannot prove.
 
     \b
       dmplay grade transcripts

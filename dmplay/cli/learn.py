@@ -12,6 +12,10 @@ from dmplay.cli import options
 from dmplay.errors import BadParameter
 from dmplay.terminal.capabilities import TerminalOptions
 
+# questions are dialogs without motion
+QUESTION_OPTIONS = ("plain", "json", "color", "ascii", "theme", "width", "input")
+LessonListJson = Annotated[bool, typer.Option("--json", help="print the list of lessons as JSON")]
+
 
 class LearnGroup(TyperGroup):
     """The group of `dmplay learn`; without the name of a command, `lesson` is meant."""
@@ -26,11 +30,11 @@ class LearnGroup(TyperGroup):
 learn_app = typer.Typer(
     cls=LearnGroup,
     rich_markup_mode=None,
-    help="""Learn the book's ideas in lessons of ten minutes.
+    help="""Learn the book's ideas in short lessons.
 
-In a lesson you predict what will happen, play, and compare. Wrong answers get a
-reason in numbers and another try. 'dmplay guide lessons' explains how to write
-your own lessons.
+A lesson takes at most ten minutes. You predict what will happen, play, and compare.
+After a wrong answer, dmplay shows with numbers why it is wrong, and you try again.
+'dmplay guide lessons' explains how to write your own lessons.
 
 \b
   dmplay learn                  list the lessons and your progress
@@ -40,7 +44,7 @@ your own lessons.
   dmplay learn --json           print your progress as JSON, for a course page
   dmplay learn puzzle           solve the puzzle of the day
   dmplay learn puzzle catch     solve a puzzle of one problem
-  dmplay learn from game.dmt    find better actions than your worst ones
+  dmplay learn from game.dmt    find better actions for your worst choices
 
 \b
 'dmplay learn 9' is short for 'dmplay learn lesson 9'.""",
@@ -68,7 +72,7 @@ def _complete_puzzles(incomplete: str) -> list[str]:
 
 
 @learn_app.command("lesson")
-@options.with_terminal_options()
+@options.with_terminal_options(json=LessonListJson, input=options.AnswerInput)
 def lesson(
     words: Annotated[
         list[str],
@@ -79,17 +83,21 @@ def lesson(
         ),
     ] = [],  # noqa: B006 - typer reads it once
     restart: Annotated[
-        bool, typer.Option("--restart", help="begin with the first step, even if it is done")
+        bool, typer.Option("--restart", help="begin at the first step again")
     ] = False,
     trust: Annotated[
-        bool, typer.Option("--trust", help="run problems and agents that are code outside dmplay")
+        bool,
+        typer.Option(
+            "--trust", help="run user code: import the problems and agents that the lesson names"
+        ),
     ] = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
     """Open a lesson, or list the lessons and your progress.
 
-    A lesson begins with its first open step. You can leave it at any time with 'quit'.
+    A lesson begins at its first step that you have not done. You can leave it at any
+    time with 'quit'.
 
     \b
       dmplay learn lesson 9
@@ -108,7 +116,7 @@ def lesson(
 
 
 @learn_app.command("puzzle")
-@options.with_terminal_options()
+@options.with_terminal_options(*QUESTION_OPTIONS, input=options.AnswerInput)
 def puzzle(
     code: Annotated[
         str,
@@ -119,17 +127,16 @@ def puzzle(
         ),
     ] = "",
     solution: Annotated[
-        bool, typer.Option("--solution", help="with --json, print the solution too")
+        bool, typer.Option("--solution", help="with --json: print the solution too")
     ] = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Solve a puzzle: a position in which a rule of thumb loses.
+    """Solve a puzzle: a position where a simple rule chooses badly.
 
-    Choose the best action. All values are exact expected returns, from the position
-    to the end of the game.
-    A puzzle that you miss returns after 1, 3 and 7 days. The puzzle of the day
-    changes at midnight UTC and is the same for all players.
+    You choose the best action. All values are exact expected returns, from the position
+    to the end of the game. After a wrong answer, the puzzle comes back after 1, 3 and 7
+    days. The puzzle of the day changes at midnight UTC and is the same for all players.
 
     \b
       dmplay learn puzzle
@@ -149,23 +156,21 @@ def puzzle(
 
 
 @learn_app.command("from")
-@options.with_terminal_options()
+@options.with_terminal_options(*QUESTION_OPTIONS, input=options.AnswerInput)
 def learn_from(
     paths: Annotated[
         list[Path],
         typer.Argument(metavar="[GAME]...", help="recorded games (default: all saved games)"),
     ] = [],  # noqa: B006 - typer reads it once
-    trust: Annotated[
-        bool, typer.Option("--trust", help="run problems and agents that are code outside dmplay")
-    ] = False,
+    trust: options.Trust = False,
     *,
     terminal_options: TerminalOptions,
 ) -> object:
     """Find better actions for the worst choices in recorded games.
 
-    You choose again in at most five positions, worst first. This needs the exact
-    values of the game that was played, and a file that verifies. A choice that you
-    miss returns after 1, 3 and 7 days.
+    You choose again in at most five positions. The position of your worst choice comes
+    first. This works only if the exact values of the game are known and the file
+    verifies. After a wrong answer, the position comes back after 1, 3 and 7 days.
 
     \b
       dmplay learn from game.dmt

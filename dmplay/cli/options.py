@@ -94,7 +94,7 @@ def _shared_option(name: str, help_text: str, *flags: str, **extra: Any) -> Any:
     )
 
 
-def _shared_switch(name: str, help_text: str) -> Any:
+def shared_switch(name: str, help_text: str) -> Any:
     """Return an on/off option that an environment variable sets for every command."""
     return _shared_option(name, help_text, f"--{name}/--no-{name}")
 
@@ -120,6 +120,12 @@ Seed = Annotated[
     _option("N", "random seed (default: a new one)", name_lists.list_saved_seeds, "--seed"),
 ]
 FirstSeatAgent = Annotated[str, _agent_option("agent that plays the first seat", "--agent")]
+BatchAgent = Annotated[
+    str,
+    _agent_option(
+        "agent that plays the first seat (default: a quick agent; the report names it)", "--agent"
+    ),
+]
 GhostAgent = Annotated[
     str,
     _agent_option("agent that plays a copy of your game, with the same random numbers", "--ghost"),
@@ -128,13 +134,16 @@ PredictionKind = Annotated[
     str,
     _option(
         "KIND",
-        "dmplay asks you to predict before each outcome: belief, outcome or value",
+        "ask for a prediction before each turn is played; KIND: belief, outcome or value",
         name_lists.complete_prediction_kinds,
         "--predict",
     ),
 ]
 OtherAgents = Annotated[
-    str, _agent_option("agent that plays all other seats (default: see 'dmplay agents')", "--vs")
+    str,
+    _agent_option(
+        "agent that plays all seats but the first (default: see 'dmplay agents')", "--vs"
+    ),
 ]
 SeatAgents = Annotated[
     list[str],
@@ -147,7 +156,7 @@ OptionalTranscriptPath = Annotated[
     Path | None,
     _argument(
         "FILE",
-        "transcript file (default: the newest game you left)",
+        "transcript file (default: the newest game that you left)",
         name_lists.complete_transcripts,
     ),
 ]
@@ -181,7 +190,7 @@ ProblemKind = Annotated[
     str,
     _argument(
         "KIND",
-        "kind of problem, such as MDP (see dmplay guide glossary); 'games': saved games",
+        "kind of problem, such as MDP (see 'dmplay guide glossary'); or games: saved games",
         lambda: [*name_lists.LIST_FILTERS],
     ),
 ]
@@ -211,7 +220,8 @@ KeyPreset = Annotated[
 ]
 Quiet = Annotated[bool, typer.Option("--quiet", "-q", help="print only errors")]
 PlaybackSpeed = Annotated[
-    float, _shared_option("speed", "autoplay speed in turns per second", metavar="X", min=0.1)
+    float,
+    _shared_option("speed", "turns per second of automatic play (key P)", metavar="X", min=0.1),
 ]
 RealTimeRate = Annotated[
     float | None,
@@ -229,7 +239,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="which game of this seed to play: 0, 1, 2, ...; each has other random numbers",
+        help="play game N of the series of games that a seed gives: 0, 1, 2, ...",
     ),
 ]
 TurnLimit = Annotated[
@@ -287,15 +297,13 @@ def parse_workers(workers: str) -> int | Literal["auto"]:
 
 
 TERMINAL_OPTIONS = {
-    "plain": Annotated[
-        bool, _shared_switch("plain", "print lines instead of drawing the full screen")
-    ],
+    "plain": Annotated[bool, shared_switch("plain", "print lines, no full screen")],
     "json": JsonFlag,
     "color": Annotated[
         Literal["auto", "always", "never"],
         _shared_option("color", "when to use colours: auto, always or never", metavar="WHEN"),
     ],
-    "ascii": Annotated[bool, _shared_switch("ascii", "draw with ASCII characters only")],
+    "ascii": Annotated[bool, shared_switch("ascii", "draw with ASCII characters only")],
     "theme": Annotated[
         Literal["auto", "dark", "light", "default", "mono", "high-contrast"],
         _shared_option(
@@ -309,15 +317,25 @@ TERMINAL_OPTIONS = {
         int | None, _shared_option("width", "maximum width in columns", metavar="N", min=1)
     ],
     "motion": Annotated[
-        bool, _shared_switch("motion", "animate moves, and play agents' turns without a key press")
+        bool,
+        shared_switch("motion", "animate moves, and let the key P play turns automatically"),
     ],
-    "input": Annotated[bool, _shared_switch("input", "let dmplay ask questions in the terminal")],
+    "input": Annotated[
+        bool,
+        shared_switch("input", "let a person type; with --no-input, agents play all seats"),
+    ],
 }
+ViewerInput = Annotated[
+    bool, shared_switch("input", "wait for keys; --no-input prints lines, as --plain does")
+]
+AnswerInput = Annotated[
+    bool, shared_switch("input", "ask again after an invalid answer; --no-input stops there")
+]
 ScreenWidth = Annotated[
     int | None, _shared_option("width", "width of the screen in columns", metavar="N", min=1)
 ]
-ProgressMotion = Annotated[bool, _shared_switch("motion", "show a progress bar")]
-PagedPlain = Annotated[bool, _shared_switch("plain", "print the text without a pager")]
+ProgressMotion = Annotated[bool, shared_switch("motion", "show a progress bar")]
+PagedPlain = Annotated[bool, shared_switch("plain", "print the text without a pager")]
 Command = Callable[..., object]
 
 

@@ -34,7 +34,7 @@ def plot(
         str,
         typer.Argument(
             metavar="PROBLEM|FILE",
-            help="problem, or transcript file",
+            help="problem or transcript file",
             autocompletion=_complete_subjects,
         ),
     ] = "",
@@ -46,7 +46,7 @@ def plot(
             "--turns",
             metavar="N",
             min=1,
-            help="turns left; for 'plot returns': maximum turns per game",
+            help="number of turns left; with returns: maximum number of turns per game",
         ),
     ] = None,
     methods: Annotated[
@@ -54,14 +54,14 @@ def plot(
         typer.Option(
             "--methods",
             metavar="NAME,...",
-            help="for alpha-vectors: optimal, or the approximations qmdp and fib",
+            help="with alpha-vectors: optimal, or the approximations qmdp and fib",
         ),
     ] = "",
-    agent: options.FirstSeatAgent = "",
+    agent: options.BatchAgent = "",
     compare: Annotated[
         str,
         typer.Option(
-            "--compare", metavar="AGENT,...", help="more agents for the first seat, for returns"
+            "--compare", metavar="AGENT,...", help="with returns: more agents for the first seat"
         ),
     ] = "",
     vs: options.OtherAgents = "",
@@ -86,13 +86,16 @@ def plot(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Plot values, policies, games, and the figures of the book's appendix F.
+    """Plot values, policies, games and the figures of the book.
 
-    A plot is drawn in the terminal. With -o FILE.svg, FILE.png or FILE.pdf, dmplay
-    writes a picture for slides instead; this needs the extra 'plot'.
-    An alpha vector lists the value of one plan for each hidden state. A belief is the
-    probability of each hidden state. The regret of an action is how much lower its
-    expected return is than that of the best action.
+    dmplay draws the plot in the terminal. With -o FILE.svg, FILE.png or FILE.pdf, it
+    writes a picture for slides instead. Pictures need the extra 'plot'.
+
+    \b
+    - An alpha vector lists the value of one plan for each hidden state.
+    - A belief is the probability of each hidden state.
+    - The regret of an action is the expected return of the best action minus the
+      expected return of this action.
 
     \b
       dmplay plot                          list all plots and figures

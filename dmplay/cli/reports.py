@@ -15,7 +15,7 @@ from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 def list_(
     kind: options.ProblemKind = "",
     all_: Annotated[
-        bool, typer.Option("--all", help="list all saved games, not only the last 20")
+        bool, typer.Option("--all", help="with games: list all saved games, not only the latest 20")
     ] = False,
     *,
     terminal_options: TerminalOptions,
@@ -48,7 +48,7 @@ def records(json: options.JsonFlag = False) -> object:
     if all of this is true:
 
     \b
-    - It has new random numbers, and you played from its first turn (no branch).
+    - You played from its first turn. It is no branch, and not a restarted game.
     - The usual agents played the other seats.
     - You used no hint, ghost, undo, reroll, --reveal or --peek.
     - Its transcript verifies.
@@ -73,12 +73,12 @@ def solve(
             "--episodes",
             metavar="N",
             min=2,
-            help="number of games, for a problem that is simulated, such as 2048",
+            help="number of games, if dmplay simulates an agent, for example in 2048",
         ),
     ] = None,
     turns: Annotated[
         int | None,
-        typer.Option("--turns", metavar="N", min=1, help="number of turns per game or plan"),
+        typer.Option("--turns", metavar="N", min=1, help="number of turns of a game or plan"),
     ] = None,
     workers: options.WorkerCount = "",
     work: Annotated[
@@ -88,7 +88,7 @@ def solve(
             metavar="X",
             min=0.01,
             max=100,
-            help="time for planning, if no exact value is found; 2: twice the default",
+            help="planning time, if no exact value is known; 2: twice the default",
         ),
     ] = None,
     *,
@@ -96,11 +96,14 @@ def solve(
 ) -> object:
     """Compute the best actions of a problem and their values.
 
-    A problem that is too large is simulated instead, and the report says so.
+    The report names the method. A value is an expected return. The return of a game is
+    the sum of its rewards, and a discount makes later rewards count less.
 
-    The report also names the method. A value is an expected return: the sum of the
-    discounted rewards. For several players, it reports an equilibrium: no player
-    gains by changing its own strategy alone.
+    \b
+    - For players with different goals, the report shows an equilibrium: no player
+      gains by changing only its own strategy.
+    - For a team, the report shows the best plans, or bounds on their value.
+    - If a problem is too large, dmplay simulates an agent. The report says so.
 
     \b
       dmplay solve hexworld --set slip=0.1
@@ -135,7 +138,7 @@ def convert(
 ) -> object:
     """Write a problem as a .pomdp, .mdp, .dpomdp or .nfg file.
 
-    Other programs can read these formats. The suffix of FILE selects the format.
+    Other programs can read these formats. The end of the file name selects the format.
 
     \b
       dmplay convert crying-baby -o baby.pomdp
@@ -168,9 +171,9 @@ def info(
 ) -> object:
     """Describe a problem: rules, parameters, agents and keys.
 
-    The description also lists the spaces of states, actions and observations, the
-    variants, and the source of the rules. Where the book leaves a rule open, it says
-    which rule dmplay uses.
+    The description also lists the states, actions, observations and variants, and the
+    source of the rules. If the book leaves a rule open, the description shows the rule
+    that dmplay uses.
 
     \b
       dmplay info hexworld

@@ -20,7 +20,7 @@ def verify(
         bool, typer.Option("--allow-unfinished", help="accept transcripts that have no end")
     ] = False,
     frames: Annotated[
-        bool, typer.Option("--frames/--no-frames", help="compare the recorded drawings of turns")
+        bool, typer.Option("--frames/--no-frames", help="check the recorded drawings of turns too")
     ] = True,
     trust: options.Trust = False,
     json: options.JsonFlag = False,
@@ -29,11 +29,12 @@ def verify(
     """Check recorded games by computing them again.
 
     dmplay computes every result again from the recorded actions and random numbers.
-    It also generates the random numbers again from the seed, and asks the built-in
-    agents again, except those with a time limit. If a transcript differs, the exit code is 3.
+    It also generates the random numbers again from the seed. Built-in agents choose
+    their actions again, unless they have a time limit. If any result differs from the
+    file, the exit code is 3.
 
-    A transcript may hold a drawing of each turn. Another version of dmplay may
-    draw turns differently; --no-frames does not compare the drawings.
+    A transcript may contain a drawing of each turn. Another version of dmplay may
+    draw turns differently. --no-frames leaves the drawings out of the check.
 
     \b
       dmplay verify game.dmt
@@ -116,9 +117,11 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show the best action and the regret of each choice of a person.
+    """Show the best action and the regret of each choice.
 
-    Regret = expected return of the best action - expected return of the chosen action.
+    The table has the choices of people, not those of agents. The return of a game is
+    the sum of its rewards. The regret of a choice is the expected return of the best
+    action minus that of the chosen action.
 
     \b
       dmplay review game.dmt

@@ -11,9 +11,13 @@ from dmplay.terminal.capabilities import TerminalOptions, current_terminal
 
 EXPORTS = ("svg", "film", "html")
 EXAMPLE = "dmplay watch value-iteration hexworld"
+StepLines = Annotated[bool, typer.Option("--json", help="print JSON Lines, one object per step")]
+StepMotion = Annotated[
+    bool, options.shared_switch("motion", "let the key P play the steps automatically")
+]
 
 
-@options.with_terminal_options()
+@options.with_terminal_options(json=StepLines, motion=StepMotion, input=options.ViewerInput)
 def watch(
     algorithm: Annotated[
         str,
@@ -27,7 +31,7 @@ def watch(
         str,
         typer.Argument(
             metavar="PROBLEM",
-            help="problem: NAME, NAME:VARIANT or FILE; or a transcript",
+            help="problem: NAME, NAME:VARIANT or FILE; or a transcript file",
             autocompletion=name_lists.complete_problems,
         ),
     ] = "",
@@ -35,16 +39,23 @@ def watch(
     set_: options.ParameterSettings = [],  # noqa: B006 - typer reads it once
     at: Annotated[
         int | None,
-        typer.Option("--at", metavar="TURN", help="turn of a transcript (default: the last)"),
+        typer.Option(
+            "--at", metavar="TURN", help="with a transcript: turn to work on (default: the last)"
+        ),
     ] = None,
-    seat: Annotated[str, typer.Option("--seat", metavar="NAME", help="agent to watch")] = "",
+    seat: Annotated[
+        str, typer.Option("--seat", metavar="NAME", help="seat that the algorithm works for")
+    ] = "",
     seed: Annotated[
-        int, typer.Option("--seed", metavar="N", help="seed of random numbers", min=0)
+        int, typer.Option("--seed", metavar="N", help="seed of the random numbers", min=0)
     ] = 0,
     iterations: Annotated[
         int | None,
         typer.Option(
-            "--iterations", metavar="N", help="how often the main step is repeated", min=1
+            "--iterations",
+            metavar="N",
+            help="number of sweeps, simulations, rounds or turns",
+            min=1,
         ),
     ] = None,
     step: Annotated[
@@ -52,18 +63,23 @@ def watch(
         typer.Option(
             "--step",
             metavar="N",
-            help="begin at step N; without a full screen, show only this step",
+            help="begin at step N; in lines and pictures, show only this step",
             min=1,
         ),
     ] = None,
     speed: Annotated[
-        float, typer.Option("--speed", metavar="X", help="steps per second while playing", min=0.1)
+        float,
+        typer.Option(
+            "--speed", metavar="X", help="steps per second of automatic play (key P)", min=0.1
+        ),
     ] = 2.0,
-    svg: Annotated[bool, typer.Option("--svg", help="picture of one step (SVG)")] = False,
-    film: Annotated[bool, typer.Option("--film", help="animated picture (SVG)")] = False,
-    html: Annotated[bool, typer.Option("--html", help="page with a slider")] = False,
+    svg: Annotated[bool, typer.Option("--svg", help="write a picture of one step (SVG)")] = False,
+    film: Annotated[
+        bool, typer.Option("--film", help="write an animated picture of all steps (SVG)")
+    ] = False,
+    html: Annotated[bool, typer.Option("--html", help="write a page with a slider")] = False,
     height: Annotated[
-        int, typer.Option("--height", metavar="N", help="rows of a picture", min=1)
+        int, typer.Option("--height", metavar="N", help="height of the picture in rows", min=1)
     ] = 24,
     output: options.OutputPath = None,
     force: options.Force = False,
@@ -71,10 +87,10 @@ def watch(
     *,
     terminal_options: TerminalOptions,
 ) -> object:
-    """Watch an algorithm of the book work on a problem, one step per key press.
+    """Watch an algorithm of the book at work, step by step.
 
     Each step shows the formula with its numbers. Space shows the next step, Backspace the
-    one before, and P plays. In a pipe, the steps are lines of text.
+    previous step, and P plays all steps. In a pipe, dmplay prints the steps as text.
 
     \b
       dmplay watch

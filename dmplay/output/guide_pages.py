@@ -68,6 +68,13 @@ class _GuideMarkdown(Markdown):
 
     elements = Markdown.elements | {"heading_open": _RuledHeading, "fence": _UnwrappedCode}
 
+    def quote_inline_code(self) -> None:
+        """Put inline code between backticks, for output without colours."""
+        for token in self.parsed:
+            for child in token.children or ():
+                if child.type == "code_inline":
+                    child.content = f"`{child.content}`"
+
 
 def format_topic_list() -> str:
     """Return the name and title of every topic, one per line."""
@@ -77,13 +84,17 @@ def format_topic_list() -> str:
 def render_topic(name: str, terminal: Terminal) -> Text:
     """Return a topic of the guide rendered for a terminal, at most MAX_COLUMNS wide."""
     markdown = read_topic(name).replace("±", "+-" if terminal.ascii else "±")
-    return render_markdown(markdown, min(terminal.columns, MAX_COLUMNS))
+    width = min(terminal.columns, MAX_COLUMNS)
+    return render_markdown(markdown, width, quotes_code=not terminal.color)
 
 
-def render_markdown(markdown: str, width: int) -> Text:
-    """Return Markdown rendered in `width` columns."""
+def render_markdown(markdown: str, width: int, *, quotes_code: bool = False) -> Text:
+    """Return Markdown rendered in `width` columns, with inline code between backticks if asked."""
+    document = _GuideMarkdown(markdown, hyperlinks=False)
+    if quotes_code:
+        document.quote_inline_code()
     console = Console(width=width, file=StringIO(), force_terminal=True, theme=MARKDOWN_STYLES)
-    segments = console.render(_GuideMarkdown(markdown, hyperlinks=False))
+    segments = console.render(document)
     return Text("\n").join(_iter_text_rows(Segment.split_lines(segments)))
 
 

@@ -340,6 +340,20 @@ def test_every_command_has_help_with_examples(tmp_path: Path, command: str) -> N
         assert f"dmplay {command}" in result.stdout.partition("Options")[0]
 
 
+def test_no_sentence_of_a_command_list_is_cut_or_wrapped(tmp_path: Path) -> None:
+    for arguments in ([], ["learn"], ["config"]):
+        text = run_dmplay(tmp_path, *arguments, "--help").stdout.partition("Commands:\n")[2]
+        assert text.strip()
+        assert all(row.endswith(".") and "..." not in row for row in text.splitlines())
+
+
+def test_subcommands_hide_their_environment_variables_and_useless_options(tmp_path: Path) -> None:
+    text = run_dmplay(tmp_path, "learn", "puzzle", "--help").stdout
+    assert "--no-input" in text
+    assert "env var" not in text
+    assert "--motion" not in text
+
+
 def test_the_help_command_equals_the_help_option(tmp_path: Path) -> None:
     for arguments, options in ((["help"], ["--help"]), (["help", "verify"], ["verify", "--help"])):
         result = run_dmplay(tmp_path, *arguments)

@@ -162,6 +162,22 @@ def test_commands_of_a_console_session_are_bold() -> None:
     assert "".join(bold_parts) == "$ dmplay list"
 
 
+def test_inline_code_is_cyan_with_colours_and_between_backticks_without() -> None:
+    label = "The line `other seeds` compares you with other games."
+    coloured = guide_pages.render_markdown(label, 80)
+    assert coloured.plain == label.replace("`", "")
+    assert [coloured.plain[span.start : span.end] for span in coloured.spans if span.style] == [
+        "other seeds"
+    ]
+    assert guide_pages.render_markdown(label, 80, quotes_code=True).plain == label
+
+
+def test_a_topic_has_backticks_only_without_colours() -> None:
+    assert "`q` leaves" in guide_pages.render_topic("play", PIPE_TERMINAL).plain
+    coloured = guide_pages.render_topic("play", PIPE_TERMINAL._replace(color=True)).plain
+    assert "`" not in coloured
+
+
 @pytest.fixture
 def _small(monkeypatch: pytest.MonkeyPatch) -> None:
     for name, value in {"COLUMNS": "80", "LINES": "24", "PAGER": "sed s/^/>/"}.items():

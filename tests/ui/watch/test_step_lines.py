@@ -33,8 +33,8 @@ def watch(algorithm: str, problem: str, iterations: int | None = None) -> Watche
 
 def test_a_run_on_the_straight_line_in_lines() -> None:
     assert "".join(iter_lines(watch("value-iteration", "hexworld:straight-line", 2))) == (
-        "value-iteration on hexworld:straight-line: compute the value of each state, one turn more "
-        "at each step (section 7.5, Value Iteration).\n"
+        "value-iteration on hexworld:straight-line: compute the value of each state with 1 turn "
+        "left, then with 2, and so on (section 7.5, Value Iteration).\n"
         "step 1. start.\n"
         "V(s), the value of state s, is the best expected return (discounted sum of rewards) from "
         "it.\n"
