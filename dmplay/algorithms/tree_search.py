@@ -302,8 +302,7 @@ def _describe_backup(
     sentences = [return_sentence]
     if is_first:
         sentences += [
-            "N counts the tries of an action; that of a state sums those of its actions. A new "
-            "state has N = 0: a playout tries no action of the tree.",
+            "N counts how often an action was tried. In a new state, no action was: N = 0.",
             "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
         ]
     if best:

@@ -48,10 +48,10 @@ def test_a_picture_of_any_size_shows_a_hint_to_the_player(transcript_path: Path)
         run_export(transcript_path, "--svg", *options),
         run_export(transcript_path, "--svg", *options, "--hint"),
     )
-    assert "hint&#160;(optimal)" not in without_hint
+    assert "hint&#160;by" not in without_hint
     assert "@&#160;agent,&#160;" in without_hint
     assert "@&#160;agent,&#160;" not in with_hint
-    assert "hint&#160;(optimal):&#160;sw" in with_hint
+    assert "hint&#160;by&#160;optimal:&#160;sw" in with_hint
     assert "b&#160;sw&#160;best" in with_hint  # the row of keys
     assert with_hint.count("<clipPath") == 30
     screens = run_export(transcript_path, "--text", "--height", "20").split("\n hexworld  ")
@@ -188,12 +188,13 @@ def test_an_invalid_option_is_reported_in_one_line(
 def test_a_review_values_every_action_and_is_written_as_notes(transcript_path: Path) -> None:
     lines = run_dmplay(transcript_path.parent, "review", "g.dmt", "--write").stdout.splitlines()
     assert lines == [
-        "turn  chosen  best  regret",
-        "1     e       se    0.78 ####################",
-        "2     w       sw    0.58 ###############",
+        "turn  chosen  best  regret  discounted",
+        "1     e       se    0.78    0.78 ####################",
+        "2     w       sw    0.58    0.52 ##############",
         "review: best action 0 of 2 times, total expected regret (discounted value lost) 1.30, "
-        "largest before the discount in turn 1",
+        "largest in turn 1",
         "regret = value of the best action minus value of yours",
+        "discounted = the regret as it counts in the score",
     ]
     assert verify(transcript_path).is_ok
     notes = [row for row in transcript_path.read_text().splitlines() if row.startswith("# review ")]
