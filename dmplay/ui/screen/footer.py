@@ -43,10 +43,10 @@ class ActionKey(NamedTuple):
 
     @property
     def text(self) -> str:
-        """The key, label and regret between blanks; key and label in brackets if illegal."""
+        """The key, label and regret between blanks; '' if the action is illegal."""
         key = KEY_SYMBOLS.get(self.key, self.key)
         label = self.label if self.key == self.label else f"{key} {self.label}".strip()
-        return f" {label}{self.regret_text} " if self.is_legal else f"[{label}]"
+        return f" {label}{self.regret_text} " * self.is_legal
 
 
 def format_footer(

@@ -350,21 +350,28 @@ def _current_page(viewport: Viewport, frame_state: FrameState) -> ScreenRows:
 
 def split_pages(viewport: Viewport, frame_state: FrameState) -> list[ScreenRows]:
     """Split a long message into pages that fit the viewport, with page numbers if several."""
-    rows = wrap_lines([*map(escape_unprintable, frame_state.page_rows)], viewport)
+    entries = [wrap_lines([escape_unprintable(entry)], viewport) for entry in frame_state.page_rows]
+    rows = [*chain(*entries)]
     body = max(viewport.height - 3, 1)
     if len(rows) <= body:
         return [rows]
     if body == 1:
         return [[row] for row in rows]
     page_height = body - 1
-    page_count = -(-len(rows) // page_height)
+    pages: list[list[ScreenLine]] = [[]]
+    for entry in entries:  # one that fits on a page is not divided
+        if page_height - len(pages[-1]) < len(entry) <= page_height:
+            pages.append([])
+        for row in entry:
+            if len(pages[-1]) == page_height:
+                pages.append([])
+            pages[-1].append(row)
     parts: list[ScreenRows] = []
-    for page_number in range(1, page_count + 1):
-        part = rows[(page_number - 1) * page_height : page_number * page_height]
-        is_last = page_number == page_count
+    for page_number, page in enumerate(pages, 1):
+        is_last = page_number == len(pages)
         key_help = "Esc closes this page" if is_last else "Space shows the next page"
-        page_label = (f" page {page_number} of {page_count}; {key_help}", "dim")
-        parts.append([*part, *[""] * (page_height - len(part)), (page_label,)])
+        page_label = (f" page {page_number} of {len(pages)}; {key_help}", "dim")
+        parts.append([*page, *[""] * (page_height - len(page)), (page_label,)])
     return parts
 
 

@@ -1,6 +1,6 @@
 """Handle the keys of the play screen."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import copysign, inf, isinf
 from typing import NamedTuple
 
@@ -213,7 +213,15 @@ def _handle_command_key(screen: PlayScreen, key: str) -> None:
         explanation = "N starts a new game" if is_over else "? lists the keys"
         is_late_action = game.session.over and game.is_action_key(key)
         problem_text = GAME_OVER_MESSAGE if is_late_action else "no such key"
+        action_keys = {label: name for name, label, _ in _list_action_keys(game)}
+        if key in action_keys:
+            problem_text = f"no such key; press {action_keys[key]} for the action {key}"
         screen.message = f"{key}: {problem_text}; {explanation}"
+
+
+def _list_action_keys(game: Game) -> Sequence[tuple[str, str, bool]]:
+    """Return the key, the name and the legality of each action; [] if nobody chooses now."""
+    return [] if game.choosing_seat is None else game.keyboard.list_actions_with_keys(game.view())
 
 
 def _scroll_rows(key: str) -> float:

@@ -201,14 +201,26 @@ def test_a_typed_action_closes_the_help() -> None:
 
 
 def test_help_longer_than_the_screen_is_split_into_parts() -> None:
-    result = play_keys(make_game("hexworld"), "?", *["space"] * 7, "h", size=(50, 14))
-    for number in range(1, 8):
-        prompt = "Space shows the next page" if number < 7 else "Esc closes this page"
-        assert f"page {number} of 7; {prompt}" in result.frames[number]
-    parts = "".join(result.frames[1:8])
+    result = play_keys(make_game("hexworld"), "?", *["space"] * 8, "h", size=(50, 14))
+    for number in range(1, 9):
+        prompt = "Space shows the next page" if number < 8 else "Esc closes this page"
+        assert f"page {number} of 8; {prompt}" in result.frames[number]
+    parts = "".join(result.frames[1:9])
     assert all(command.name in parts for command in COMMANDS)
-    assert "page" not in result.frames[8]
+    assert "page" not in result.frames[9]
     assert "turn 1 " in result.last
+
+
+def test_a_key_that_is_the_name_of_an_action_is_answered_with_its_key() -> None:
+    screen_text = play_keys(make_game("hexworld"), "e").last
+    assert "e: no such key; press l for the action e; ? lists the keys" in screen_text
+
+
+def test_a_page_does_not_divide_the_description_of_a_key() -> None:
+    frames = play_keys(make_game("hexworld"), "?", "space", size=(80, 24)).frames[1:]
+    (look_back,) = (frame for frame in frames if "look back" in frame)
+    assert "where another action was" in look_back
+    assert "better" in look_back
 
 
 def test_look_shows_the_situation_without_truncation() -> None:
@@ -490,7 +502,7 @@ def test_a_terminal_of_one_row_shows_one_line_of_text() -> None:
     assert result.frames == [
         " board needs 19x9; playing in text. at …",
         " turn 1. chose E, moved E to (8,2). rew…",
-        " e: no such key; ? lists the keys",
+        " e: no such key; press l for the action…",
         " You are @ and walk from hex to hex;",
     ]
 
