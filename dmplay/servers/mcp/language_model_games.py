@@ -35,7 +35,7 @@ class GameStatus(TypedDict):
     seat: str
     turn: int  # number of turns played
     turns: list[JsonObject]  # turns not reported yet, with the keys of `encode_percept`
-    seen: object  # a label, numbers or a state as text; null before the first observation
+    observation: object  # a label, numbers or a state as text; null before the first observation
     legal: object  # names of actions, or the bounds of a number
     words: str  # the situation as text; '' if that would reveal a belief
     ending: str  # result of the game; '' until it is over
@@ -235,7 +235,7 @@ class ModelGames:
             "seat": game.problem.agents[seat],
             "turn": model_seat.last_reported_turn,
             "turns": [_encode_turn_percept(model_seat, turn) for turn in new_turns],
-            "seen": encode_observation(
+            "observation": encode_observation(
                 game.problem, seat, session.observation_after(seat, model_seat.last_reported_turn)
             ),
             "legal": describe_choices(game.problem, seat, legal, session.action_labels(seat)),

@@ -42,7 +42,7 @@ def find_transcript(folder: Path) -> Path:
 def test_each_turn_is_reported_and_the_transcript_names_the_seat_mcp(folder: Path) -> None:
     games = make_games(folder)
     first = games.start_game("crying-baby")
-    assert (first["game"], first["seat"], first["seen"]) == ("g1", "agent", None)
+    assert (first["game"], first["seat"], first["observation"]) == ("g1", "agent", None)
     assert first["legal"] == ["feed", "sing", "ignore"]
     assert first["turns"] == [{"turn": 0, "observation": None}]
     answer = games.play_action("g1", "feed", turn=1)
