@@ -20,7 +20,6 @@ BANNED_NAMES = frozenset(
     """.split()  # noqa: SIM905 - a list literal would need a line a word
 )
 DATA_NAMES = {  # names that a file format, a protocol or another library fixes
-    ("dmplay/servers/mcp/language_model_games.py", "seen"),  # key of the JSON that MCP tools return
     ("tests/truth_cases/catch.py", "opening"),  # kind of a case in tests/truth/catch.json
 }
 QUESTION_WORD = re.compile(
