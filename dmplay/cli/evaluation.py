@@ -19,8 +19,8 @@ ExecutorName = Annotated[
     typer.Option(
         "--executor",
         metavar="ENGINE",
-        help="run the games on a cluster: dask, dask:tcp://HOST:PORT, MODULE:FUNCTION or "
-        "FILE.py:FUNCTION (a function that returns a concurrent.futures.Executor)",
+        help="run the games on several machines: dask, dask:tcp://HOST:PORT, or a Python "
+        "function, as 'dmplay guide measuring' explains",
     ),
 ]
 BATCH_OPTIONS: Mapping[str, tuple[Any, object]] = {
@@ -165,7 +165,8 @@ def compare(
         bool,
         typer.Option(
             "--asymptotic",
-            help="let --decide work without --bounds; wrong more often than P after few games",
+            help="let --decide work without --bounds; after few games, it may be wrong with a "
+            "probability above P",
         ),
     ] = False,
     *,
@@ -218,7 +219,7 @@ def tournament(
     batch_options: Mapping[str, Any],
     terminal_options: TerminalOptions,
 ) -> object:
-    """Play a round-robin tournament on the same random numbers.
+    """Let every agent play every agent on the same random numbers.
 
     Every agent plays against every agent, also against itself, in every order of the
     seats. The report shows the mean returns and the best reply to each agent.

@@ -230,7 +230,7 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="play in real time, at X turns per second (50 if you omit X)",
+        help="play in real time; the clock speeds up to X turns per second (default: 50)",
     ),
 ]
 EpisodeNumber = Annotated[
@@ -239,7 +239,7 @@ EpisodeNumber = Annotated[
         "--episode",
         metavar="N",
         min=0,
-        help="play game N of the series of games that a seed gives: 0, 1, 2, ...",
+        help="number of the game: a seed gives many games, with the numbers 0, 1, 2, ...",
     ),
 ]
 TurnLimit = Annotated[

@@ -117,11 +117,11 @@ def review(
     peek: options.Peek = False,
     json: options.JsonFlag = False,
 ) -> object:
-    """Show the best action and the regret of each choice.
+    """Show the best actions, and what each choice of a person lost.
 
-    The table has the choices of people, not those of agents. The return of a game is
-    the sum of its rewards. The regret of a choice is the expected return of the best
-    action minus that of the chosen action.
+    The return of a game is the sum of its rewards; with a discount, later rewards count
+    less. The regret of a choice is the expected return after the best action minus the
+    expected return after the chosen action.
 
     \b
       dmplay review game.dmt

@@ -54,7 +54,7 @@ def watch(
         typer.Option(
             "--iterations",
             metavar="N",
-            help="number of sweeps, simulations, rounds or turns",
+            help="number of repetitions, such as simulations or rounds",
             min=1,
         ),
     ] = None,
