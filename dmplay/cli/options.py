@@ -322,7 +322,7 @@ TERMINAL_OPTIONS = {
     ],
     "input": Annotated[
         bool,
-        shared_switch("input", "let a person type; with --no-input, agents play all seats"),
+        shared_switch("input", "let a person type; --no-input needs an agent in every seat"),
     ],
 }
 ViewerInput = Annotated[

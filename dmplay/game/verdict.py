@@ -63,7 +63,8 @@ class SeatChoices:
         """Return one line on the choices, and with exact values one each on luck and worst turn."""
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
         if self.regret is None:
-            return [f"{prefix}choices: {share} by the {append_scope(self.values_name, self.scope)}"]
+            name, _, _ = self.values_name.partition(",")  # ratings are not called points here
+            return [f"{prefix}choices: {share} by the {append_scope(name, self.scope)}"]
         decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
         regret_text = format_fixed(self.regret, decimals)
         cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
@@ -131,7 +132,7 @@ class ScoreComparison:
 
         It has the number of equal games if these are more than the lower ones.
         """
-        ties = f" ({self.equal_count} equal)" if self.equal_count > self.lower_count else ""
+        ties = f" (equal in {self.equal_count})" if self.equal_count > self.lower_count else ""
         agent = self.agent.partition(":")[0]
         return template.format(agent, self.lower_count, self.game_count) + ties
 
@@ -157,7 +158,7 @@ class Verdict:
         ]
         if self.comparisons:
             first, *others = self.comparisons
-            texts = [str(first), *(comparison.describe("{} in {}") for comparison in others)]
+            texts = [str(first), *(comparison.describe("{} in {} of {}") for comparison in others)]
             rows.append(f"other seeds: {', '.join(texts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])

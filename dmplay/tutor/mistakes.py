@@ -72,9 +72,12 @@ def _make_exercise(
         tolerance=ANSWER_TOLERANCE_SHARE * regret,
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
+    lost = format_number(choice.discounted_regret)
+    discounted = f" ({lost} of the score)" if choice.discount_factor < 1.0 else ""
     introduction = (
         describe_history(position),
-        f"In the game, {choice.chosen} was chosen here. It lost {format_number(regret)}.",
+        f"In the game, {choice.chosen} was chosen here. "
+        f"It lost {format_number(regret)}{discounted}.",
     )
     return Exercise(
         f"{_format_key_prefix(path)}{choice.seat} {choice.turn}",

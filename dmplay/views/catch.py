@@ -34,7 +34,7 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "% caught at each distance; skill 40 m: 50% are caught at 40 m"
+HEAT_LEGEND = "% caught at each distance in m; skill 40 m: 50% are caught at 40 m"
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
@@ -71,7 +71,7 @@ def _draw_large_board(
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill belief  % at m", "dim")
+    canvas.write_text(0, 0, "skill belief caught%", "dim")
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
     _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
     if options.suggested_action is not None:
@@ -166,7 +166,8 @@ def describe_expected_reward(view: View[Catch], throw: float) -> str:
         float(_compute_expected_rewards(view)[int(throw)]),
     )
     catch_percent = format_percent(expected_reward / distance)
-    return f"= {distance:.0f} m, caught {catch_percent}, expected reward {expected_reward:.0f}"
+    chance = f"caught {catch_percent}, expected reward {expected_reward:.0f}"
+    return f"throws {distance:.0f} m: {chance}"
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content

@@ -68,6 +68,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             and _find_position(view)
             and position not in exits
             and options.regret is not None
+            and not options.overlay
         ):
             key_cell = hexgrid.make_direction_cell(options, adjacent.index(hex_), size)
             return (
@@ -79,7 +80,7 @@ def iter_boards(view: View[HexWorld], options: DrawOptions) -> Iterator[Text]:
             return HexCell("&", note, "&", "dim")
         if (
             options.show_keys
-            and not options.overlay
+            and not (options.overlay and (mark or size.text_rows < 2))
             and hex_ in adjacent
             and _find_position(view)
             and reward is None
@@ -120,7 +121,7 @@ def _format_caption(view: View[HexWorld], options: DrawOptions) -> str:
         )
     if options.forecast:
         return f"{hexgrid.format_move_condition(options.forecast)}: chance of each hex"
-    if options.regret is not None:
+    if options.regret is not None and not options.overlay:
         return hexgrid.format_wall_regrets(view.problem.hexes, position, options)
     ghost = ", & ghost" * (options.ghost_state is not None)
     keys = ", letters are keys" * options.show_keys

@@ -72,9 +72,11 @@ def iter_boards(view: View[PredatorPrey], options: DrawOptions) -> Iterator[Text
     problem, positions = view.problem, _list_positions(view)
     position = positions[view.seat]
     adjacent = hex_neighbours(position)
-    can_show_keys = (options.show_keys or options.regret is not None) and not _flag_feeding_agents(
-        view
-    )[view.seat]
+    can_show_keys = (
+        (options.show_keys or options.regret is not None)
+        and not options.overlay
+        and not _flag_feeding_agents(view)[view.seat]
+    )
 
     def find_state_at(hex_: Hex) -> int:
         """Return the index of the state with you on this hex and all others where they are."""
@@ -177,7 +179,7 @@ def _format_caption(view: View[PredatorPrey], options: DrawOptions) -> str:
     ):
         is_predator = view.seat in view.problem.predator_seats
         return "any action eats the prey" if is_predator else "caught: any key moves you away"
-    if options.regret is not None:
+    if options.regret is not None and not options.overlay:
         return hexgrid.format_wall_regrets(
             view.problem.hexes, _list_positions(view)[view.seat], options
         )

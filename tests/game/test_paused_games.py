@@ -268,11 +268,11 @@ def test_a_paused_game_stays_paused_however_the_program_ends() -> None:
     [
         ({}, "dmplay resume max.dmt"),
         ({"is_handed_in": False, "problem": "hexworld"}, "dmplay resume max.dmt"),
-        ({"is_handed_in": False}, "dmplay resume max.dmt  # marks the game as peeked"),
+        ({"is_handed_in": False}, "dmplay resume max.dmt  # the file then says that you looked"),
         ({"is_handed_in": False, "strict": True}, ""),
         (
             {"is_handed_in": False, "record_path": Path("a b.dmt")},
-            "dmplay resume 'a b.dmt'  # marks the",
+            "dmplay resume 'a b.dmt'  # the file",
         ),
         ({"turns": 1}, ""),
         ({"problem": "prisoners-dilemma", "other_agent": "grim"}, "dmplay resume max.dmt"),

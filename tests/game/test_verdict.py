@@ -127,7 +127,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, e (best: se), 3.20 lost",
-        "other seeds: random scored less in 60 of 100 games, optimal in 20",
+        "other seeds: random scored less in 60 of 100 games, optimal in 20 of 100",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -286,8 +286,8 @@ def test_equal_scores_are_not_better() -> None:
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "random scored less in 0 of 100 games (100 equal)",
-        "regulate scored less in 0 of 100 games (100 equal)",
+        "random scored less in 0 of 100 games (equal in 100)",
+        "regulate scored less in 0 of 100 games (equal in 100)",
     ]
 
 

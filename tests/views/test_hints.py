@@ -118,7 +118,7 @@ chance                0     1     2
         make_view_after("catch", "50", "100", "60"),
         ASCII_OPTIONS._replace(regret=DISTANCE_REGRET, forecast=THROW_FORECAST),
         """
-skill belief  % at m  10  20  30  40  50  60  70  80  90 100
+skill belief caught%  10  20  30  40  50  60  70  80  90 100
 20 m #....... 0.134  +66 =50 :34 .21 _12 _ 6 _ 3 _ 2 _ 1 _ 0
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6

@@ -32,6 +32,7 @@ MIN_LIKELY = 0.4  # probability of a likeliest outcome that may stand for the ot
 MIN_LEAD = 1e-9  # smaller leads of a probability over the next one are rounding errors
 MIN_BELIEF_CHANGE = 0.005  # smaller changes of a probability are not mentioned
 MAX_SENTENCE_WORDS = 25
+PLACE_PREFIX = " in the state "
 RUNNER_UP = ObviousAction(-1, "the next best")
 VALUE_WORDS = {
     EXACT_VALUES: "worth", LOWER_BOUNDS: "worth at least", UPPER_BOUNDS: "worth at most",
@@ -179,7 +180,7 @@ class _ValueExplainer:
         blind = ""
         if parts.adds_up and self._round(parts.information_value):
             blind_value = self._number(self._round(float(later) - parts.information_value))
-            blind = f"without the next observation, {blind_value}"
+            blind = f"{blind_value} if you missed the next observation"
         details = "; ".join(filter(None, (product, blind)))
         details = f" ({details})" if details else ""
         return f"{text}{details}."
@@ -282,7 +283,7 @@ class _ValueExplainer:
     @property
     def _present_state(self) -> str:
         """The present state as text; '' if the agent does not see it, or it is not short."""
-        return _format_place(self._provider).removeprefix(" in ")
+        return _format_place(self._provider).removeprefix(PLACE_PREFIX)
 
     def _iter_summaries(self, parts: ActionBreakdown) -> Iterator[str]:
         """Yield clauses on many outcomes: the likeliest one and their range, then the range.
@@ -518,13 +519,13 @@ class _ValueExplainer:
 
 
 def _format_place(provider: HintProvider) -> str:
-    """Return the present state as ` in STATE`, which the sentences name; '' if it is not short."""
+    """Return the present state as ` in the state STATE`; '' if it is hidden or not short."""
     problem = provider.session.problem
     is_named = isinstance(problem.state_count, int) and problem.state_count > 1
     if problem.partially_observable or not is_named:
         return ""
     text = problem.format_state(provider.session.state)
-    return f" in {text}" if _is_short(text) else ""
+    return f"{PLACE_PREFIX}{text}" if _is_short(text) else ""
 
 
 def _choose_short(sentences: Sequence[str]) -> str:

@@ -319,7 +319,7 @@ class Frame:
             show_keys=game.choosing_seat is not None,
             reserved_rows=viewport.height - self._body_height + MIN_LOG_ROWS + 1,
             allow_large=True,
-            regret=state.hint.regrets if state.hint and not state.overlay else None,
+            regret=state.hint.regrets if state.hint else None,
             suggested_action=suggested_action,
             forecast=state.forecast,
             motion_progress=state.motion_progress,

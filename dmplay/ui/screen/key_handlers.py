@@ -38,7 +38,7 @@ LOOKBACK_HELP = (
 SCROLL_HELP = (
     "PgUp",
     "scroll",
-    "scroll the log (on hex maps: Shift-PgUp); after the game: list its turns",
+    "scroll the log (on hex maps Shift-PgUp, as PgUp is a step); after the game: list its turns",
 )
 
 

@@ -356,7 +356,9 @@ class PlayScreen:
                     WHY_KEY_HELP
                     not in format_footer(self.game, self._viewport, self.frame_state).plain
                 ):
-                    self.message += f"   {WHY_KEY_HELP}"
+                    key_help = f"   {WHY_KEY_HELP}"
+                    fits = len(self.message + key_help) < self._viewport.width
+                    self.message += key_help * fits
         self.log_new_turns(rows)
 
     def may_take_long(self, key: str) -> bool:

@@ -204,7 +204,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         *describe_other_players(game),
         "",
         f"actions: {actions_text}",
-        "keys (capital letters: with Shift; [N]: in a typed command, such as :undo 3)",
+        "keys (press Shift for a capital letter; type commands with [N], as :undo 3)",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
             for displayed_key, name, help_ in [*first, *screen_keys, *others]

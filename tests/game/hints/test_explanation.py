@@ -193,7 +193,7 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     game = make_game("hexworld")
     game.session.initial_state = problem.parse_state("(2,1)")
     label, sentences, data = explain_action(game.hint_provider)
-    assert label == "nw in (2,1) (optimal)"
+    assert label == "nw in the state (2,1) (optimal)"
     value, outcomes, comparison, reason = sentences
     assert value == (
         "The best action nw is worth 3.36: reward 0.00 now and 3.36 later (0.9 x 3.73)."
@@ -261,7 +261,7 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     value, outcomes, comparison, reason = explain_action(game.hint_provider).sentences
     assert value == (
         "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00; "
-        "without the next observation, 0.00)."
+        "0.00 if you missed the next observation)."
     )
     assert outcomes == (
         "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "
@@ -274,9 +274,11 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
 def test_the_explanation_counts_as_a_hint_and_is_forbidden_with_hints() -> None:
     game = make_game("hexworld")
     controller = GameController(game)
-    assert run_line(controller, "why").startswith("why se in (7,2) (optimal): The best action se ")
+    assert run_line(controller, "why").startswith(
+        "why se in the state (7,2) (optimal): The best action se "
+    )
     assert run_line(controller, "why w").startswith(
-        "why w in (7,2) (optimal): The action w is worth 5.54"
+        "why w in the state (7,2) (optimal): The action w is worth 5.54"
     )
     assert game.session.hint_counts == {"agent": 2}
     strict_game = make_session_game(
@@ -301,7 +303,7 @@ def test_json_lines_contain_the_numbers_of_the_explanation(tmp_path: Path) -> No
     after = sum(item["probability"] * item["value_after"] for item in outcomes)
     assert event["value"] == pytest.approx(event["reward"] + event["discount"] * after)
     assert event["action"] == "se"
-    assert event["text"].startswith("why se in (7,2) (optimal): ")
+    assert event["text"].startswith("why se in the state (7,2) (optimal): ")
 
 
 def test_the_key_row_offers_an_explanation_once_there_is_a_hint() -> None:
@@ -315,10 +317,10 @@ def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> 
         play_keys(make_game("hexworld"), "tab", "Y", size=size).last
         for size in ((200, 60), (80, 24))
     )
-    assert "why se in (7,2) (optimal): The best action se is" in large
+    assert "why se in the state (7,2) (optimal): The" in large
     assert "walls, below best: ne -1.57" in large
     assert small.split("\n")[1:3] == [
-        " why se in (7,2) (optimal)",
+        " why se in the state (7,2) (optimal)",
         " The best action se is worth 7.04: reward 0.00 now and 7.04 later (0.9 x 7.83).",
     ]
     assert "walls, below best: ne -1.57" not in small
