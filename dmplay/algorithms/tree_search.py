@@ -302,8 +302,8 @@ def _describe_backup(
     sentences = [return_sentence]
     if is_first:
         sentences += [
-            "N counts the tries of an action; that of a state sums those of its actions. A new "
-            "state has N = 0: a playout tries no action of the tree.",
+            "N of an action counts its tries, N of a state those of all its actions. A new state "
+            "has N = 0: none was tried.",
             "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
         ]
     if best:

@@ -151,8 +151,8 @@ def test_the_first_steps_say_what_is_counted_and_where_a_playout_ends() -> None:
         "rewards of 0 are left out."
     )
     assert backup.sentences[1:3] == (
-        "N counts the tries of an action; that of a state sums those of its actions. "
-        "A new state has N = 0: a playout tries no action of the tree.",
+        "N of an action counts its tries, N of a state those of all its actions. "
+        "A new state has N = 0: none was tried.",
         "New Q = old Q + (return - old Q) / N, so Q is the mean return.",
     )
 
