@@ -111,7 +111,7 @@ def _describe_turns_left(request: WatchRequest) -> str:
 def _describe_terminal(mdp: FiniteMdp) -> str:
     """Return a sentence about the terminal states, which no step counts; '' if there are none."""
     states = format_count(int(np.count_nonzero(mdp.terminal)), "state")
-    note = f"V stays 0 where the game is over ({states})."
+    note = f"After the end of the game ({states}, not drawn), V stays 0."
     return note if mdp.terminal.any() else ""
 
 

@@ -140,6 +140,11 @@ class Game:
         return self.request.lesson_goal if self.request else ""
 
     @property
+    def shows_belief(self) -> bool:
+        """False if a lesson asks the player to keep the belief."""
+        return self.request is None or self.request.shows_belief
+
+    @property
     def pauses_when_left(self) -> bool:
         """True if a player who leaves pauses the game, and does not end it.
 
@@ -267,6 +272,7 @@ class Game:
                 seat,
                 rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
+                shows_belief=self.shows_belief,
             )
         viewing_seat = self.viewing_seat
         if self._snapshot is None or not self._snapshot.is_current_for(viewing_seat):
@@ -275,6 +281,7 @@ class Game:
                 viewing_seat,
                 rewards_visible=self.rewards_visible,
                 agents_only=self.agents_only,
+                shows_belief=self.shows_belief,
             )
         return self._snapshot
 

@@ -54,6 +54,7 @@ class GameRequest:
     is_seed_visible: bool = True  # whether the seed may be shown before the end
     has_fresh_seed: bool = False  # whether the seed was drawn for this game
     lesson_goal: str = ""  # the goal in a lesson, which then judges the finished game itself
+    shows_belief: bool = True  # False if a lesson asks the player to keep the belief itself
 
     @property
     def problem_name(self) -> str:

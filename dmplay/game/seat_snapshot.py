@@ -17,7 +17,9 @@ class SeatSnapshot:
         *,
         rewards_visible: bool = False,
         agents_only: bool = False,
+        shows_belief: bool = True,
     ) -> None:
+        self.shows_belief = shows_belief
         self.agents_only = agents_only  # whether only agents play
         self.session, self.seat, self.turn = session, seat, len(session.turns)
         self.last_turn = session.turns[-1] if session.turns else None
@@ -36,6 +38,8 @@ class SeatSnapshot:
     def view(self) -> View[Problem]:
         """The seat's view; if only agents play, its player label is the agent's name."""
         view = self.session.view(self.seat, rewards_visible=self.rewards_visible)
+        if not self.shows_belief:
+            view = replace(view, beliefs=None)
         return (
             replace(view, player_label=view.problem.agents[self.seat]) if self.agents_only else view
         )

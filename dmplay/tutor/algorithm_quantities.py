@@ -1,11 +1,12 @@
 """Quantities of algorithms: sweeps of value iteration, rules of thumb, and tree search."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from dmplay.core.arrays import Bools, Reals
-from dmplay.core.best_actions import mark_best_actions
+from dmplay.core.arrays import Array, Bools, Reals
+from dmplay.core.best_actions import VALUE_TOLERANCE, mark_best_actions
+from dmplay.core.problem import Problem, enumerate_possible_outcomes
 from dmplay.core.tabular import Tables, tabulate
 from dmplay.core.text import format_count
 from dmplay.core.uniforms import SeededUniforms
@@ -20,13 +21,14 @@ from dmplay.solvers.mdp.mdp_values import (
 )
 from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
 from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
-from dmplay.tutor.truth import Truth, format_number
+from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_number
 
 MAX_SWEEPS = 1000
 MAX_SIMULATIONS = 2000  # of one search, so that an answer is checked within seconds
 MIN_LISTED_PROBABILITY = 0.001
 MIN_ERROR = 0.05  # smallest regret of a choice that counts as wrong
+MAX_SEARCH_DEPTH = 3  # of a forward search, whose outcomes are all listed
 SEARCH_RUNS = 20  # searches with different random numbers whose choices are compared
 
 
@@ -138,18 +140,19 @@ def exit_probability(position: PositionInGame, exit_state: str, discount: float)
     never = 1.0 - float(transition[start, exits].sum())  # bumps on the way may cost too much
 
     def explain(_: str) -> str:
-        """Return the steps to each exit that pays, and its reward discounted by these turns."""
+        """Return the value of the best step towards each exit that pays, slips included."""
         state = _parse_hex_state(position, "")
+        q = compute_optimal_q(tables, discount)[start]
         parts = []
         for hex_, reward in _hexworld(position).rewards:
-            if reward <= 0.0:
-                continue
-            steps = hex_distance(state, hex_)
-            worth = format_number(discount**steps * reward)
-            parts.append(f"{reward:+g} in {steps} steps would count {worth} now")
-        sentence = f"without slips, {'; '.join(parts)}"
+            if reward > 0.0:
+                action = max(_list_straight_actions(state, [hex_]), key=lambda action: q[action])
+                label, value = problem.format_action(0, action), format_number(float(q[action]))
+                parts.append(f"{label}, towards {reward:+g}, is worth {value}")
+        sentence = f"with slips, {' and '.join(parts)}"
         if never > MIN_LISTED_PROBABILITY:
-            sentence += f"; the best play never leaves with probability {format_number(never)}"
+            probability = format_number(never)
+            sentence += f"; with probability {probability}, the best play never leaves at all"
         return sentence
 
     return Truth(probability, explain)
@@ -177,13 +180,19 @@ def straight_way_action(position: PositionInGame, state: str, exit_state: str = 
     goals = [hex_ for hex_, reward in problem.rewards if reward > 0]
     if exit_state:
         goals = [_parse_hex_state(position, exit_state)]
+    q = compute_q(position, state)
+    candidates = [
+        problem.format_action(0, action) for action in _list_straight_actions(start, goals)
+    ]
+    return max(candidates, key=lambda label: q[label])
+
+
+def _list_straight_actions(start: Hex, goals: Sequence[Hex]) -> list[int]:
+    """Return the actions that end nearest to one of the goals, as if there were no holes."""
     distances = [
         min(hex_distance(neighbour, goal) for goal in goals) for neighbour in hex_neighbours(start)
     ]
-    q = compute_q(position, state)
-    labels = problem.actions[0].labels
-    candidates = [label for label, d in zip(labels, distances, strict=True) if d == min(distances)]
-    return max(candidates, key=lambda label: q[label])
+    return [action for action, distance in enumerate(distances) if distance == min(distances)]
 
 
 def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Truth:
@@ -208,7 +217,42 @@ def worst_outcome(position: PositionInGame, action: str, state: str = "") -> Tru
 
 
 def search_error_share(position: PositionInGame, state: str, simulations: int) -> Truth:
-    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more.
+    """Return the share of 20 tree searches that choose an action with a regret of 0.05 or more."""
+    q = compute_q(position, state)
+    choices = _run_searches(position, state, simulations)
+    share = sum(max(q.values()) - q[choice] >= MIN_ERROR for choice in choices) / SEARCH_RUNS
+
+    def explain(_: str) -> str:
+        """Return the number of searches that chose each action, and the best two values."""
+        tally = ", ".join(f"{choices.count(name)} chose {name}" for name in dict.fromkeys(choices))
+        searches = f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
+        return f"{searches}; {_describe_best_two(q.values())}"
+
+    return Truth(share, explain)
+
+
+def search_choice(position: PositionInGame, state: str, simulations: int) -> Truth:
+    """Return the action that most of 20 tree searches choose."""
+    q = compute_q(position, state)
+    choices = _run_searches(position, state, simulations)
+    counts = {name: choices.count(name) for name in q}
+    most = frozenset(name for name, count in counts.items() if count == max(counts.values()))
+    searches = f"of {SEARCH_RUNS} searches with {simulations} simulations"
+
+    def describe(names: Iterable[str]) -> str:
+        """Return the number of searches that chose these actions, and the values."""
+        tally = " and ".join(f"{counts[name]} chose {name}" for name in names)
+        return f"{searches}, {tally}; {list_values(q)}"
+
+    def explain(answer: str) -> str:
+        """Return the number of searches that chose the answer, and its value."""
+        return f"{searches}, {counts[answer]} chose {answer}, worth {format_number(q[answer])}"
+
+    return Truth(most, explain, tuple(q), describe(sorted(most)))
+
+
+def _run_searches(position: PositionInGame, state: str, simulations: int) -> list[str]:
+    """Return the choices of 20 tree searches from a state, with different random numbers.
 
     Each search tries every action once at least.
     """
@@ -224,18 +268,59 @@ def search_error_share(position: PositionInGame, state: str, simulations: int) -
     u = np.concatenate(
         [source.generate_uniforms(1, turn, 0, policy.uniform_count) for turn in range(SEARCH_RUNS)]
     )
-    choices = policy.choose(memory, None, u)
-    labels = [problem.format_action(position.seat, choice) for choice in choices]
-    is_wrong = [max(q.values()) - q[label] >= MIN_ERROR for label in labels]
-    share = sum(is_wrong) / SEARCH_RUNS
+    return [
+        problem.format_action(position.seat, choice) for choice in policy.choose(memory, None, u)
+    ]
 
-    def explain(_: str) -> str:
-        """Return the number of searches that chose each action, and the best two values."""
-        tally = ", ".join(f"{labels.count(label)} chose {label}" for label in dict.fromkeys(labels))
-        searches = f"of {SEARCH_RUNS} searches with {simulations} simulations, {tally}"
-        return f"{searches}; {_describe_best_two(q.values())}"
 
-    return Truth(share, explain)
+def forward_search_action(position: PositionInGame, depth: int) -> Truth:
+    """Return the best actions by forward search over the next `depth` turns (section 9.3).
+
+    Rewards after these turns count 0.
+    """
+    problem = position.problem
+    if len(problem.agents) > 1 or problem.partially_observable:
+        raise BadParameter(f"{position.problem_name} is not an MDP, expected one to search")
+    if not 1 <= depth <= MAX_SEARCH_DEPTH:
+        raise BadParameter(f"depth: got {depth}, expected 1 to {MAX_SEARCH_DEPTH}")
+    s = position.session.state[None]
+    labels = [problem.format_action(0, action) for action in range(problem.action_counts[0])]
+
+    def list_legal(values: Reals) -> dict[str, float]:
+        """Return the value of each legal action by label."""
+        pairs = zip(labels, map(float, values), strict=True)
+        return {label: value for label, value in pairs if value > -np.inf}
+
+    q = list_legal(_search_forward(problem, s, depth)[0])
+    rewards = list_legal(_search_forward(problem, s, 1)[0])
+    best = frozenset(label for label in q if q[label] >= max(q.values()) - VALUE_TOLERANCE)
+
+    def explain(answer: str) -> str:
+        """Return the expected reward of the action now, and of the best later ones."""
+        reward, later = (format_number(x) for x in (rewards[answer], q[answer] - rewards[answer]))
+        turns = format_count(depth - 1, "more turn")
+        return f"{answer} scores {reward} now, and {later} on average in {turns}"
+
+    return Truth(best, explain, tuple(q), list_values(q))
+
+
+def _search_forward(problem: Problem, s: Array, depth: int) -> Reals:
+    """Return the value `[B, A]` of each action over `depth` turns, -inf for illegal ones."""
+    action_count = problem.action_counts[0]
+    mask = problem.legal_actions_mask(s)
+    legal = np.ones((len(s), action_count), bool) if mask is None else mask[:, 0]
+    legal = legal & ~problem.terminal(s)[:, None]
+    rows, actions = np.nonzero(legal)
+    q = np.full(legal.shape, -np.inf)
+    if not len(rows):
+        return q
+    pairs, p, outcome = enumerate_possible_outcomes(problem, s[rows], actions[:, None])
+    returns = outcome.rewards[:, 0]
+    if depth > 1:
+        later = _search_forward(problem, outcome.state, depth - 1).max(axis=1)
+        returns = returns + problem.discount * np.where(np.isfinite(later), later, 0.0)
+    q[rows, actions] = np.bincount(pairs, p * returns, len(rows))
+    return q
 
 
 def agent_return(position: PositionInGame, agent: str) -> Truth:

@@ -83,7 +83,9 @@ def check_answer(
     number = abs(parse_number(text)) if truth.is_cost else parse_number(text)
     if abs(number - truth.value) <= max(prediction.tolerance, DEFAULT_TOLERANCE):
         exact = format_number(truth.value)
-        return AnswerCheck(True, f"exactly it is {exact}" * (exact != format_number(number)))
+        return AnswerCheck(
+            True, f"more precisely, it is {exact}" * (exact != format_number(number))
+        )
     direction = "high" if number > truth.value else "low"
     explanation = truth.explain(str(number))
     return AnswerCheck(False, f"{format_number(number)} is too {direction}" + _append(explanation))

@@ -120,12 +120,13 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
 
 
 def describe_worst_choice(moves: list[ReviewedAction]) -> str:
-    """Return a sentence on the choice that lost most, without a better action."""
+    """Return a sentence on the choice that lost most, in the unit of the total regret.
+
+    It names no better action.
+    """
     worst = max(moves, key=lambda move: move.discounted_regret)
-    return (
-        f"Turn {worst.turn} lost most: {worst.chosen} was worth "
-        f"{format_number(worst.regret or 0.0)} less than the best action"
-    )
+    lost = format_number(worst.discounted_regret)
+    return f"Turn {worst.turn} lost most of it, {lost}: the action {worst.chosen}"
 
 
 def _check_choices(position: PositionInGame, task: GameTask) -> Iterator[AnswerCheck]:

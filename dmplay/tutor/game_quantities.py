@@ -80,9 +80,13 @@ def equilibrium_probability(position: PositionInGame, action: str) -> Truth:
         mix[index] = typed
         values = mix @ payoffs
         reply = position.problem.actions[1 - position.seat].labels[int(np.argmax(values))]
+        share, other_share = (
+            format_number(typed),
+            format_number(float(np.delete(mix, index).max(initial=0.0))),
+        )
         return (
-            f"if you play {action} with {format_number(typed)}, and the others equally often, "
-            f"the reply {reply} earns the other agent {format_number(float(values.max()))}"
+            f"if you play {action} with {share} and each other action with {other_share}, "
+            f"the reply {reply} earns your opponent {format_number(float(values.max()))} on average"
         )
 
     return Truth(float(nash[index]), explain)
@@ -124,9 +128,11 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
         if not rounds or position.problem.state_count != 1:
             return sentence
         last = rounds[-1].split()[position.seat]
-        payoff = opponent_payoffs(position)[_index(position, last), labels.index(answer)]
-        earned = format_number(float(payoff))
-        return f"{sentence}. Against your last action, {answer} would earn it {earned}"
+        cell = _index(position, last), labels.index(answer)
+        earned = format_number(float(opponent_payoffs(position)[cell]))
+        player_reward = format_number(float(own_payoffs(position)[cell]))
+        pays = f"{answer} pays it {earned} and you {player_reward}"
+        return f"{sentence}. Against your last action, {last}, {pays}"
 
     return Truth(frozenset([label]), explain, labels)
 
@@ -148,9 +154,15 @@ def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]
         choices[seat] = problem.parse_action(seat, action)
         session.advance(choices)
     rewards = [float(turn.rewards[seat]) for turn in session.turns]
-    half = len(rewards) // 2
-    reason = f"rounds 1 to {half} alone pay you {format_number(sum(rewards[:half]))}"
-    return Truth(sum(rewards), lambda _: reason if half > 1 else "")
+
+    def explain(answer: str) -> str:
+        """Return the mean reward of the answer, and the reward of the first round."""
+        if len(rewards) < 4:
+            return ""
+        mean = format_number(parse_number(answer) / len(rewards))
+        return f"that is {mean} a round on average; round 1 pays you {format_number(rewards[0])}"
+
+    return Truth(sum(rewards), explain)
 
 
 def matching_agents(
@@ -187,8 +199,8 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
             return ""
         name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
         return (
-            f"if {name} plays {action} with {format_number(typed)}, {opponent} "
-            f"has a reply that is worth {format_number(gain)} more to it than the equilibrium"
+            f"if {name} plays {action} with {format_number(typed)}, and shares out the rest "
+            f"in proportion, {opponent} has a reply that is worth {format_number(gain)} more to it"
         )
 
     return Truth(float(mix[index]), explain)
@@ -213,8 +225,8 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
 
     s = find_state(position, state)
 
-    def explain(answer: str) -> str:
-        """Return the cost in the cheapest state, and what the answer adds for this state."""
+    def explain(_: str) -> str:
+        """Return the cost of the same actions in the cheapest state."""
         if not isinstance(problem, Tabular):
             return ""
         states = problem.enumerate_states()
@@ -222,10 +234,8 @@ def team_cost(position: PositionInGame, state: str, actions: str) -> Truth:
         name, cheapest = map(problem.format_state, (s, states[costs.argmin()]))
         if cheapest == name:
             return ""
-        least = float(costs.min())
-        added = format_number(abs(parse_number(answer)) - least)
-        same = f"the same actions cost {format_number(least)} in all"
-        return f"in the state {cheapest}, {same}; your answer adds {added} for {name}"
+        least = format_number(float(costs.min()))
+        return f"the same actions cost {least} in all if the state is {cheapest}"
 
     return Truth(float(compute_costs(s[None])[0]), explain, is_cost=True)
 

@@ -60,6 +60,7 @@ class GameTask:
     hints_at_most: int | None = None
     choices: Mapping[str, int] = field(default_factory=dict)  # minimum number of each action
     choices_at_most: Mapping[str, int] = field(default_factory=dict)  # maximum number of each
+    shows_belief: bool = True  # whether the screen shows the player's belief, if states are hidden
     strict: bool = False  # whether undo and new random numbers are forbidden
 
     @property

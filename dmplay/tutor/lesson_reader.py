@@ -295,10 +295,12 @@ def _read_game_task(data: Mapping[str, object], location: str) -> GameTask:
         hints_at_most=table.whole_number("hints_at_most"),
         choices=table.count_table("choices"),
         choices_at_most=table.count_table("choices_at_most"),
+        shows_belief=table.switch("belief", default=True),
         strict=table.switch("strict"),
     )
     table.finish()
-    conditions = [value for name, value in vars(task).items() if name not in {"goal", "margin"}]
+    settings = {"goal", "margin", "shows_belief"}
+    conditions = [value for name, value in vars(task).items() if name not in settings]
     if all(value is None or value is False or value in UNSET_CONDITIONS for value in conditions):
         raise BadParameter(f"{location}: expected a condition, such as ends = true")
     return task

@@ -16,7 +16,8 @@ from dmplay.registry import agents
 from dmplay.registry.problem_name_kinds import names_bot
 from dmplay.registry.problems import LoadedProblem, resolve_problem
 from dmplay.transcript.format import resolve_turn_limit
-from dmplay.tutor.lesson import Position
+from dmplay.tutor.lesson import GameTask, Position
+from dmplay.views.protocol import load_view_module
 
 
 @dataclass(frozen=True)
@@ -115,14 +116,29 @@ def load_players(
 
 
 def make_game_request(
-    position: Position, folder: Path, *, strict: bool | str = False, trusted: bool = False
+    position: Position, folder: Path, task: GameTask, *, trusted: bool = False
 ) -> GameRequest:
-    """Return the request for a game with the problem, players and seed of a position."""
+    """Return the request for the game of a task, which begins like a position.
+
+    Raise BadParameter if the task hides the belief, and the problem's view cannot be drawn so.
+    """
     loaded, players = load_players(position, folder, trusted=trusted)
+    if not task.shows_belief and getattr(load_view_module(loaded.problem), "NEEDS_BELIEF", False):
+        raise BadParameter(f"belief: the board of {loaded.name} always shows it")
     seats = [
         f"{name}={player}" for name, player in zip(loaded.problem.agents, players, strict=True)
     ]
     request = GameRequest(
-        loaded.name, seed=position.seed, turns=position.turns, agent=players[0], strict=strict
+        loaded.name,
+        seed=position.seed,
+        turns=position.turns,
+        agent=players[0],
+        strict=task.strictness,
     )
-    return replace(request, settings=format_settings(position.parameters), seats=seats[1:])
+    return replace(
+        request,
+        settings=format_settings(position.parameters),
+        seats=seats[1:],
+        lesson_goal=f"goal: {task.goal}",
+        shows_belief=task.shows_belief,
+    )

@@ -33,6 +33,8 @@ QUANTITIES: dict[str, Callable[..., Truth]] = {
         algorithm_quantities.exit_probability,
         algorithm_quantities.straight_way_loss,
         algorithm_quantities.search_error_share,
+        algorithm_quantities.search_choice,
+        algorithm_quantities.forward_search_action,
         algorithm_quantities.agent_return,
         algorithm_quantities.furthest_number,
         belief_quantities.belief,

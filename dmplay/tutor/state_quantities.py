@@ -86,15 +86,15 @@ def order_of_values(position: PositionInGame, states: Sequence[str]) -> Truth:
     }
 
     def explain(answer: str) -> str:
-        """Return the number of pairs in the wrong order, and the largest difference in them."""
+        """Return the number of pairs in the wrong order; '' if there is none."""
         pairs = [*combinations(answer.split(), 2)]
-        differences = [values[second] - values[first] for first, second in pairs]
-        wrong = [difference for difference in differences if difference > VALUE_TOLERANCE]
-        if not wrong:
+        wrong_count = sum(
+            values[second] - values[first] > VALUE_TOLERANCE for first, second in pairs
+        )
+        if not wrong_count:
             return ""
-        largest = format_number(max(wrong))
-        count = f"pairs in the wrong order: {len(wrong)} of {len(pairs)}"
-        return f"{count}; their values differ by up to {largest}"
+        verb = "is" if wrong_count == 1 else "are"
+        return f"{wrong_count} of the {len(pairs)} pairs {verb} in the wrong order"
 
     ranked = sorted(values, key=lambda name: -values[name])
     return Truth(tuple(ranked), explain, tuple(values), list_values(values))

@@ -3,6 +3,8 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
+from dmplay.core.text import format_count
+
 MAX_LISTED_VALUES = 6
 NEGLIGIBLE = 1e-9  # rounding errors below this are printed as 0
 MIN_FIXED = 0.01  # smaller numbers are printed with two significant digits
@@ -41,9 +43,10 @@ def list_values(values: Mapping[str, float]) -> str:
     listed = [f"{label}: {texts[label]}" for label in first]
     equal_count = sum(texts[label] == texts[first[-1]] for label in others)
     if equal_count:
-        listed.append(f"{equal_count} more: {texts[first[-1]]}")
+        listed[-1] += f" (also of {format_count(equal_count, 'other')})"
     lower_count = len(others) - equal_count
-    more = f", and {lower_count} with lower values" if lower_count else ""
+    verb = "is" if lower_count == 1 else "are"
+    more = f"; {format_count(lower_count, 'other')} {verb} lower" if lower_count else ""
     return f"the values are {', '.join(listed)}{more}"
 
 

@@ -22,6 +22,7 @@ from dmplay.views.toolkit.belief_bars import (
 )
 from dmplay.views.toolkit.canvas import Canvas, format_percent
 
+NEEDS_BELIEF = True  # no board hides the belief
 KEYS: dict[str, str] = {}  # The player types a distance.
 NUMBER_STEPS = {"left": -10, "right": 10}  # steps in metres; Enter throws
 PROFICIENCY_NAMES = tuple(f"{proficiency} m" for proficiency in PROFICIENCIES)

@@ -59,6 +59,8 @@ def _marginalize_belief(view: View[CollaborativePredatorPrey], belief: Reals) ->
 
 def _find_own_hex(view: View[CollaborativePredatorPrey], marginals: Marginals | None) -> Hex | None:
     """Return the hex of the viewer's agent if it is certain, else None."""
+    if marginals is None and view.problem.sighted and view.turns_played:
+        return view.problem.hexes[int(view.observation) % len(view.problem.hexes)]
     if marginals is None or marginals.you.max() < MIN_CERTAIN_PROBABILITY:
         return None
     return view.problem.hexes[int(marginals.you.argmax())]
@@ -113,7 +115,7 @@ def _iter_shaded_maps(
         own_density = (
             _format_own_density(hex_beliefs.you, index, max_glyphs)
             if hex_beliefs and not true_glyphs
-            else ""
+            else "@" * (hex_ == own_hex and not true_glyphs)
         )
         style = "bold reverse" if hex_ == own_hex else "cyan"
         if size.text_rows > 1:
@@ -126,7 +128,7 @@ def _iter_shaded_maps(
         shade = (
             "@" + first_shade[1:]
             if own_density and size.text_rows and len(shades) == 1
-            else first_shade
+            else first_shade or own_density
         )
         return HexCell(
             shade,
@@ -232,7 +234,7 @@ def _format_caption(
         return format_regret_rows(options._replace(width=columns), names)
     observation_text = f"sensed {format_last_observation(view)}"
     if view.beliefs is None:
-        return [f"{observation_text}. belief: too many states"]
+        return [f"{observation_text}. belief: not shown"]
     viewer, full_glyph = view.player_label, "#" if options.ascii else "█"
     position_text = viewer if own_hex else f"where {viewer} may be"
     readings = (
@@ -310,7 +312,7 @@ def _iter_numbered_maps(
     for drawing, legend in zip(drawings, legends, strict=True):
         caption = (
             f"sensed {format_last_observation(view)}. "
-            f"{legend if hex_beliefs else 'belief: too many states'}"
+            f"{legend if hex_beliefs else 'belief: not shown'}"
         )
         drawing.append(f"\n{caption[: options.width]}")
         if options.revealed_state is not None:
@@ -449,10 +451,12 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
         _describe_belief(view, MAX_DESCRIBED_HEXES),
     ]
     own_hex = _find_own_hex(view, hex_beliefs)
-    if hex_beliefs is not None and own_hex:
+    if own_hex:
 
         def describe_hex(hex_: Hex) -> str:
-            """Return the prey's probability in a hex as text."""
+            """Return the prey's probability in a hex as text, if there is a belief."""
+            if hex_beliefs is None:
+                return "floor"
             return f"prey {format_percent(hex_beliefs.prey[problem.hexes.index(hex_)]) or '0%'}"
 
         sentences += [
@@ -460,5 +464,5 @@ def describe_situation(view: View[CollaborativePredatorPrey]) -> str:
             *hexgrid.describe_neighbours(problem.hexes, own_hex, describe_hex),
         ]
     if hex_beliefs is None:
-        return f"{sentences[0]} the belief is not computed; there are too many states."
+        return f"{' '.join(filter(None, sentences))} the belief is not shown."
     return " ".join(sentences) + _describe_partners(view)

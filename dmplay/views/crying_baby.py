@@ -45,8 +45,14 @@ def iter_boards(view: View[CaregiverProblem], options: DrawOptions) -> Iterator[
 
     The large board comes first if `options.allow_large` is set. The small boards follow, with rows
     of hints and of the forecast below them, then without these rows. If there are no hints, a row
-    of expected rewards replaces them on a large screen until the game is over.
+    of expected rewards replaces them on a large screen until the game is over. Without a belief,
+    there are only the observation and the probabilities of crying.
     """
+    if view.beliefs is None:
+        yield from iter_with_and_without_rows(
+            [_draw_observation(view)], ["", *_describe_cry_probabilities(view)], options
+        )
+        return
     if options.allow_large:
         if options.height >= MIN_CHART_HEIGHT:
             yield _draw_large_board(view, options, with_chart=True)
@@ -76,15 +82,21 @@ def _draw_observation_and_belief(
 ) -> int:
     """Draw the last observation and the belief bars; return the next free row."""
     canvas.write_text(0, 0, "heard  ")
-    canvas.write_text(
-        7,
-        0,
-        format_last_observation(view),
-        "bold yellow" if format_last_observation(view) == "crying" else "bold",
-    )
+    canvas.write_text(7, 0, format_last_observation(view), _choose_sound_style(view))
     return draw_belief_bars(
         canvas, 2, view.problem.state_names, view.belief, options, max_bar_columns=max_bar_columns
     )
+
+
+def _draw_observation(view: View[CaregiverProblem]) -> Text:
+    """Return the last observation as a board."""
+    sound = format_last_observation(view)
+    return Text.assemble("heard  ", (sound, _choose_sound_style(view)))
+
+
+def _choose_sound_style(view: View[CaregiverProblem]) -> str:
+    """Return the style of the last observation."""
+    return "bold yellow" if format_last_observation(view) == "crying" else "bold"
 
 
 def _draw_belief_history(
@@ -303,17 +315,17 @@ def panel_rows(view: View[Tabular]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[CaregiverProblem]) -> str:
     """Return a description of the last turn: the action, the observation and the belief."""
-    return (
-        f"chose {view.last_action_label}, heard {format_last_observation(view)}. "
-        f"{describe_belief(view)}"
-    )
+    turn = f"chose {view.last_action_label}, heard {format_last_observation(view)}."
+    return f"{turn} {describe_belief(view)}".rstrip()
 
 
 def describe_situation(view: View[CaregiverProblem]) -> str:
     """Return a description of the last observation and the belief."""
-    return f"heard {format_last_observation(view)}. {describe_belief(view)}"
+    return f"heard {format_last_observation(view)}. {describe_belief(view)}".rstrip()
 
 
 def describe_belief(view: View[CaregiverProblem]) -> str:
-    """Return the belief as a sentence, the likeliest state first."""
+    """Return the belief as a sentence, the likeliest state first; '' if there is none."""
+    if view.beliefs is None:
+        return ""
     return f"belief: {format_belief(view.problem.state_names, view.belief)}."

@@ -39,6 +39,7 @@ from dmplay.views.toolkit.belief_bars import (
 from dmplay.views.toolkit.canvas import Canvas
 
 MAX_HISTORY_TURNS = 40  # turns in the belief history
+NEEDS_BELIEF = True  # no board hides the belief
 KEYS = {"m": "manufacture", "e": "examine", "i": "interrupt", "r": "replace"}
 STATE_NAMES = ("0 failed", "1 failed", "2 failed")
 # columns of the belief bars and of the small triangle

@@ -20,8 +20,11 @@ def iter_boards(view: View[MulticaregiverCryingBaby], options: DrawOptions) -> I
     """Yield each board for one caregiver with a note about the other caregiver, then without it.
 
     The note says that the belief assumes a random policy of the other caregiver, and names the
-    policy that a forecast assumes if that is another one.
+    policy that a forecast assumes if that is another one. Without a belief, there is no note.
     """
+    if view.beliefs is None:
+        yield from crying_baby.iter_boards(view, options)
+        return
     name = get_partner_name(view)
     assumption = options.forecast.other_players if options.forecast else ""
     note = f"the belief assumes that {name} acts at random"
@@ -41,7 +44,8 @@ def describe_situation(view: View[MulticaregiverCryingBaby]) -> str:
     """Return a description of the last observation, the belief and its assumption."""
     text = crying_baby.describe_situation(view)
     name = get_partner_name(view)
-    return f"{text} {name} is hidden; the belief assumes uniformly random actions."
+    belief = "" if view.beliefs is None else "; the belief assumes uniformly random actions"
+    return f"{text} {name} is hidden{belief}."
 
 
 KEY_FAMILY = "crying-baby"

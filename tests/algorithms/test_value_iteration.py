@@ -93,7 +93,7 @@ def test_the_second_sweep_of_hex_world_as_in_a_calculation_by_hand() -> None:
 
 def test_the_counts_leave_out_the_end_of_the_game_and_ties_are_named() -> None:
     start, first, *_ = ITERATE(WatchRequest(load_problem("hexworld"), iterations=2))
-    assert start.sentences[-1] == "V stays 0 where the game is over (1 state)."
+    assert start.sentences[-1] == "After the end of the game (1 state, not drawn), V stays 0."
     assert first.sentences[1:4] == (
         "16 of 24 values changed, by at most 10 (called the residual).",
         "The formula is for e in (2,0), one of 2 states where V changed most; all actions are "

@@ -7,16 +7,9 @@ from typing import NamedTuple
 RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
     "first-walk": ("(8,2) 0.7 (7,2) 0.15 (8,1) 0.15", "game: e e ne e e se e", "(5,2)"),
     "discount": ("(8,1) (5,2) (1,1) (1,2)", "0.7", "game: 3*w sw sw e"),
-    "watch-v-converge": ("-0.3", "5.92", "6", "4.257"),
+    "watch-v-converge": ("-0.3", "5.92", "6", "4.256"),
     "straight-to-the-exit": ("0.15", "nw", "(1,1)", "game: nw w e"),
-    "look-ahead": (
-        "0.444",
-        "90",
-        "(1,2)",
-        "game: left down left left left left left down right down right down left left "
-        "down right down left down left down right down left down left down left down "
-        "down left left down left left up right down left left",
-    ),
+    "look-ahead": ("0.444", "20", "w", "right"),
     "momentum": ("-0.25", "game: 18*right 38*left 60*right", "game: 17*right 37*left 60*right"),
     "push-to-zero": (
         "-1",
@@ -50,7 +43,7 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
         "27.5",
         "feed",
         "game: feed 5*ignore feed 3*ignore",
-        "game: ne e se 4*sw w nw nw ne e",
+        "game: w w sw se e nw e se",
     ),
 }
 
@@ -70,13 +63,9 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "(6,2)", "The random number of that turn is 0.983"),
     ),
     "discount": (
-        WrongAnswer(
-            1,
-            "(8,1) (1,1) (1,2) (5,2)",
-            "pairs in the wrong order: 2 of 6; their values differ by up to 1.051",
-        ),
-        WrongAnswer(2, "0.9", "+5 in 4 steps would count 3.28 now"),
-        WrongAnswer(3, "game: 12*e 60*se", "Turn 1 lost most: e was worth 0.3 less"),
+        WrongAnswer(1, "(8,1) (1,1) (1,2) (5,2)", "2 of the 6 pairs are in the wrong order"),
+        WrongAnswer(2, "0.9", "w, towards +5, is worth 2.454 and e, towards +10, is worth 3.013"),
+        WrongAnswer(3, "game: 12*e 60*se", "Turn 1 lost most of it, 0.3: the action e"),
     ),
     "watch-v-converge": (
         WrongAnswer(1, "0", "2 next states, with V = 0 and 0 before sweep 1"),
@@ -89,9 +78,9 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "(2,1)", "the action of this rule loses 1.431; at least 2 is needed"),
     ),
     "look-ahead": (
-        WrongAnswer(1, "0.85", "With 2 tries it is 0.722"),
-        WrongAnswer(3, "(8,1)", "20 chose se; the best two actions are worth 8.219 and 6.761"),
-        WrongAnswer(4, "game: 40*left,down,right", "the goal is at least 50 more"),
+        WrongAnswer(2, "10", "miss it with probability 0.197; at most 0.05 is needed"),
+        WrongAnswer(3, "sw", "0 chose sw, worth 3.747"),
+        WrongAnswer(4, "down", "down scores 4 now, and 10.2 on average in 1 more turn"),
     ),
     "momentum": (
         WrongAnswer(1, "0.6", "0.6 is too high. The greatest one is reached after 38 of 200"),
@@ -111,7 +100,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "bayes-at-the-cradle": (
         WrongAnswer(1, "0.8", "0.8 would follow if P(hungry) were 0.333 just before 'crying'"),
         WrongAnswer(2, "0.5", "0.5 would follow if P(hungry) were 0.111 just before 'crying'"),
-        WrongAnswer(4, "game: 10*feed", "Turn 2 lost most: feed was worth 3.369 less"),
+        WrongAnswer(4, "game: 10*feed", "Turn 2 lost most of it, 3.033: the action feed"),
     ),
     "alpha-vectors": (
         WrongAnswer(1, "-10", "it is 0.5 of the way from -5 (sure of sated) to -15"),
@@ -131,12 +120,12 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "game: 41*descend", "you chose descend 41 times; 10 are allowed"),
     ),
     "best-replies": (
-        WrongAnswer(1, "rock", "this is round 2. Against your last action, rock would earn it -1"),
+        WrongAnswer(1, "rock", "Against your last action, paper, rock pays it -1 and you 1"),
         WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
-        WrongAnswer(4, "0.5", "the reply paper earns the other agent 0.25"),
+        WrongAnswer(4, "0.5", "the reply paper earns your opponent 0.25 on average"),
     ),
     "rounds-matter": (
-        WrongAnswer(1, "-30", "rounds 1 to 5 alone pay you -12"),
+        WrongAnswer(1, "-30", "that is -3 a round on average; round 1 pays you 0"),
         WrongAnswer(2, "game: 10*cooperate", "you scored -10; the goal is at least -9"),
         WrongAnswer(4, "grim", "grim would have played defect in round 4"),
     ),
@@ -148,10 +137,10 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "hunt-and-hide": (
         WrongAnswer(1, "game: 10*nw", "you scored -6.513; the goal is at least -6"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "0.5", "a reply that is worth 7.5 more to it than the equilibrium"),
+        WrongAnswer(3, "0.5", "prey has a reply that is worth 7.5 more to it"),
     ),
     "two-at-the-cradle": (
-        WrongAnswer(1, "17.5", "the same actions cost 7.5 in all; your answer adds 10 for hungry"),
+        WrongAnswer(1, "17.5", "the same actions cost 7.5 in all if the state is sated"),
         WrongAnswer(2, "ignore", "ignore is worth 2.5 less than the best action"),
         WrongAnswer(3, "game: 10*feed", "you scored -26.283; the goal is at least -21"),
     ),

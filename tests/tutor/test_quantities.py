@@ -361,7 +361,7 @@ def test_with_a_small_discount_the_best_play_never_walks_to_an_exit() -> None:
     position = open_problem("hexworld", seed=19)  # at (3,2)
     arguments = {"exit_state": "(0,1)", "discount": 0.3}
     reason = compute_truth(position, QuantityCall("exit-probability", arguments)).explain("0.3")
-    assert reason.endswith("the best play never leaves with probability 1")
+    assert reason.endswith("; with probability 1, the best play never leaves at all")
 
 
 def test_the_boundary_with_two_turns_left_by_hand() -> None:
@@ -456,7 +456,9 @@ def test_the_score_of_ten_rounds_by_hand() -> None:
     ]:
         assert number(game, "repeated-payoff", agent=agent, actions=actions) == score
     call = QuantityCall("repeated-payoff", {"agent": "tit-for-tat", "actions": defections})
-    assert compute_truth(game, call).explain("0") == "rounds 1 to 5 alone pay you -12"
+    assert compute_truth(game, call).explain("-30") == (
+        "that is -3 a round on average; round 1 pays you 0"
+    )
     with pytest.raises(ValueError, match="expected one that does not act at random"):
         compute(game, "repeated-payoff", agent="random", actions=defections)
 
@@ -464,7 +466,7 @@ def test_the_score_of_ten_rounds_by_hand() -> None:
 def test_values_equal_to_the_last_one_of_a_list_are_not_lower() -> None:
     values = dict.fromkeys("abcdefg", 2.0) | {"h": 2.0, "i": 1.0, "j": 3.0}
     assert list_values(values) == (
-        "the values are j: 3, a: 2, b: 2, c: 2, d: 2, e: 2, 3 more: 2, and 1 with lower values"
+        "the values are j: 3, a: 2, b: 2, c: 2, d: 2, e: 2 (also of 3 others); 1 other is lower"
     )
     assert list_values({"a": 1.0, "b": 2.0}) == "the values are b: 2, a: 1"
 
@@ -490,8 +492,7 @@ def test_a_cost_may_be_typed_as_a_negative_reward(typed: str, is_right: bool) ->
     assert check.is_right == is_right
     if not is_right:
         assert check.reason == (
-            "20 is too low. In the state sated, the same actions cost 7.5 in all; "
-            "your answer adds 12.5 for hungry"
+            "20 is too low. The same actions cost 7.5 in all if the state is sated"
         )
 
 
@@ -525,8 +526,8 @@ def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain
     p = float(typed)
     assert 100 * 0.9 * (1 / 3 - min(p, (1 - p) / 2)) == pytest.approx(gain)
     assert truth.explain(typed) == (
-        f"if predator plays ne with {p:g}, prey has a reply that is worth {gain:g} "
-        "more to it than the equilibrium"
+        f"if predator plays ne with {p:g}, and shares out the rest in proportion, "
+        f"prey has a reply that is worth {gain:g} more to it"
     )
 
 

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -128,7 +129,7 @@ def test_a_team_too_large_for_a_belief() -> None:
    │     │     │     │     │     │
    │     │     │     │     │     │
      ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱
-sensed nothing. belief: too many states"""
+sensed nothing. belief: not shown"""
     )
 
 
@@ -156,4 +157,17 @@ def test_the_description_for_a_blind_predator_lists_the_likeliest_hexes() -> Non
     description = collaborative_predator_prey.describe_situation(
         make_view_after("e w e", predators=3)
     )
-    assert description.endswith("the belief is not computed; there are too many states.")
+    assert description.endswith("the belief is not shown.")
+
+
+def test_without_a_belief_a_sighted_predator_sees_its_own_hex() -> None:
+    view = replace(make_view_after("e w", sighted=True), beliefs=None)
+    for height in (24, 12):
+        options = DrawOptions(80, height, allow_large=True, show_coordinates=True)
+        board = fit_board(collaborative_predator_prey, view, options).plain
+        assert board.count("@") == 1
+    assert board.endswith("sensed nothing (2,0). belief: not shown")
+    assert collaborative_predator_prey.describe_situation(view) == (
+        "sensed nothing (2,0). at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. W (1,0) floor. "
+        "SW wall. SE wall. the belief is not shown."
+    )

@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -49,6 +50,23 @@ def test_the_description_states_the_assumed_policy_of_the_other_caregiver() -> N
     assert multicaregiver_crying_baby.describe_situation(make_view_after()) == (
         "heard nothing yet. belief: sated 0.500, hungry 0.500. caregiver2 is hidden; the belief "
         "assumes uniformly random actions."
+    )
+
+
+def test_without_a_belief_the_board_shows_what_was_heard_and_how_likely_cries_are() -> None:
+    view = replace(make_view_after("ignore ignore"), beliefs=None)
+    board = fit_board(multicaregiver_crying_baby, view, DrawOptions(80, 24)).plain
+    assert (
+        board
+        == """\
+heard  crying
+
+a hungry baby cries: 90%, with or without a song
+a sated baby cries: 0%, with or without a song
+an unfed sated baby gets hungry: 50%"""
+    )
+    assert multicaregiver_crying_baby.describe_situation(view) == (
+        "heard crying. caregiver2 is hidden."
     )
 
 

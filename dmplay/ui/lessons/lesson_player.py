@@ -1,7 +1,6 @@
 """The front end of lessons: steps as lines of text, and games on the screen or in lines."""
 
 import sys
-from dataclasses import replace
 from shlex import quote
 from typing import TextIO
 
@@ -242,10 +241,8 @@ class LessonPlayer(LineDialog):
         """Play one game and print what the lesson says about it; return whether it is passed."""
         run, step = self._run, self._run.step
         folder = run.lesson.path.parent
-        request = make_game_request(
-            step.position, folder, strict=task.strictness, trusted=run.trusted
-        )
-        game = start_new_game(replace(request, lesson_goal=f"goal: {task.goal}"))
+        request = make_game_request(step.position, folder, task, trusted=run.trusted)
+        game = start_new_game(request)
         for action in step.position.after:
             game.choose(game.problem.parse_action(game.viewing_seat, action))
         self._controller.set_game(game)

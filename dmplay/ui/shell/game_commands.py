@@ -128,6 +128,8 @@ def show_belief(game: Game, argument: str) -> str:
     another partner, the belief with that one follows.
     """
     view = game.view()
+    if not game.shows_belief:
+        return "belief: not shown in this step of the lesson; keep it yourself."
     if view.beliefs is None:
         if game.problem.partially_observable:
             return "belief: not computed; too many states."

@@ -90,7 +90,10 @@ def draw_curve(picture: Curve, options: DrawOptions) -> Text:
         return _draw_curve_row(picture, heights, axis, options)
     steps = Axis("step", 1, max(len(heights), 2), is_whole=True)
     plot = PlotArea(steps, axis, options.width, options.height - ROWS_AROUND_AREA)
-    for step, height in enumerate(heights, 1):
+    one_row = (axis.high - axis.low) / (plot.rows - 1)
+    for step, (number, height) in enumerate(zip(picture.numbers, heights, strict=True), 1):
+        if number > 0 and axis.low == 0:
+            height = max(height, one_row)  # noqa: PLW2901 - a small number is not drawn as 0
         plot.draw_point(step, height, "●" if step == len(heights) else "∘", "cyan")
     return plot.to_text()
 

@@ -139,6 +139,20 @@ def test_a_game_without_hints_gives_none(tmp_path: Path) -> None:
     assert result.stderr == "error: line 4: hint: this game forbids hints (--strict=hints)\n"
 
 
+def test_a_game_may_leave_the_belief_to_the_player(tmp_path: Path) -> None:
+    lesson = LESSON.replace("turns_at_least", "belief = false\nturns_at_least")
+    (tmp_path / "cries.toml").write_text(lesson)
+    script = "belief\nfeed\nfeed\n"
+    result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin=script)
+    assert "belief: not shown in this step of the lesson; keep it yourself." in result.stdout
+    assert "hungry 0" not in result.stdout.partition("turn 0. state")[0]
+    assert "right. The game lasted 2 turns" in result.stdout
+    (tmp_path / "throws.toml").write_text(lesson.replace("crying-baby", "catch"))
+    result = run_dmplay(tmp_path, "learn", "./throws.toml", stdin="10\n10\n")
+    assert result.stderr == "error: belief: the board of catch always shows it\n"
+    assert result.returncode == 2
+
+
 def test_another_game_does_not_count(tmp_path: Path) -> None:
     (tmp_path / "cries.toml").write_text(LESSON)
     result = run_dmplay(tmp_path, "learn", "./cries.toml", stdin="new\nfeed\nfeed\n")
@@ -203,13 +217,15 @@ def test_an_algorithm_is_watched_after_the_answer(tmp_path: Path) -> None:
         terminal.press("5.92\r")
         terminal.until("step 3 of 4.")
         terminal.press("6\r")
+        terminal.until("step 4 of 4.")
+        terminal.press("4.256\r")
         terminal.until("w watches value-iteration, Enter goes on>")
         terminal.press("hint\r")
         terminal.until("error: got 'hint', expected w or Enter")
         terminal.press("w\r")
-        terminal.until("value-iteration on hexworld:straight-line")
+        terminal.until("value-iteration on hexworld")
         terminal.press("q")
-        terminal.until("step 4 of 4.")
+        terminal.until("lesson 3 is finished")
 
 
 @pytest.mark.slow

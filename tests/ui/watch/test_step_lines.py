@@ -39,7 +39,7 @@ def test_a_run_on_the_straight_line_in_lines() -> None:
         "V(s), the value of state s, is the best expected return (discounted sum of rewards) from "
         "it.\n"
         "At first no turn is left, and V is 0.\n"
-        "V stays 0 where the game is over (1 state).\n"
+        "After the end of the game (1 state, not drawn), V stays 0.\n"
         "step 2. sweep 1.\n"
         "V is now the value of a game with 1 turn left.\n"
         "7 of 7 values changed, by at most 10 (called the residual).\n"

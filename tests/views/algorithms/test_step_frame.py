@@ -204,6 +204,14 @@ def test_a_curve_has_a_log_scale_if_its_numbers_differ_much_in_size() -> None:
     assert draw(Curve("residual", (4.0, 2.0, 0.0)), 40, 1) == ["residual █▅▁ 0"]
 
 
+def test_a_small_number_of_a_curve_is_not_drawn_on_the_line_of_zero() -> None:
+    rows = draw(Curve("gain", (40.0, 1.0, 0.0)), 40, 9)
+    zero = next(row for row, text in enumerate(rows) if text.startswith(" 0"))
+    assert rows[zero].endswith("●")
+    assert "∘" not in rows[zero]
+    assert "∘" in rows[zero - 1]
+
+
 def test_values_over_two_numbers_are_a_map_with_the_actions_beside_it() -> None:
     states = np.array([[x, v] for x in (-1.0, 0.0, 0.5) for v in (-0.1, 0.1)])
     picture = StateValues(
