@@ -55,8 +55,10 @@ class _MixedStrategyPolicy(_PayoffTablePolicy):
 
 @dataclass(frozen=True)
 class Nash(_MixedStrategyPolicy):
-    """Plays a Nash equilibrium, found by support enumeration or, in large games, Lemke-Howson.
+    """Plays its part of a Nash equilibrium of one round.
     In an equilibrium, no agent gains by a change of its own strategy alone.
+
+    Support enumeration finds it or, in large games, the Lemke-Howson algorithm.
     """
 
     @cached_property
@@ -108,9 +110,9 @@ class RegretMatchingEquilibrium(_MixedStrategyPolicy):
 
 @dataclass(frozen=True)
 class HierarchicalSoftmax(_MixedStrategyPolicy):
-    """Plays level k of a hierarchy of softmax responses; level 0 is uniform (section 24.7).
-    Level k plays an action with a probability proportional to exp(precision * u); u is its expected
-    reward against level k - 1.
+    """Reasons in levels (book, section 24.7); level 0 plays all actions with equal probability.
+    It plays level `level`. A level above 0 plays an action with a probability proportional to
+    exp(`precision` u); u is the expected reward of that action against the level below.
     """
 
     precision: float = parameter(0.5, "precision of the softmax; 0: uniform", 0.0)

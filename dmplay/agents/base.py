@@ -33,6 +33,11 @@ ENDS_SOONEST, PAYS_SOONEST = (
 MAX_TABULAR_STATES = 1000  # maximum number of states for which a table of all states is computed
 
 
+def address_opponent(description: str) -> str:
+    """Return the description of an agent as its opponent reads it: with "you" for the opponent."""
+    return description.replace("the opponent's", "your").replace("the opponent", "you")
+
+
 @dataclass(frozen=True)
 class AdviceQuestion:
     """The game that advice is about: whose seat, how many turns, and which other players.

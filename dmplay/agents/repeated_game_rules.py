@@ -85,7 +85,7 @@ class Grim(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class WinStayLoseShift(CooperateDefectRule):
-    """Cooperates after a round in which both agents took the same action, else defects."""
+    """Cooperates first and after rounds in which both cooperated or both defected, else defects."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return 1, defect, after a round in which the actions differed."""
@@ -114,7 +114,7 @@ class AlwaysDefect(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class GenerousTitForTat(TitForTat):
-    """Repeats the opponent's last action, but sometimes forgives a defection."""
+    """Repeats the opponent's last action, but cooperates first and sometimes after a defection."""
 
     forgiveness: float = parameter(1 / 3, "probability of forgiving a defection", 0.0, 1.0)
 
@@ -143,7 +143,7 @@ class _OpponentCountRule(CooperateDefectRule):
 
 @dataclass(frozen=True)
 class TitForTwoTats(_OpponentCountRule):
-    """Defects if the opponent defected in the last two rounds, else cooperates."""
+    """Cooperates unless the opponent defected in both of the last two rounds."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the number of defections in a row of the opponent, from the previous count."""
@@ -156,7 +156,7 @@ class TitForTwoTats(_OpponentCountRule):
 
 @dataclass(frozen=True)
 class TwoTitsForTat(_OpponentCountRule):
-    """Defects in the two rounds after each defection of the opponent, else cooperates."""
+    """Cooperates except in the two rounds after each defection by the opponent."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the number of defections that are due, from the previous count."""
@@ -169,7 +169,7 @@ class TwoTitsForTat(_OpponentCountRule):
 
 @dataclass(frozen=True)
 class Majority(_OpponentCountRule):
-    """Cooperates if the opponent has cooperated in at least half of the rounds, else defects."""
+    """Cooperates unless the opponent defected in more than half of the rounds so far."""
 
     def reply(self, own_actions: Ints, opponent_actions: Ints) -> Array:
         """Return the opponent's defections minus its cooperations, from the previous count."""

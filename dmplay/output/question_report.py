@@ -5,7 +5,6 @@ from pathlib import Path
 
 from dmplay.core.text import format_json_report
 from dmplay.tutor import mistakes, puzzles
-from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.exercise import Exercise, current_day
 
 
@@ -30,7 +29,7 @@ def report_puzzle(code: str, *, with_solution: bool) -> str:
     }
     if with_solution:
         rule = {"text": puzzle.rule.text, "action": puzzle.rule_action, "loss": puzzle.loss}
-        data["solution"] = {**_describe_solution(exercise.question), "rule": rule}
+        data["solution"] = {**_describe_solution(exercise), "rule": rule}
     return format_json_report(data)
 
 
@@ -41,7 +40,7 @@ def report_mistakes(paths: Sequence[Path], *, trusted: bool) -> str:
         {
             "mistake": exercise.title,
             **_describe_exercise(exercise),
-            "solution": _describe_solution(exercise.question),
+            "solution": _describe_solution(exercise),
         }
         for exercise in exercises
     ]
@@ -58,14 +57,20 @@ def _describe_exercise(exercise: Exercise) -> dict[str, object]:
     }
 
 
-def _describe_solution(question: ActionQuestion) -> dict[str, object]:
-    """Return the right actions, the values and the explanation of a question as data."""
+def _describe_solution(exercise: Exercise) -> dict[str, object]:
+    """Return the right actions, the values and the explanation of an exercise as data."""
+    question = exercise.question
     return {
+        "best": question.best_actions,
         "right": question.right_actions,
         "values": {
             label: float(value)
             for label, value in zip(question.labels, question.values, strict=True)
             if label in question.legal_labels
         },
-        "explanation": question.describe_solution(),
+        "explanation": [
+            question.describe_right_actions(),
+            *question.describe_solution(),
+            *exercise.learned,
+        ],
     }

@@ -5,10 +5,13 @@ from functools import cached_property
 
 import numpy as np
 
+from dmplay.agents.base import address_opponent
+from dmplay.agents.random_agent import Random
 from dmplay.agents.repeated_game_rules import COOPERATE_LABEL, CooperateDefectRule
 from dmplay.core.arrays import Reals
 from dmplay.core.belief import initial_belief
 from dmplay.core.best_actions import VALUE_TOLERANCE
+from dmplay.core.problem import Problem
 from dmplay.core.session import Turn
 from dmplay.core.spaces import normalize_label
 from dmplay.core.text import format_count
@@ -35,13 +38,17 @@ MAX_LISTED_OUTCOMES = 5
 MAX_LISTED_ACTIONS = 10
 MAX_LISTED_PAYOFFS = 16
 MIN_LISTED_PROBABILITY = 0.0005  # of a state in a belief
+MAX_NAMED_ACTIONS = 4  # that are nearly as good as the best one
+RIGHT_LOSS_PERCENT = 1  # of the best value minus the worst one: the loss of a right action
+RIGHT_LOSS_LIMIT = (
+    f"{RIGHT_LOSS_PERCENT}% of the difference between the values of the best and the worst action"
+)
 
 
 class ActionQuestion:
     """A question for the best action in a position.
 
-    Actions that lose at most `tolerance` are right. `obvious_action` is the action that the
-    solution compares with the best one.
+    `obvious_action` is the action that the solution compares with the best one.
     """
 
     def __init__(
@@ -49,20 +56,29 @@ class ActionQuestion:
         position: PositionInGame,
         hint_agent: HintAgent,
         *,
-        tolerance: float = 0.0,
         obvious_action: int | None = None,
     ) -> None:
         self.valued_position = ValuedPosition(position, hint_agent)
         self.position, self.problem, self.seat = position, position.problem, position.seat
         self.values: Reals = self.valued_position.values  # [A]
         self.labels = tuple(self.valued_position.labels)
-        self.tolerance = max(tolerance, VALUE_TOLERANCE)
         self.obvious_action = obvious_action
+
+    @cached_property
+    def tolerance(self) -> float:
+        """The loss up to which an action is right, which is `RIGHT_LOSS_LIMIT`."""
+        legal_values = self.values[np.isfinite(self.values)]
+        return max(float(np.ptp(legal_values)) * RIGHT_LOSS_PERCENT / 100, VALUE_TOLERANCE)
 
     @property
     def best_action(self) -> int:
         """The index of the first of the best actions."""
         return int(np.flatnonzero(self.values >= self.values.max() - VALUE_TOLERANCE)[0])
+
+    @property
+    def best_actions(self) -> list[str]:
+        """The labels of the best actions, which are equally good."""
+        return [label for label in self.right_actions if self._compute_loss(label) == 0.0]
 
     @property
     def right_actions(self) -> list[str]:
@@ -86,7 +102,7 @@ class ActionQuestion:
         legal = self.legal_labels
         if len(legal) > MAX_LISTED_ACTIONS:
             return f"{legal[0]} to {legal[-1]}"
-        return " or ".join(filter(None, [", ".join(legal[:-1]), legal[-1]]))
+        return _join_labels(legal, "or")
 
     def describe_game(self) -> list[str]:
         """Return sentences on the rules of the game, its probabilities, and the other players."""
@@ -110,6 +126,11 @@ class ActionQuestion:
         """The sentences that introduce the problem."""
         return load_view_module(self.problem).lesson(self.position.session.view(self.seat))
 
+    @property
+    def map_mark(self) -> str:
+        """The player's mark on a map; '' if the board is no map."""
+        return self._lesson.map_mark
+
     def _describe_players(self) -> Iterator[str]:
         """Yield sentences on each other player."""
         for seat, name in enumerate(self.position.question.players):
@@ -118,18 +139,18 @@ class ActionQuestion:
 
     def ask(self) -> str:
         """Return the question, with the number of turns that are left."""
-        turns_left = self.valued_position.turns_left
+        turns_left, word = self.valued_position.turns_left, find_turn_word(self.problem)
         limit = (
             "The game has no turn limit."
             if turns_left is None
-            else f"You have {format_count(turns_left, 'turn')} left."
+            else f"You have {format_count(turns_left, word)} left."
         )
-        discount = self.problem.discount
-        weight = (
-            f" Each later turn counts {format_number(discount)} times the turn before it."
-            if discount < 1.0 and turns_left != 1
-            else ""
-        )
+        discount, weight = self.problem.discount, ""
+        if turns_left != 1 and discount < 1.0:
+            times = format_number(discount)
+            weight = f" Each later {word} counts {times} times the {word} before it."
+        elif turns_left != 1:
+            weight = f" All {word}s count the same."
         return f"{limit}{weight} What do you do?"
 
     def describe_situation(self) -> list[str]:
@@ -187,6 +208,11 @@ class ActionQuestion:
         near = f"{label} counts as right: it is only {loss} worse than the best action"
         return AnswerCheck(True, f"{self._describe_value(action)}" if is_best else near)
 
+    def _compute_loss(self, label: str) -> float:
+        """Return the best value minus that of an action; 0 if they are equal but for rounding."""
+        loss = float(self.values.max() - self.values[self.labels.index(label)])
+        return loss if loss > VALUE_TOLERANCE else 0.0
+
     def _is_right(self, action: int) -> bool:
         """Return whether an action is as good as the best one, within the tolerance."""
         return bool(self.values[action] >= self.values.max() - self.tolerance)
@@ -234,10 +260,28 @@ class ActionQuestion:
             lines.append(f"{self._describe_value(action)}{'.' if is_explained else ':'}")
             if not is_explained:
                 lines += self.explain_action(action, with_beliefs=True)
-        if self.problem.discount < 1.0 and self.valued_position.turns_left != 1:
-            discount = format_number(self.problem.discount)
-            lines.append(f"Each value is the mean of reward + {discount} x later worth.")
+        if self.valued_position.turns_left != 1:
+            discount = self.problem.discount
+            factor = f"{format_number(discount)} x " * (discount < 1.0)
+            lines.append(f"Each value is the mean of reward + {factor}later worth.")
         return lines
+
+    def describe_right_actions(self) -> str:
+        """Return sentences that name the best actions, and those that also count as right."""
+        best = self.best_actions
+        text = f"solution: {' or '.join(best)}{' (equally good)' * (len(best) > 1)}"
+        near = self.right_actions[len(best) :]
+        if not near:
+            return f"{text}."
+        first_loss, last_loss = (format_number(self._compute_loss(near[i])) for i in (0, -1))
+        loss = f"only {last_loss}" if first_loss == last_loss else f"at most {last_loss}"
+        others = [f"{len(near) - MAX_NAMED_ACTIONS} more"] * (len(near) > MAX_NAMED_ACTIONS)
+        names = _join_labels([*near[:MAX_NAMED_ACTIONS], *others], "and")
+        lose, count = ("lose", "count") if len(near) > 1 else ("loses", "counts")
+        return (
+            f"{text}; {names} {lose} {loss} and {count} as right. "
+            f"The limit is {format_number(self.tolerance)}, {RIGHT_LOSS_LIMIT}."
+        )
 
     def format_belief(self, belief: Reals) -> str:
         """Return the probability of each possible state as text."""
@@ -250,15 +294,21 @@ class ActionQuestion:
         return ", ".join(pairs)
 
 
+def find_turn_word(problem: Problem) -> str:
+    """Return the word for a turn of a problem: a round in a repeated game."""
+    return "round" if problem.state_count == 1 else "turn"
+
+
 def describe_history(position: PositionInGame) -> str:
     """Return the turns so far as the player saw them; '' if the board shows all that counts."""
     session, problem = position.session, position.problem
+    word = find_turn_word(problem)
     if not session.turns:
-        return "This is the first turn."
+        return f"This is the first {word}."
     if not problem.partially_observable and problem.state_count != 1:
         return ""
     turns = [
-        f"turn {number}: {_describe_turn(position, turn)}"
+        f"{word} {number}: {_describe_turn(position, turn)}"
         for number, turn in enumerate(session.turns, 1)
     ]
     return f"So far: {'; '.join(turns)}."
@@ -289,6 +339,14 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
     parameters = {**default_parameters(agent_class), **set_values}
     listed = ", ".join(f"{key} {value}" for key, value in parameters.items())
     description = " ".join((agent_class.__doc__ or "").partition("\n\n")[0].split())
+    for key, value in parameters.items():
+        description = description.replace(f"`{key}`", str(value))
+    if len(problem.agents) == 2:
+        description = address_opponent(description)
+    labels = problem.actions[seat].labels
+    all_legal = position.session.legal_actions_mask(seat) is None
+    if issubclass(agent_class, Random) and len(labels) <= MAX_LISTED_ACTIONS and all_legal:
+        description += f" Each of {_join_labels(labels, 'and')} has probability 1/{len(labels)}."
     text = (
         f"{problem.agents[seat]} is the agent {short_name}{listed and f' ({listed})'}, "
         f"which {description[:1].lower()}{description[1:]}"
@@ -304,6 +362,11 @@ def describe_agent(position: PositionInGame, seat: int, name: str) -> str:
     return (
         f"{text} You cooperate with {your_action}, and {problem.agents[seat]} with {other_action}."
     )
+
+
+def _join_labels(labels: Sequence[str], conjunction: str) -> str:
+    """Return labels as text, with a conjunction before the last one."""
+    return f" {conjunction} ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))
 
 
 def _merge_outcomes(outcomes: Sequence[ActionOutcome]) -> ActionOutcome:

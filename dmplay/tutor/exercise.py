@@ -8,8 +8,6 @@ from dmplay.tutor.action_question import ActionQuestion
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.tutor.repetition import save_answer
 
-MAX_NAMED_ACTIONS = 4  # in the solution
-
 
 @dataclass(frozen=True)
 class Exercise:
@@ -41,7 +39,8 @@ class ExerciseRun:
         check = question.check_answer(action)
         if check.is_right:
             self._save(is_right=True)
-            lines = (f"right. {check.reason}.", *self.describe_solution())
+            others = [question.describe_right_actions()] * (len(question.right_actions) > 1)
+            lines = (f"right. {check.reason}.", *others, *self.describe_solution())
             return TutorReply(lines, finishes_step=True)
         self._save(is_right=False)
         self.wrong_actions.append(action)
@@ -57,11 +56,8 @@ class ExerciseRun:
         """Return the solution; raise BadParameter before the first wrong try."""
         if not self.wrong_count:
             raise BadParameter("show: expected at least one try first")
-        right = self.exercise.question.right_actions
-        others = len(right) - MAX_NAMED_ACTIONS
-        text = " or ".join(right[:MAX_NAMED_ACTIONS])
-        text += f", and {others} more are nearly as good" * (others > 0)
-        return TutorReply((f"solution: {text}.", *self.describe_solution()), finishes_step=True)
+        solution = self.exercise.question.describe_right_actions()
+        return TutorReply((solution, *self.describe_solution()), finishes_step=True)
 
     def describe_solution(self) -> tuple[str, ...]:
         """Return the values and outcomes that explain the solution, and what is learned."""

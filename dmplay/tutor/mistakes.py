@@ -24,7 +24,6 @@ from dmplay.tutor.valued_position import find_exact_agent
 MAX_MISTAKES = 5  # asked at a time
 MAX_SEARCHED_GAMES = 50  # newest saved games that are searched
 MIN_REGRET = 1e-6
-ANSWER_TOLERANCE_SHARE = 0.02  # of the regret: actions that lose less count as right
 
 
 def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
@@ -46,7 +45,7 @@ def list_mistakes(path: Path, *, trusted: bool = False) -> list[Exercise]:
 
 
 def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple[float, Exercise]]:
-    """Yield the discounted regret and the exercise of each choice that lost something."""
+    """Yield the discounted regret and the exercise of each choice that does not count as right."""
     question = game.advice_question(seat)
     hint_agent = find_exact_agent(game.session, question)
     if hint_agent is None:
@@ -55,7 +54,9 @@ def _list_seat_mistakes(game: Playback, path: Path, seat: int) -> Iterator[tuple
         )
     for choice in run_review(game.session, [question]):
         if choice.regret is not None and choice.regret > MIN_REGRET:
-            yield choice.discounted_regret, _make_exercise(game, path, hint_agent, choice)
+            exercise = _make_exercise(game, path, hint_agent, choice)
+            if choice.chosen not in exercise.question.right_actions:
+                yield choice.discounted_regret, exercise
 
 
 def _make_exercise(
@@ -69,7 +70,6 @@ def _make_exercise(
     question = ActionQuestion(
         position,
         hint_agent,
-        tolerance=ANSWER_TOLERANCE_SHARE * regret,
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
     lost = format_number(choice.discounted_regret)

@@ -22,7 +22,6 @@ PUZZLE_PROBLEMS = (
     "predator-prey", "rock-paper-scissors", "multicaregiver-crying-baby", "travelers-dilemma",
 )  # fmt: skip
 KEY_PREFIX = "puzzle "  # of keys in the file of progress
-ANSWER_TOLERANCE_SHARE = 0.02  # of the loss of the rule: actions that lose less count as right
 
 
 class Puzzle(NamedTuple):
@@ -33,11 +32,6 @@ class Puzzle(NamedTuple):
     rule: RuleOfThumb
     rule_action: str  # the label of the rule's action
     loss: float  # the best value minus that of the rule's action
-
-    @property
-    def answer_tolerance(self) -> float:
-        """The difference to the best value up to which an answer is right."""
-        return ANSWER_TOLERANCE_SHARE * self.loss
 
 
 def find_puzzle(code: str) -> Puzzle:
@@ -114,7 +108,6 @@ def make_exercise(puzzle: Puzzle) -> Exercise:
     question = ActionQuestion(
         position,
         hint_agent,
-        tolerance=puzzle.answer_tolerance,
         obvious_action=labels.index(puzzle.rule_action),
     )
     loss, rule = format_number(puzzle.loss), puzzle.rule

@@ -280,7 +280,11 @@ TRUST_LAST_OBSERVATION = RuleOfThumb(
     _trust_last_observation,
     _find_belief_of_last_turn,
 )
-EXPECT_LIKELIEST = RuleOfThumb("count on the likeliest outcome of each action", _expect_likeliest)
+EXPECT_LIKELIEST = RuleOfThumb(
+    "look only at the likeliest outcome of each action, and take the action whose likeliest "
+    "outcome is worth most",
+    _expect_likeliest,
+)
 FEED_WHEN_CRYING = RuleOfThumb(
     "feed the baby after crying, and ignore it after quiet", _feed_when_crying
 )

@@ -281,6 +281,8 @@ def _describe_chances(view: View[CaregiverProblem]) -> Iterator[str]:
     problem = view.problem
     is_single_agent = len(problem.agents) == 1
     if not is_single_agent:
+        partner = problem.agents[1 - view.seat]
+        yield f"You do not see what {partner} does; both choose at the same time"
         yield "You pay for your own actions only, and each caregiver can feed the baby"
     yield (
         f"An unfed sated baby gets hungry in a turn with probability {problem.becomes_hungry:g}, "

@@ -170,12 +170,13 @@ def lesson(view: View[HexWorld]) -> Lesson:
         else "no step slips"
     )
     return Lesson(
-        "You are @ and walk from hex to hex; you always see where you are",
+        "You walk from hex to hex; you always see where you are",
         f"You want to {' and '.join(_format_exit_goals(view))}: "
         "on an exit, any action collects its reward and ends the game",
         f"A step is free, a bump into a wall {cost}, and {slips}",
         example_start="from hex {}",
-        chances=hexgrid.describe_slips(problem.slip),
+        chances=hexgrid.describe_step_chances(problem.slip),
+        map_mark="@",
     )
 
 

@@ -322,9 +322,9 @@ def lesson(view: View[MachineReplacement]) -> Lesson:
         (
             "You want it to produce as much as it can: "
             f"{production[0]} pays {_format_rewards_by_failures(production[1])} "
-            "with 0, 1 or 2 failed parts"
+            "with 0, 1 or 2 failed parts when the turn begins"
         ),
-        f"With 0, 1 or 2 failed parts, the other actions pay: {'; '.join(clauses)}",
+        f"With 0, 1 or 2 failed parts then, the other actions pay: {'; '.join(clauses)}",
         "examine",
         "with {} failed parts",
         "{} failed",
@@ -342,8 +342,8 @@ def _describe_chances(problem: MachineReplacement) -> tuple[str, ...]:
         f"{one_of_two:g} and none with {both:g}",
         f"If one part works, it fails with probability {last:g}; interrupt and replace always "
         "lead to 0 failed",
-        "After such a turn, examine sees a defective product with probability "
-        f"{', '.join(f'{p:g}' for p in clues)} with 0, 1 or 2 failed",
+        "Examine sees a defective product with probability "
+        f"{', '.join(f'{p:g}' for p in clues)} with 0, 1 or 2 failed parts after the turn",
         "The other actions always see a nondefective one",
     )
 

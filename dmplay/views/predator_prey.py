@@ -265,14 +265,19 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
         if problem.slip
         else "no step slips"
     )
-    glyph = get_agent_glyph(problem, view.seat)
-    name = f"{problem.agents[view.seat]}, @ or {glyph} on the map"
     start = f"with {', '.join(problem.agents)} at {{}}"
     role = (
-        f"You are {name}; all agents see each other, move one hex at the same time, and can swap "
-        "hexes"
+        f"You are {problem.agents[view.seat]}; all agents see each other, move one hex at the same "
+        "time, and can swap hexes"
     )
-    chances = hexgrid.describe_slips(problem.slip)
+    chances = (
+        *hexgrid.describe_step_chances(problem.slip),
+        "A predator and a prey that begin a turn on the same hex take no step in it, whatever they "
+        "choose",
+        f"The predator stays, and the prey reappears on each of the {len(problem.hexes)} hexes "
+        f"with probability 1/{len(problem.hexes)}",
+    )
+    mark = f"@ or {get_agent_glyph(problem, view.seat)}"
     if view.seat in problem.predator_seats:
         sharing_clause = ", shared by the predators on it" if problem.predators > 1 else ""
         objective = (
@@ -280,13 +285,20 @@ def lesson(view: View[PredatorPrey]) -> Lesson:
             f"stay there, and the prey loses {-DEVOURED_REWARD:g} and reappears on a random hex"
         )
         costs = f"Any other turn costs {-MOVE_REWARD:g}, and {slips}"
-        return Lesson(role, objective, costs, example_start=start, chances=chances)
+        return Lesson(role, objective, costs, example_start=start, chances=chances, map_mark=mark)
     objective = "You want to avoid the hexes of predators"
     costs = (
         "A turn that begins on the hex of a predator costs you "
         f"{-DEVOURED_REWARD:g}, and you reappear on a random hex; a step is free"
     )
-    return Lesson(role, objective, f"{costs}, and {slips}", example_start=start, chances=chances)
+    return Lesson(
+        role,
+        objective,
+        f"{costs}, and {slips}",
+        example_start=start,
+        chances=chances,
+        map_mark=mark,
+    )
 
 
 def panel_rows(view: View[PredatorPrey]) -> list[tuple[str, str]]:

@@ -80,6 +80,7 @@ class Lesson(NamedTuple):
     example_start: str = ""  # a phrase with {} for the state before it; '' for a general one
     state_name: str = "{}"  # the name of a hidden state in a belief, with {} for its text
     chances: tuple[str, ...] = ()  # sentences with the probabilities, for exact computations
+    map_mark: str = ""  # the player's mark on a map, such as "@"; "" if the board is no map
 
 
 class ViewModule(Protocol):

@@ -64,7 +64,7 @@ def lesson(view: View[TravelersDilemma]) -> Lesson:
     return Lesson(
         f"You are {you} and claim {MIN_CLAIM} to {MAX_CLAIM} whole dollars, at the same time as "
         f"{other}",
-        f"You want a claim that is high, but lower than that of {other}",
+        f"You want as many dollars as you can get, whatever {other} gets",
         f"Both get the lower claim; the lower claimant gets {BONUS_DOLLARS:g} more and the higher "
         f"{BONUS_DOLLARS:g} less; if the claims are equal, each gets its claim",
         "50",

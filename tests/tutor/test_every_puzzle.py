@@ -19,7 +19,7 @@ from dmplay.problems.hexworld import HexWorld
 from dmplay.problems.predator_prey import PredatorPrey
 from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, hex_neighbours
 from dmplay.tutor.action_question import ActionQuestion
-from dmplay.tutor.exercise import Exercise
+from dmplay.tutor.exercise import Exercise, ExerciseRun
 from dmplay.tutor.puzzles import (
     PUZZLE_PROBLEMS,
     Puzzle,
@@ -321,7 +321,10 @@ READINGS: dict[str, Callable[[Puzzle, ActionQuestion], set[str]]] = {
     "walk straight to the richest exit": lambda p, q: read_walk(q, to_richest=True),
     "step towards the prey": lambda p, q: read_hunt(q, away=False),
     "step away from the predator": lambda p, q: read_hunt(q, away=True),
-    "count on the likeliest outcome of each action": read_likeliest_outcomes,
+    (
+        "look only at the likeliest outcome of each action, and take the action whose likeliest "
+        "outcome is worth most"
+    ): read_likeliest_outcomes,
     "take the greatest expected reward of this turn, and leave later turns aside": read_one_turn,
     "act as if the likeliest hidden state were certain": read_likeliest_state,
     "act on the last turn alone, as if all states had been equally likely before it": (
@@ -402,17 +405,108 @@ def test_a_text_says_the_players_the_turns_left_and_what_a_turn_pays(name: str) 
             is_own = question.problem.agents[question.seat] == agent
             assert is_own or f"{agent} is the agent " in text, puzzle.code
         turns = question.valued_position.turns_left
-        limit = "The game has no turn limit." if turns is None else f"You have {turns} turn"
+        is_repeated = question.problem.state_count == 1
+        limit = f"You have {turns} {'round' if is_repeated else 'turn'}"
+        limit = "The game has no turn limit." if turns is None else limit
         assert limit in text, puzzle.code
         assert re.search(r"\b(pays?|costs?|gets?) ", text), puzzle.code
-        if not question.problem.partially_observable and question.problem.state_count == 1:
+        weight = re.compile(r"All (turn|round)s count the same|Each later turn counts 0.9 times")
+        assert (weight.search(text) is not None) == (turns != 1), puzzle.code
+        assert "opponent" not in text, puzzle.code
+        assert "@" not in text, puzzle.code  # it is a mark on a map, which plain lines do not draw
+        if is_repeated:
             rounds = len(question.position.session.turns)
             assert text.count("agent2 ") > rounds, puzzle.code
-            assert f"turn {rounds}: you " in text or "This is the first turn." in text
+            assert f"round {rounds}: you " in text or "This is the first round." in text
         sentences = [sentence for line in lines for sentence in re.split(r"(?<=\.) ", line)]
         assert max(Counter(sentences).values()) == 1, puzzle.code
         report = json.loads(report_puzzle(puzzle.code, with_solution=False))
         assert report["text"] == lines
+
+
+@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+def test_the_solution_names_the_best_actions_and_the_loss_of_the_others_that_are_right(
+    name: str,
+) -> None:
+    for puzzle in list_puzzles(name):
+        question = ask(puzzle)
+        losses = dict(zip(question.labels, question.values.max() - question.values, strict=True))
+        best = [label for label in question.labels if losses[label] < TOLERANCE]
+        limit = max(losses.values()) / 100
+        near = [label for label in question.labels if TOLERANCE <= losses[label] <= limit]
+        line = question.describe_right_actions()
+        named = re.fullmatch(r"solution: ([^.;]+?)( \(equally good\))?[.;](.*)", line)
+        assert named, line
+        assert set(named[1].split(" or ")) == set(best), puzzle.code
+        assert set(question.right_actions) == {*best, *near}, puzzle.code
+        assert ("right" in line) == bool(near), puzzle.code
+        if near:
+            greatest = max(losses[label] for label in near)
+            loss = re.search(r"(?:only|at most) ([\d.]+) and counts? as right", line)
+            assert loss, line
+            assert float(loss[1]) == pytest.approx(greatest, abs=5e-4), puzzle.code
+
+
+def test_the_same_claims_are_right_against_the_same_traveler() -> None:
+    right: dict[str, list[str]] = {}
+    for puzzle in list_puzzles("travelers-dilemma"):
+        answers = ask(puzzle).right_actions
+        assert right.setdefault(puzzle.position.seats["agent2"], answers) == answers
+    assert right["claim:claim=90"] == ["89"]
+
+
+@pytest.mark.parametrize("name", PUZZLE_PROBLEMS)
+def test_the_solution_is_the_same_in_lines_and_as_json(name: str) -> None:
+    for puzzle in list_puzzles(name):
+        exercise = exercise_of(puzzle.code)
+        solution = json.loads(report_puzzle(puzzle.code, with_solution=True))["solution"]
+        explanation = ExerciseRun(exercise).describe_solution()
+        lines = [exercise.question.describe_right_actions(), *explanation]
+        assert solution["explanation"] == lines
+        assert solution["best"] == solution["right"][: len(solution["best"])]
+
+
+# --- the other players, as their descriptions say ----------------------------------------------
+
+# By a part of the description: the next action, given your actions and its own so far.
+DESCRIBED_REPLIES: dict[str, Callable[[list[str], list[str]], str]] = {
+    "cooperates first, then repeats your last action.": lambda you, it: [
+        "cooperate", *you,
+    ][-1],
+    "defects first, then repeats your last action.": lambda you, it: ["defect", *you][-1],
+    "cooperates until either agent defects, then always defects.": lambda you, it: (
+        "defect" if "defect" in you + it else "cooperate"
+    ),
+    "cooperates first and after rounds in which both cooperated or both defected, else defects.": (
+        lambda you, it: "cooperate" if you[-1:] == it[-1:] else "defect"
+    ),
+    "cooperates unless you defected in both of the last two rounds.": lambda you, it: (
+        "defect" if you[-2:] == ["defect", "defect"] else "cooperate"
+    ),
+    "cooperates except in the two rounds after each defection by you.": lambda you, it: (
+        "defect" if "defect" in you[-2:] else "cooperate"
+    ),
+    "cooperates unless you defected in more than half of the rounds so far.": lambda you, it: (
+        "defect" if you.count("defect") > len(you) / 2 else "cooperate"
+    ),
+    "plays rock first, then the action that beats your last one.": lambda you, it: (
+        {"rock": "paper", "paper": "scissors", "scissors": "rock"}[you[-1]] if you else "rock"
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", SMALL_GAMES)
+def test_the_other_player_acts_as_its_description_says_from_the_first_round(name: str) -> None:
+    for puzzle in list_puzzles(name):
+        (line,) = [line for line in read_text(puzzle) if "is the agent " in line]
+        description = line.partition(", which ")[2]
+        if description.startswith("plays a best response to your action frequencies so far"):
+            continue  # another rule of this file counts them
+        reply = DESCRIBED_REPLIES[description]
+        history = re.findall(r"round \d+: you (\w+), agent2 (\w+)", " ".join(read_text(puzzle)))
+        for number, (_, action) in enumerate(history):
+            you, it = ([pair[i] for pair in history[:number]] for i in (0, 1))
+            assert reply(you, it) == action, (puzzle.code, number)
 
 
 @pytest.mark.parametrize("name", MAP_PROBLEMS)

@@ -87,6 +87,14 @@ def test_games_against_a_known_agent_have_exact_mistakes(tmp_path: Path) -> None
     assert exercise.title.startswith("turn 1 of ")
 
 
+def test_a_choice_that_counts_as_right_is_no_mistake(tmp_path: Path) -> None:
+    players = "--seat", "agent2=level-k", "--turns", "2"
+    path = play(tmp_path, "travelers-dilemma", "97\n2\n", *players)
+    near, bad = review(path)
+    assert 0 < (near.regret or 0.0) < 0.1 < (bad.regret or 0.0)
+    assert [item.title for item in list_mistakes(path)] == [f"turn 2 of {path}"]
+
+
 def test_a_missed_mistake_returns_and_a_learned_one_does_not(tmp_path: Path) -> None:
     path = play_walk(tmp_path)
     first, second = list_mistakes(path)

@@ -55,8 +55,11 @@ class LineDialog:
 
     def _print_board(
         self, position: PositionInGame, situation: Sequence[str] | None = None
-    ) -> None:
-        """Print the board at a position, or the situation in words, by default the narrator's."""
+    ) -> bool:
+        """Print the board at a position, or the situation in words, by default the narrator's.
+
+        Return whether a board was printed.
+        """
         players = position.question.players
         keyboard = Keyboard(position.problem, [position.seat], DEFAULT_KEY_PREFERENCES)
         game = Game(position.problem_name, position.session, players, keyboard)
@@ -65,8 +68,9 @@ class LineDialog:
             if situation is None:
                 situation = [game.narrator.describe_situation(game.snapshot())]
             self._print(*game.picture_rows(), *situation)
-        else:
-            print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
+            return False
+        print(to_ansi(board, self._terminal.theme) if self._terminal.color else board.plain)
+        return True
 
     @property
     def _board_options(self) -> DrawOptions:

@@ -10,6 +10,7 @@ from dmplay.game.command_line_results import MistakesCommand, PuzzleCommand
 from dmplay.terminal.capabilities import Terminal
 from dmplay.terminal.signals import exit_on_signals
 from dmplay.tutor import mistakes, puzzles
+from dmplay.tutor.action_question import RIGHT_LOSS_LIMIT
 from dmplay.tutor.exercise import Exercise, ExerciseRun, current_day
 from dmplay.tutor.lesson_run import TutorReply
 from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
@@ -17,7 +18,8 @@ from dmplay.ui.lessons.line_dialog import DialogLeft, LineDialog
 NOT_FINISHED_EXIT_CODE = 1  # a script that ends before every question is answered
 QUESTION_HELP = (
     "type an action, or: show (the solution, after one try), look (the board), "
-    "skip (the next question), quit"
+    f"skip (the next question), quit. "
+    f"An action counts as right if it loses at most {RIGHT_LOSS_LIMIT}."
 )
 
 
@@ -118,8 +120,11 @@ class QuestionDialog(LineDialog):
     def _print_exercise_board(self, exercise: Exercise) -> None:
         """Print the board, unless it shows a belief, which is part of the solution."""
         question = exercise.question
-        if question.shows_board:
-            self._print_board(question.position, question.describe_situation())
+        if not question.shows_board:
+            return
+        is_drawn = self._print_board(question.position, question.describe_situation())
+        if is_drawn and question.map_mark:
+            self._print(f"On the map you are {question.map_mark}.")
 
     def print_lines(self, *lines: str) -> None:
         """Print lines as the dialog prints its own."""

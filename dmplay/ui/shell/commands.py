@@ -200,7 +200,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
     others = [_list_key(command) for command in with_key if command.name not in FIRST_LISTED]
     keyless = [command.name for command in COMMANDS if not command.key]
     return [
-        *lesson_lines(game),
+        *lesson_lines(game, shows_map=True),
         *describe_other_players(game),
         "",
         f"actions: {actions_text}",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from dmplay.agents.base import SeatPolicy
+from dmplay.agents.base import SeatPolicy, address_opponent
 from dmplay.core.problem import ContinuousStates, Problem
 from dmplay.core.session import Session
 from dmplay.core.spaces import Interval
@@ -17,18 +17,20 @@ MAX_STATE_COLUMNS = 24  # columns of the state at the start of the example turn
 UNTYPABLE_SEED = 2**63 + 1228  # larger than any seed of a game, so it reveals no game's uniforms
 
 
-def lesson_lines(game: Game) -> list[str]:
+def lesson_lines(game: Game, *, shows_map: bool = False) -> list[str]:
     """Return sentences on the viewing seat's role, objective and costs, and an example turn.
 
-    Another sentence says why rewards are hidden, if they are.
+    Another sentence says why rewards are hidden, if they are. The player's mark on the map is named
+    if the player sees a map.
     """
     problem, view = game.problem, game.view()
     content = game.view_module.lesson(view)
     discount_note = f"; a reward one turn later counts {problem.discount:g} times as much (gamma)"
     cost = content.costs + discount_note * (problem.discount < 1.0)
+    mark = f" On the map you are {content.map_mark}." if shows_map and content.map_mark else ""
     hidden_rewards = [] if problem.rewards_observable or game.reveal else [HIDDEN_REWARDS_NOTE]
     return [
-        f"{content.role}.",
+        f"{content.role}.{mark}",
         f"{content.objective}.",
         f"{cost}.",
         *hidden_rewards,
@@ -39,12 +41,17 @@ def lesson_lines(game: Game) -> list[str]:
 def describe_other_players(game: Game) -> list[str]:
     """Return a sentence on each agent that plays beside the people: its name and its policy."""
     return [
-        f"{agent} is played by {name}: {(type(seated.policy).__doc__ or '').partition(chr(10))[0]}"
+        f"{agent} is played by {name}: {address_opponent(_read_summary(seated.policy))}"
         for agent, name, seated in zip(
             game.problem.agents, game.player_names, game.session.seated_policies, strict=True
         )
         if game.human_seats and seated and isinstance(seated.policy, SeatPolicy)
     ]
+
+
+def _read_summary(policy: SeatPolicy) -> str:
+    """Return the first line of the description of a policy."""
+    return (type(policy).__doc__ or "").partition("\n")[0]
 
 
 def describe_example_turn(problem: Problem, seat: int, lesson: Lesson) -> str:

@@ -321,13 +321,15 @@ def format_move_condition(forecast: Forecast) -> str:
     return format_condition(forecast, f"go {DIRECTIONS[int(forecast.action)].upper()}")
 
 
-def describe_slips(slip: float) -> tuple[str, ...]:
-    """Return a sentence with the probability of each slip, without its full stop; () if none."""
+def describe_step_chances(slip: float) -> tuple[str, ...]:
+    """Return sentences on slips and walls, without their full stops."""
+    wall = "A step or a slip into a wall leaves the agent where it is"
     if not slip:
-        return ()
+        return (wall,)
     return (
         f"A step slips to each of the two directions beside it with probability {slip / 2:g}; "
         "NE, for example, slips to E or NW",
+        wall,
     )
 
 
@@ -340,8 +342,7 @@ def describe_map(hexes: Sequence[Hex]) -> list[str]:
     return [
         "A hex is (q,r). Its neighbours are E (q+1,r), NE (q,r+1), NW (q-1,r+1), W (q-1,r), "
         "SW (q,r-1) and SE (q+1,r-1).",
-        f"The hexes of the map are {listed}. All others are walls: "
-        "an agent that steps into one stays.",
+        f"The hexes of the map are {listed}. All others are walls.",
     ]
 
 

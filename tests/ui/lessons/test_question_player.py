@@ -24,7 +24,7 @@ def test_a_wrong_answer_gets_a_reason_and_another_try(tmp_path: Path) -> None:
     assert (result.returncode, result.stderr) == (0, "")
     assert result.stdout.endswith(
         """\
-You have 10 turns left. What do you do?
+You have 10 rounds left. All rounds count the same. What do you do?
 type cooperate or defect.
 answer> defect
 not yet. defect is worth -27, 18 less than the best action:
@@ -35,6 +35,7 @@ right. cooperate is worth -9.
 defect is worth -27.
 cooperate is worth -9:
   with probability 1 agent2 plays cooperate: reward -1, then worth -8
+Each value is the mean of reward + later worth.
 Rule of thumb: defect, as it pays more in each single round. Here it says defect and loses 18.
 dmplay learn puzzle prisoners-dilemma gives another one.
 """
@@ -71,7 +72,9 @@ def test_json_hides_the_solution_unless_it_is_asked_for(tmp_path: Path) -> None:
     puzzle = json.loads(run_dmplay(tmp_path, *words).stdout)
     assert puzzle["puzzle"] == "prisoners-dilemma:1"
     assert puzzle["actions"] == ["cooperate", "defect"]
-    assert puzzle["text"][-1] == "You have 10 turns left. What do you do?"
+    assert puzzle["text"][-1] == (
+        "You have 10 rounds left. All rounds count the same. What do you do?"
+    )
     assert puzzle["position"]["seats"] == {"agent2": "grim"}
     assert "solution" not in puzzle
     solution = json.loads(run_dmplay(tmp_path, *words, "--solution").stdout)["solution"]
@@ -93,7 +96,8 @@ def test_mistakes_are_asked_one_after_the_other(tmp_path: Path) -> None:
     assert (result.returncode, result.stderr) == (0, "")
     assert "1 of 2. turn 3 of w.dmt." in result.stdout
     assert "2 of 2. turn 1 of w.dmt." in result.stdout
-    assert result.stdout.count("You are @ and walk") == 1
+    assert result.stdout.count("You walk from hex to hex") == 1
+    assert "@" not in result.stdout
     assert "2 of 2 questions answered, 2 at the first try." in result.stdout
     mistakes = json.loads(run_dmplay(tmp_path, "learn", "from", "w.dmt", "--json").stdout)
     assert [row["mistake"] for row in mistakes["mistakes"]] == [

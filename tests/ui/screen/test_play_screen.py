@@ -503,7 +503,7 @@ def test_a_terminal_of_one_row_shows_one_line_of_text() -> None:
         " board needs 19x9; playing in text. at …",
         " turn 1. chose E, moved E to (8,2). rew…",
         " e: no such key; press l for the action…",
-        " You are @ and walk from hex to hex;",
+        " You walk from hex to hex; you always",
     ]
 
 

@@ -321,7 +321,7 @@ def test_a_game_key_after_the_end_does_not_start_the_lookback() -> None:
 
 
 def test_other_keys_act_in_the_lookback_as_at_the_end() -> None:
-    assert "You are @" in press_keys(play_to_end("hexworld"), "enter", "?")
+    assert "You walk from hex to hex" in press_keys(play_to_end("hexworld"), "enter", "?")
     assert "next, turn 4" in press_keys(play_to_end("hexworld"), "enter", "?", "escape")
     assert "no hint: the game is over" in press_keys(play_to_end("hexworld"), "enter", "tab")
     assert "x: no such key" in press_keys(play_to_end("hexworld"), "enter", "x")

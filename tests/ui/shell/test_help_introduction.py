@@ -96,10 +96,23 @@ def test_each_seat_has_its_own_lesson() -> None:
 @pytest.mark.parametrize("size", [(80, 24), (50, 14)])
 def test_help_begins_with_the_lesson_on_the_screen_and_in_lines(size: tuple[int, int]) -> None:
     hex_game = make_game("hexworld")
-    first = "You are @ and walk from hex to hex;"
+    first = "You walk from hex to hex;"
     assert play_keys(hex_game, "?", size=size).last.split("\n")[1].strip().startswith(first)
     assert str(run_line(GameController(hex_game), "help")).startswith(first)
-    assert "You are" not in str(run_line(GameController(), "help"))
+    assert "You walk" not in str(run_line(GameController(), "help"))
+
+
+def test_the_mark_on_the_map_is_named_on_the_screen_but_not_in_lines() -> None:
+    game = make_game("predator-prey", "human", "flee")
+    assert "On the map you are @ or A." in " ".join(play_keys(game, "?").last.split())
+    assert "@" not in str(run_line(GameController(game), "help"))
+
+
+def test_the_description_of_the_other_player_speaks_to_you() -> None:
+    page = " ".join(play_keys(make_game("prisoners-dilemma", "human", "grim"), "?").last.split())
+    assert "agent2 is played by grim: Cooperates until either agent defects" in page
+    game = make_game("prisoners-dilemma", "human", "tit-for-tat")
+    assert "then repeats your last action." in " ".join(play_keys(game, "?").last.split())
 
 
 def test_the_lesson_of_a_problem_without_a_view_uses_its_description() -> None:
