@@ -21,7 +21,7 @@ from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import find_label, parse_distribution, parse_number
 
 BISECTIONS = 50
-ROUNDED_DIFFERENCE = 0.001  # between a probability and the same one as it is typed
+ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed
 MAX_COMPARED_TURNS = 12
 SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
@@ -63,7 +63,7 @@ def observation_probability(
     }
 
     def explain(answer: str) -> str:
-        """Return the chances in the possible states that the typed one contradicts or leaves out.
+        """Return the state whose chance was typed, or the chances that the typed one leaves out.
 
         It is empty if all states have the same chance, which is the answer.
         """
@@ -71,7 +71,11 @@ def observation_probability(
         low_text, high_text = (format_number(chances[name]) for name in (low, high))
         if low_text == high_text:
             return ""
-        if chances[low] <= parse_number(answer) <= chances[high]:
+        typed = parse_number(answer)
+        for name, chance in chances.items():
+            if abs(typed - chance) <= ROUNDED_DIFFERENCE:
+                return f"{format_number(typed)} is the chance in the state {name} alone"
+        if chances[low] <= typed <= chances[high]:
             return f"in the state {high} the chance is {high_text}, but in {low} it is {low_text}"
         return f"in each possible state, the chance is from {low_text} to {high_text}"
 

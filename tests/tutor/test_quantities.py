@@ -243,6 +243,7 @@ def test_beliefs_by_hand() -> None:
     [
         ("0.3", "in each possible state, the chance is from 0.0048 to 0.209"),
         ("0.001", "in each possible state, the chance is from 0.0048 to 0.209"),
+        ("0.21", "0.21 is the chance in the state 80 alone"),
         ("0.1", "in the state 80 the chance is 0.209, but in 20 it is 0.0048"),
     ],
 )
