@@ -86,7 +86,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "straight-to-the-exit": (
         WrongAnswer(1, "0.3", "3 next states can follow"),
         WrongAnswer(2, "w", "its worst next state is worth -10 and has probability 0.15"),
-        WrongAnswer(3, "(2,1)", "loses 1.431; to pass, this number must be at least 2"),
+        WrongAnswer(3, "(2,1)", "loses 1.431; the answer is right if this number is at least 2"),
     ),
     "look-ahead": (
         WrongAnswer(1, "0.85", "With 2 tries it is 0.722"),
@@ -125,7 +125,9 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(
             2, "2", "With 2 turns left, replace is worth -1.098, and another action is worth 0.5"
         ),
-        WrongAnswer(3, "0.5 0 0.5", "0.039 less than the best action there; to pass, this number"),
+        WrongAnswer(
+            3, "0.5 0 0.5", "0.039 less than the best action there; the answer is right if"
+        ),
     ),
     "collision-course": (
         WrongAnswer(1, "0.25", "in at least 9 of 10 cases from 46 to 58 m"),

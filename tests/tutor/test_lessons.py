@@ -77,7 +77,7 @@ def test_a_wrong_answer_gets_its_reason_in_numbers(name: str, wrong: WrongAnswer
     assert not reply.finishes_step
     assert reply.lines[0].startswith("not yet. ")
     assert wrong.reason.lower() in reply.lines[0].lower()
-    assert reply.lines[1:] == ("Try again; hint gives you a hint.",)
+    assert reply.lines[1:] == ("Try again; hint gives you a hint, and ? lists the commands.",)
 
 
 def list_wrong_answers(run: LessonRun) -> list[str]:
