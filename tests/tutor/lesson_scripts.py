@@ -106,7 +106,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(3, "0.09", "yours is 0.009 in each turn on average"),
     ),
     "how-good-is-the-catcher": (
-        WrongAnswer(1, "0.25", "0.25 is P(80) just before 'caught'"),
+        WrongAnswer(2, "0.065", "0.065 is the chance in the state 60 alone"),
         WrongAnswer(3, "50", "this throw scores 7.497 less than the best one"),
         WrongAnswer(4, "game: 10*50", "discounted regret 105.745 of at most 3"),
     ),
