@@ -131,14 +131,14 @@ def iterate_steps(request: WatchRequest) -> Iterator[Step]:
     problem, tables = request.problem, tabulate(request.problem)
     session = request.session or Session(problem, SeededUniforms(request.seed))
     belief = session.view(request.seat).belief
-    owner = "of your game" if request.session else "at the start of a game"
+    owner = "now" if request.session else "at the start of a game"
     stage_count = request.iterations or DEFAULT_STAGES
     plan_set = make_one_step_plans(tables)
     yield Step(
         "1 turn: plans",
         (
-            "A plan for the last turn is one action.",
-            "Its alpha vector holds its value in each state: here the reward R(s, a).",
+            "A plan for the last turn is one action a.",
+            "Its alpha vector holds its value in each state s: here the reward R(s, a).",
             f"The marked point is the belief {owner}.",
         ),
         _format_vector(problem, tables, plan_set, None, belief),

@@ -131,12 +131,17 @@ def _check_typed_argument(
     )
     result = prediction.result or f"the {prediction.quantity.name.replace('-', ' ')} is then"
     value = format_number(truth.value)
-    sentence, explanation = f"{result} {value}", _append(truth.explain(value))
+    sentence = result.replace("{}", value) if "{}" in result else f"{result} {value}"
+    explanation = _append(truth.explain(value))
     if is_right:
-        return AnswerCheck(True, sentence + explanation)
+        return AnswerCheck(True, truth.explain(value) if low == high else sentence + explanation)
     is_too_low = low is not None and truth.value < low
     bound = f"at least {low:g}" if is_too_low else f"at most {high:g}"
-    return AnswerCheck(False, f"{sentence}; {bound} is needed{explanation}")
+    if low == high:
+        bound = f"{low:g}"
+    return AnswerCheck(
+        False, f"{sentence}; the answer is right if this number is {bound}{explanation}"
+    )
 
 
 def _check_distribution(truth: Truth, prediction: Prediction, text: str) -> AnswerCheck:

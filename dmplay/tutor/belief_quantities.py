@@ -16,11 +16,12 @@ from dmplay.solvers.pomdp.exact_pomdp import (
 )
 from dmplay.tutor.beliefs import compute_belief, parse_history
 from dmplay.tutor.positions import PositionInGame
-from dmplay.tutor.state_quantities import find_action, find_state
+from dmplay.tutor.state_quantities import find_action
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import find_label, parse_distribution, parse_number
 
 BISECTIONS = 50
+ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed
 MAX_COMPARED_TURNS = 12
 SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
@@ -62,7 +63,7 @@ def observation_probability(
     }
 
     def explain(answer: str) -> str:
-        """Return the chances in the possible states that the typed one contradicts or leaves out.
+        """Return the state whose chance was typed, or the chances that the typed one leaves out.
 
         It is empty if all states have the same chance, which is the answer.
         """
@@ -70,7 +71,11 @@ def observation_probability(
         low_text, high_text = (format_number(chances[name]) for name in (low, high))
         if low_text == high_text:
             return ""
-        if chances[low] <= parse_number(answer) <= chances[high]:
+        typed = parse_number(answer)
+        for name, chance in chances.items():
+            if abs(typed - chance) <= ROUNDED_DIFFERENCE:
+                return f"{format_number(typed)} is the chance in the state {name} alone"
+        if chances[low] <= typed <= chances[high]:
             return f"in the state {high} the chance is {high_text}, but in {low} it is {low_text}"
         return f"in each possible state, the chance is from {low_text} to {high_text}"
 
@@ -120,10 +125,11 @@ def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: 
     index = _action_index(position, action)
 
     def explain(_: str) -> str:
-        """Return the value of each action in the belief."""
+        """Return the value of the action, and the name of the best one."""
         labels = position.problem.actions[position.seat].labels
-        pairs = zip(labels, q, strict=True)
-        return "there, " + ", ".join(f"{a} is worth {format_number(float(v))}" for a, v in pairs)
+        worth = f"in this belief, {labels[index]} is worth {format_number(float(q[index]))}"
+        is_best = q[index] >= q.max() - VALUE_TOLERANCE
+        return worth if is_best else f"{worth}, and {labels[int(q.argmax())]} is best"
 
     return Truth(float(q.max() - q[index]), explain)
 
@@ -184,9 +190,11 @@ def alpha_vector_count(position: PositionInGame, turns_left: int) -> Truth:
 def describe_implied_prior(
     position: PositionInGame, history: Sequence[str], state: str, answer: float
 ) -> str:
-    """Return the probability before the last observation from which a typed belief would follow.
+    """Return which other probability was typed, or else the prior from which it would follow.
 
-    It is Bayes' rule backwards, with the true proportions of the other states.
+    Usual mistakes are the probability before the last observation, its likelihood in a state, and
+    the product of both. The prior is found by Bayes' rule backwards, with the true proportions of
+    the other states.
     """
     if not history or len(position.problem.agents) > 1:
         return ""
@@ -197,9 +205,17 @@ def describe_implied_prior(
     likelihoods = tables.observation_model[action, :, observation]
     observed = history[-1].rpartition(" ")[2]
     if not np.ptp(likelihoods):
-        same = format_number(float(likelihoods[0]))
-        observed = f"what you observed has probability {same} in each state"
-        return f"{observed}; only changes of the state count"
+        return "your last action showed nothing about the state; only changes of the state count"
+    names, typed = _state_names(position), format_number(answer)
+    posterior = f"P({names[index]} | {observed})"
+    usual_mistakes = {
+        f"P({names[index]}) just before {observed!r}": predicted[index],
+        **{f"P({observed} | {name})": p for name, p in zip(names, likelihoods, strict=True)},
+        f"P({names[index]} and {observed})": predicted[index] * likelihoods[index],
+    }
+    for mistake, probability in usual_mistakes.items():
+        if 0.0 < answer < 1.0 and abs(answer - probability) <= ROUNDED_DIFFERENCE:
+            return f"{typed} is {mistake}; the question is {posterior}"
     others = np.arange(len(predicted)) != index
     weight = float(predicted[others].sum())
     own_likelihood = float(likelihoods[index])
@@ -207,11 +223,8 @@ def describe_implied_prior(
         return ""
     other_likelihood = float(predicted[others] @ likelihoods[others]) / weight
     odds = answer / (1.0 - answer) * other_likelihood / own_likelihood
-    name = position.problem.format_state(find_state(position, state))
     before = format_number(odds / (1.0 + odds))
-    return (
-        f"{format_number(answer)} would follow if P({name}) were {before} just before {observed!r}"
-    )
+    return f"{typed} would follow if P({names[index]}) were {before} just before {observed!r}"
 
 
 def _solve(position: PositionInGame, turns_left: int) -> AlphaVectorStage:

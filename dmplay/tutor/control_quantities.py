@@ -20,6 +20,7 @@ from dmplay.tutor.positions import PositionInGame
 from dmplay.tutor.truth import Truth, format_number
 from dmplay.tutor.typed_text import parse_number
 
+MIDDLE_SHARE = (0.05, 0.95)  # of the heights between which 9 of 10 cases are
 ROUND_DECIMALS = 9  # of states that differ by rounding errors only
 
 
@@ -51,19 +52,15 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     cost = -_evaluate(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
 
     def explain(answer: str) -> str:
-        """Return the costs of the second and the last turn, and the mean of the typed cost.
+        """Return the mean of the typed cost by turn, and the cost of the last turn.
 
-        With two turns, that of the second one is the answer.
+        With two turns, the latter is the answer.
         """
         if turns_left < 3:
             return ""
-        second, last = (
-            format_number(problem.noise**2 * problem.discount ** (turn - 1))
-            for turn in (2, turns_left)
-        )
+        last = format_number(problem.noise**2 * problem.discount ** (turns_left - 1))
         mean = format_number(parse_number(answer) / turns_left)
-        costs = f"turn 2 costs {second} on average, and turn {turns_left} {last}"
-        return f"{costs}; yours is {mean} a turn in {turns_left} turns"
+        return f"yours is {mean} in each turn on average, but turn {turns_left} alone costs {last}"
 
     return Truth(cost, explain if problem.noise else lambda _: "", is_cost=True)
 
@@ -89,11 +86,13 @@ def collision_probability(
         )
         states, places = np.unique(outcome.state.round(ROUND_DECIMALS), axis=0, return_inverse=True)
         probabilities = np.bincount(places.ravel(), probabilities[rows] * p)
-    heights = states[:, 0]
-    mean, low, high = (f"{x:.3g}" for x in (heights @ probabilities, heights.min(), heights.max()))
+    heights = states[:, 0]  # in ascending order
+    low, high = heights[probabilities.cumsum().searchsorted(MIDDLE_SHARE)]
+    mean, low_text, high_text = (f"{x:.3g}" for x in (heights @ probabilities, low, high))
+    middle = f"in at least 9 of 10 cases from {low_text} to {high_text} m"
     return Truth(
         float(probabilities[np.abs(heights) < COLLISION_DISTANCE].sum()),
-        lambda _: f"the height at the pass is {mean} m on average, from {low} to {high} m",
+        lambda _: f"the height at the pass is {mean} m on average, {middle}",
     )
 
 

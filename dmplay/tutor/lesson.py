@@ -38,7 +38,7 @@ class Prediction:
     tolerance: float = 0.0
     at_least: float | None = None
     at_most: float | None = None
-    result: str = ""  # the beginning of the sentence with the value, if `asks` is set
+    result: str = ""  # if `asks` is set, the sentence with the value, at {} or at its end
     shows_board: bool = True
     watch: str = ""  # an algorithm to watch after the answer
     watch_first: bool = False  # whether it can be watched before the answer instead

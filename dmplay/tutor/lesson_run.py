@@ -147,7 +147,7 @@ class LessonRun:
         self.wrong_count += 1
         lines = [f"not yet. {_to_sentence(check.reason)}".strip()]
         if not self.is_hint_given and self.wrong_count == 1:
-            lines.append("Try again; hint gives you a hint.")
+            lines.append("Try again; hint gives you a hint, and ? lists the commands.")
         elif not self.is_hint_given:
             lines += self.give_hint().lines
         if self.can_show_answer:

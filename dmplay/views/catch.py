@@ -347,11 +347,16 @@ def panel_rows(view: View[Catch]) -> list[tuple[str, str]]:
 
 
 def describe_turn(view: View[Catch]) -> str:
-    """Describe the last throw: its distance, its result and the likeliest skill."""
+    """Describe the last throw: its distance, its result and the likeliest skill, or several."""
     name, caught = _read_throw(view, view.turns_played - 1)
-    likeliest = int(view.belief.argmax())
-    likeliest_text = f"{PROFICIENCY_NAMES[likeliest]} ({format_percent(view.belief[likeliest])})"
-    return f"threw {name} m: {'caught' if caught else 'dropped'}. likeliest skill {likeliest_text}."
+    percents = [format_percent(p) for p in view.belief]
+    highest = percents[int(view.belief.argmax())]
+    likeliest = [
+        skill for skill, p in zip(PROFICIENCY_NAMES, percents, strict=True) if p == highest
+    ]
+    share = f"{highest} each" if len(likeliest) > 1 else highest
+    result = "caught" if caught else "dropped"
+    return f"threw {name} m: {result}. likeliest skill {' or '.join(likeliest)} ({share})."
 
 
 def describe_situation(view: View[Catch]) -> str:

@@ -156,9 +156,8 @@ def _draw_large_board(
             "yellow",
         )
     draw_true_state(canvas, y + 7, STATE_NAMES, options)
-    default_legend = (
-        TRIANGLE_LEGEND if view.rewards is None else TRIANGLE_LEGEND[:-1]
-    )  # no hints after the end
+    has_hints = view.rewards is None and not options.hints_forbidden  # not after the end
+    default_legend = TRIANGLE_LEGEND if has_hints else TRIANGLE_LEGEND[:-1]
     turns_left = math.inf if view.turn_limit is None else view.turn_limit - view.turns_played
     limit_note = (f"(for {MAX_PLANNED_TURNS} turns; more are left)",)
     region_legend = REGION_LEGEND + limit_note * (turns_left > MAX_PLANNED_TURNS)

@@ -63,6 +63,7 @@ class DrawOptions(NamedTuple):
     ghost_state: Array | None = None  # state of the ghost, to be drawn faintly
     show_coordinates: bool = False  # whether to write its coordinates into each free hex
     panel_columns: int = MIN_PANEL_COLUMNS + 2  # columns of the width that the side panel needs
+    hints_forbidden: bool = False  # whether the board must not offer hints
 
     @property
     def columns_beside_panel(self) -> int:

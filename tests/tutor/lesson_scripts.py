@@ -16,13 +16,13 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
         "game: -0.270 0.485 -0.273 -0.063 -0.503 -0.535 0.171 -0.080 -0.763 -0.649",
         "0.055",
     ),
-    "how-good-is-the-catcher": ("0.44", "0.074", "70", "game: 50 9*70"),
+    "how-good-is-the-catcher": ("0.44", "0.074", "70", "game: 50 30 8*20"),
     "bayes-at-the-cradle": ("0.907", "0", "feed", "game: feed 3*ignore feed 5*ignore"),
-    "alpha-vectors": ("-9", "0.506", "0.283", "hungry 0.25 sated 0.75"),
+    "alpha-vectors": ("-9", "0.506", "0.283", "0.366"),
     "when-to-look": (
         "0.531",
-        "0.25 0 0.75",
         "6",
+        "0.27 0 0.73",
         "game: 8*manufacture interrupt 11*manufacture",
     ),
     "collision-course": (
@@ -75,47 +75,55 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "straight-to-the-exit": (
         WrongAnswer(1, "0.3", "3 next states can follow"),
         WrongAnswer(2, "w", "its worst next state is worth -10 and has probability 0.15"),
-        WrongAnswer(3, "(2,1)", "the action of this rule loses 1.431; at least 2 is needed"),
+        WrongAnswer(3, "(2,1)", "loses 1.431; the answer is right if this number is at least 2"),
     ),
     "look-ahead": (
-        WrongAnswer(2, "10", "miss it with probability 0.197; at most 0.05 is needed"),
+        WrongAnswer(
+            2,
+            "10",
+            "miss it with probability 0.197; the answer is right if this number is at most 0.05",
+        ),
         WrongAnswer(3, "sw", "0 chose sw, worth 3.747"),
         WrongAnswer(4, "down", "down scores 4 now, and 10.2 on average in 1 more turn"),
     ),
     "momentum": (
         WrongAnswer(1, "0.6", "0.6 is too high. The greatest one is reached after 38 of 200"),
         WrongAnswer(1, "-0.52", "-0.52 is too low"),
-        WrongAnswer(3, "game: 20*left 38*right 38*left 60*right", "and 115 are allowed"),
+        WrongAnswer(
+            3, "game: 20*left 38*right 38*left 60*right", "ended after 115 turns (turn limit)"
+        ),
     ),
     "push-to-zero": (
-        WrongAnswer(1, "-0.5", "this one costs more by 0.305"),
+        WrongAnswer(1, "-0.5", "costs 0.305 more on average than the best rule"),
         WrongAnswer(2, "game: 10*0", "optimal scored -1.114 and you -6.065"),
-        WrongAnswer(3, "0.09", "turn 10 0.0039; yours is 0.009 a turn in 10 turns"),
+        WrongAnswer(3, "0.09", "yours is 0.009 in each turn on average"),
     ),
     "how-good-is-the-catcher": (
-        WrongAnswer(1, "0.25", "0.25 would follow if P(80) were 0.124 just before 'caught'"),
-        WrongAnswer(3, "50", "50 scores 7.497 less on average than the best action"),
-        WrongAnswer(4, "game: 10*50", "discounted regret 32.625 of at most 3"),
+        WrongAnswer(2, "0.065", "0.065 is the chance in the state 60 alone"),
+        WrongAnswer(3, "50", "this throw scores 7.497 less than the best one"),
+        WrongAnswer(4, "game: 10*50", "discounted regret 105.745 of at most 3"),
     ),
     "bayes-at-the-cradle": (
-        WrongAnswer(1, "0.8", "0.8 would follow if P(hungry) were 0.333 just before 'crying'"),
+        WrongAnswer(1, "0.8", "0.8 is P(crying | hungry); the question is P(hungry | crying)"),
         WrongAnswer(2, "0.5", "0.5 would follow if P(hungry) were 0.111 just before 'crying'"),
         WrongAnswer(4, "game: 10*feed", "Turn 2 lost most of it, 3.033: the action feed"),
     ),
     "alpha-vectors": (
         WrongAnswer(1, "-10", "it is 0.5 of the way from -5 (sure of sated) to -15"),
         WrongAnswer(3, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
-        WrongAnswer(4, "hungry 0.5 sated 0.5", "singing loses 2.446"),
+        WrongAnswer(4, "0.5", "0.5 is too high. In this belief, ignore is worth -6.83"),
     ),
     "when-to-look": (
         WrongAnswer(1, "0.9", "only changes of the state count"),
-        WrongAnswer(2, "0.5 0 0.5", "examine loses 0.039"),
         WrongAnswer(
-            3, "2", "With 2 turns left, replace is worth -1.098, and another action is worth 0.5"
+            2, "2", "With 2 turns left, replace is worth -1.098, and another action is worth 0.5"
+        ),
+        WrongAnswer(
+            3, "0.5 0 0.5", "0.039 less than the best action there; the answer is right if"
         ),
     ),
     "collision-course": (
-        WrongAnswer(1, "0.25", "the height at the pass is 52 m on average, from 46 to 58 m"),
+        WrongAnswer(1, "0.25", "in at least 9 of 10 cases from 46 to 58 m"),
         WrongAnswer(2, "climb", "the probability of a collision is 0.703"),
         WrongAnswer(4, "game: 41*descend", "you chose descend 41 times; 10 are allowed"),
     ),

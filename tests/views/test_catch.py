@@ -24,6 +24,13 @@ def test_descriptions_include_the_last_throw_and_the_expected_rewards() -> None:
     )
 
 
+def test_the_last_throw_names_all_skills_that_are_likeliest() -> None:
+    sharp = games.make_view_after("catch:sharp", "50", seed=5)
+    assert (
+        catch.describe_turn(sharp) == "threw 50 m: caught. likeliest skill 60 m or 80 m (50% each)."
+    )
+
+
 FRAMES = {
     "the curves with the belief below": (
         make_view_after("50", "100", "60"),

@@ -92,3 +92,16 @@ def test_descriptions_include_the_belief_and_the_expected_rewards() -> None:
         "saw nothing yet. belief: 0 failed 1.000, 1 failed 0.000, 2 failed 0.000. expected reward "
         "now: manufacture 0.902, examine 0.652, interrupt -0.500, replace -2.000."
     )
+
+
+def test_the_board_offers_no_hint_in_a_game_that_forbids_hints() -> None:
+    offers = [
+        "Tab shows the best action by belief"
+        in fit_board(
+            machine_replacement,
+            make_view_after(),
+            DrawOptions(80, 24, allow_large=True, hints_forbidden=forbidden),
+        ).plain
+        for forbidden in (False, True)
+    ]
+    assert offers == [True, False]

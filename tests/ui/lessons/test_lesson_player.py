@@ -268,7 +268,7 @@ def test_the_lines_of_a_lesson_fit_the_terminal(size: tuple[int, int], tmp_path:
         terminal.press("0.15\r")
         terminal.until("step 2 of 4.")
         terminal.press("w\r")
-        terminal.until("Try again; hint gives you a hint.")
+        terminal.until("Try again; hint gives you a hint")
         is_wrapped = "play best after it. The rule of thumb says west." in terminal.text
         assert is_wrapped == (size[0] == 50)  # as one paragraph
         assert "worth -10 and has" in terminal.text.replace("\n", " ")

@@ -160,5 +160,5 @@ def test_m_works_in_a_replay(tmp_path: Path) -> None:
 def test_m_on_the_terminal_asks_for_a_better_action(tmp_path: Path) -> None:
     words = "hexworld", "--seed", "3", "--turns", "4"
     with PseudoTerminal(*words, folder=tmp_path) as terminal:
-        terminal.ready().press("llhh", "M learn").press("M", "It lost 0.359.")
+        terminal.ready().press("llhh", "M learn").press("M", "It lost 0.359 ")
         terminal.press("e\r", "It lost 0.231.")
