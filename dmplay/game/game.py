@@ -580,7 +580,7 @@ class Game:
             and self.human_seats
             and not self.reveal
         )
-        return "the game is over and its hidden information is shown" if is_disclosed else ""
+        return "the hidden states have been shown" if is_disclosed else ""
 
     def _check_undo_allowed(self, command: str) -> None:
         """Raise BadParameter, prefixed with the command, if turns cannot be undone."""

@@ -124,17 +124,9 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the agent, the number of its lower games and of all its games."""
-        return self.describe("{} scored less in {} of {} games")
-
-    def describe(self, template: str) -> str:
-        """Return the agent, and the numbers of lower games and of all games, in a template.
-
-        It has the number of equal games if these are more than the lower ones.
-        """
-        ties = f" (equal in {self.equal_count})" if self.equal_count > self.lower_count else ""
-        agent = self.agent.partition(":")[0]
-        return template.format(agent, self.lower_count, self.game_count) + ties
+        """Return the agent, and how often it scored less, or equal if that was more often."""
+        ties = f" ({self.equal_count} times equal)" * (self.equal_count > self.lower_count)
+        return f"{self.agent.partition(':')[0]} {self.lower_count} times{ties}"
 
 
 @dataclass(frozen=True)
@@ -157,9 +149,10 @@ class Verdict:
             for row in choices.lines(f"{choices.seat} " if has_several_seats else "")
         ]
         if self.comparisons:
-            first, *others = self.comparisons
-            texts = [str(first), *(comparison.describe("{} in {} of {}") for comparison in others)]
-            rows.append(f"other seeds: {', '.join(texts)}")
+            count = self.comparisons[0].game_count
+            first, *others = map(str, self.comparisons)
+            texts = ", ".join([first.replace(" ", " scored less ", 1), *others])
+            rows.append(f"in {count} games with other seeds, {texts}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

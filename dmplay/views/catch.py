@@ -122,7 +122,7 @@ def _draw_large_board(
             style="yellow",
             options=options,
         )
-        canvas.write_text(0, y, "regret (● best)")
+        canvas.write_text(0, y, "below best (●)")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
         _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE) or [

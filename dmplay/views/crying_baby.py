@@ -178,7 +178,7 @@ def _draw_expected_rewards(
     The columns are the expected cost of hunger under the belief, the cost of effort and their sum.
     With hints, a bar shows the regret and the best action comes first.
     """
-    heading = "reward this turn hunger  effort     sum"
+    heading = "mean reward now  hunger  effort     sum"
     canvas.write_text(0, y, heading, "dim")
     canvas.write_text(
         len(heading) + 2, y, "below best" if options.regret is not None else "", "dim"
@@ -208,7 +208,7 @@ def _format_expected_rewards(view: View[CaregiverProblem], options: DrawOptions)
     )
     return "  ".join(
         [
-            "reward this turn:",
+            "mean reward now:",
             *(f"{key} {format_signed_fixed(hunger + effort, 2)}" for key, effort in key_efforts),
         ]
     )

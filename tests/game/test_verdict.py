@@ -127,7 +127,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, e (best: se), 3.20 lost",
-        "other seeds: random scored less in 60 of 100 games, optimal in 20 of 100",
+        "in 100 games with other seeds, random scored less 60 times, optimal 20 times",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 
@@ -280,14 +280,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "random scored less in 0 of 100 games"
+    assert str(ScoreComparison("random", 100, 0)) == "random 0 times"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "random scored less in 0 of 100 games (equal in 100)",
-        "regulate scored less in 0 of 100 games (equal in 100)",
+        "random 0 times (100 times equal)",
+        "regulate 0 times (100 times equal)",
     ]
 
 

@@ -5,6 +5,7 @@ outcome. An exact value therefore equals reward + discount x sum(probability x v
 """
 
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -26,6 +27,7 @@ from dmplay.errors import BudgetExceeded
 from dmplay.game.hints.outcome_forecast import AssumedPlayers, enumerate_joint_actions
 
 MAX_VALUED_OUTCOMES = 2000  # maximum number of outcomes whose values are computed
+END_PREFIX = "the end ("
 RELATIVE_TOLERANCE = 1e-6  # largest difference, as a share, of parts that sum to the value
 
 
@@ -191,7 +193,9 @@ def _list_next_states(
     else:
         is_end = problem.terminal(outcome.state).tolist()
         texts = [
-            f"the end ({_format_state(problem, state)})" if ends else _format_state(problem, state)
+            f"{END_PREFIX}{_format_state(problem, state)})"
+            if ends
+            else _format_state(problem, state)
             for state, ends in zip(outcome.state, is_end, strict=True)
         ]
     replies = None

@@ -10,7 +10,7 @@ from dmplay.core.arrays import Reals
 from dmplay.core.problem import ContinuousStates
 from dmplay.core.session import Session
 from dmplay.core.text import count_probability_decimals
-from dmplay.game.hints.action_breakdown import ActionBreakdown, PossibleOutcome
+from dmplay.game.hints.action_breakdown import END_PREFIX, ActionBreakdown, PossibleOutcome
 from dmplay.game.hints.hint_provider import (
     Hint,
     HintProvider,
@@ -227,6 +227,9 @@ class _ValueExplainer:
         if outcomes[0].probability >= SURE_PROBABILITY:
             belief_text = self._describe_belief(parts, outcomes[0])
             details = f" ({belief_text})" if belief_text else ""
+            if outcomes[0].text.startswith(END_PREFIX):
+                yield "the game then ends"
+                return
             noun = "observation" if is_observed else "state"
             yield f"the next {noun} is {outcomes[0].text} in any case{details}" * has_short_names
             return
@@ -456,7 +459,7 @@ class _ValueExplainer:
         assert described.mean_belief is not None
         assert reference.mean_belief is not None
         return (
-            f", as {name} becomes {described.mean_belief[state]:.2f}, "
+            f", as {name} becomes {described.mean_belief[state]:.2f} on average, "
             f"not {reference.mean_belief[state]:.2f}"
         )
 

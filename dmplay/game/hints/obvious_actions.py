@@ -87,9 +87,7 @@ def _trust_observation(
         return
     action = max(breakdowns, key=lambda action: q[0, action])
     name = problem.format_state(problem.enumerate_states()[state])
-    yield ObviousAction(
-        action, f"the best if you were sure of the state {name} after the last observation"
-    )
+    yield ObviousAction(action, f"the best if the state were surely {name}")
 
 
 def _compute_likelihoods(session: Session, seat: int, state_count: int) -> Reals:

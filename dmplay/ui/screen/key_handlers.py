@@ -35,11 +35,9 @@ LOOKBACK_HELP = (
     "look back",
     "after the game: show its turns, and where another action was better",
 )
-SCROLL_HELP = (
-    "PgUp",
-    "scroll",
-    "scroll the log (on hex maps Shift-PgUp, as PgUp is a step); after the game: list its turns",
-)
+SCROLL_HELP = ("PgUp", "scroll", "scroll the log")
+HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone is a step)")
+RECORD_HELP = ("PgUp", "turns", "after the game: list its turns")
 
 
 def handle_key(screen: PlayScreen, key: str) -> None:
@@ -241,6 +239,11 @@ def _scroll(screen: PlayScreen, rows: float) -> None:
         screen.scroll_log(rows)
 
 
+def _has_hex_map(game: Game) -> bool:
+    """Return whether the game is played on a hex map."""
+    return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
+
+
 def _show_help(screen: PlayScreen) -> None:
     """Show the help page: the keys of the game, of the screen, and the commands."""
     screen_keys = [
@@ -250,7 +253,8 @@ def _show_help(screen: PlayScreen) -> None:
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
-    keys = [*replay_keys, *screen_keys, *lookback_keys, SCROLL_HELP]
+    scroll_help = HEX_SCROLL_HELP if _has_hex_map(screen.game) else SCROLL_HELP
+    keys = [*replay_keys, *screen_keys, *lookback_keys, scroll_help, RECORD_HELP]
     screen.open_page(format_help_page(screen.game, keys))
 
 
@@ -277,7 +281,7 @@ class ScreenKey(NamedTuple):
         if self.is_pace_key:
             return bool(screen.realtime_rate) or not game.human_seats
         if self.is_hex_key:
-            return getattr(game.view_module, "KEY_FAMILY", "") == HEX_KEY_FAMILY
+            return _has_hex_map(game)
         if self.is_overlay_key:
             problem = game.problem
             is_finite = isinstance(problem.state_count, int) and problem.state_count > 1

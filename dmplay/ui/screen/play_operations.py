@@ -197,7 +197,10 @@ def leave_to_learn(screen: PlayScreen) -> None:
     Raise BadParameter if no such action of the game is known.
     """
     if not screen.game.has_known_mistakes:
-        raise BadParameter("M: no exact values show that a choice of this game lost anything")
+        is_exact = any(choices.regret is not None for choices in screen.game.verdict.choices)
+        reason = "no choice of this game lost anything" if is_exact else "it needs exact values"
+        reason = reason if screen.game.session.over else "the game is not over"
+        raise BadParameter(f"M: {reason}")
     screen.learns_from_game = True
     raise PlayerQuit
 

@@ -204,18 +204,18 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
         *describe_other_players(game),
         "",
         f"actions: {actions_text}",
-        "keys (press Shift for a capital letter; type commands with [N], as :undo 3)",
+        "keys (press Shift for a capital letter)",
         *(
             f"  {displayed_key:<7} {name:<14} {help_}"
             for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
-        f"commands, typed after ':' (:help NAME explains one)  {' '.join(keyless)}",
+        f"Type : and a command for more; :help NAME explains it: {', '.join(keyless)}",
     ]
 
 
 def _list_key(command: Command) -> tuple[str, str, str]:
-    """Return the key of a command, the command with its argument, and its help."""
-    return command.key_label, f"{command.name} {command.argument_help}".strip(), command.help
+    """Return the key of a command, its name, and its help."""
+    return command.key_label, command.name, command.help
 
 
 def _describe_number_entry(game: Game) -> str:

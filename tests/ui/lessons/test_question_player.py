@@ -143,7 +143,7 @@ def test_m_after_a_game_leaves_the_screen_to_learn(tmp_path: Path) -> None:
 def test_m_during_a_game_only_says_that_there_is_nothing_yet(tmp_path: Path) -> None:
     screen = open_screen(tmp_path, "l")
     handle_key(screen, "M")
-    assert screen.message == "M: no exact values show that a choice of this game lost anything"
+    assert screen.message == "M: the game is not over"
     assert not screen.learns_from_game
 
 

@@ -71,7 +71,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, w (best: se), 5.05 lost
- other seeds: random scored less in 57 of 100 games, optimal in 11 of 100
+ in 100 games with other seeds, random scored less 57 times, optimal 11 times
  same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -126,8 +126,8 @@ walls, below best: ne -0.624 nw -0.624 sw -0.624 se -0.624       e      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, feed (best: ignore), 2.83 lost
- other seeds: random scored less in 47 of 100
-   games, optimal in 11 of 100
+ in 100 games with other seeds, random scored
+   less 47 times, optimal 11 times
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet. belief: sated …
 
@@ -156,7 +156,7 @@ sated   #######################################. 0.973     exact values
 hungry  #....................................... 0.027     2 turns left
 chance of hunger by turn =___                                ignore -1.38
                                                              sing   -1.88
-reward this turn hunger  effort     sum  below best          feed   -5.27
+mean reward now  hunger  effort     sum  below best          feed   -5.27
 i ignore          -0.27   +0.00   -0.27  best
 s sing            -0.27   -0.50   -0.77  #......... -0.5
 f feed            -0.27   -5.00   -5.27  ########## -3.88
@@ -186,7 +186,7 @@ true state: sated
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, feed (best: ignore), 2.83 lost
- other seeds: random scored less in 47 of 100 games, optimal in 11 of 100
+ in 100 games with other seeds, random scored less 47 times, optimal 11 times
  same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
