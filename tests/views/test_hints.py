@@ -126,7 +126,7 @@ skill belief caught%  10  20  30  40  50  60  70  80  90 100
 
 expected reward        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
-regret (* best)        9 4.5 2.2   1   * 0.5 1.8   4   8  12
+below best (*)         9 4.5 2.2   1   * 0.5 1.8   4   8  12
 
 throws 50v 100x 60x
 

@@ -5,7 +5,6 @@ outcome. An exact value therefore equals reward + discount x sum(probability x v
 """
 
 from dataclasses import dataclass
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
