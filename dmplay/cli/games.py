@@ -154,7 +154,7 @@ def replay(
       Home, End            go to the start or to the end
       a number and Enter   go to the turn with this number
       P                    play all turns, at --speed
-      X                    go to the choice with the largest regret
+      X                    go to the choice that lost most
       Enter                start a new game for you from the turn that you see
 
     \b

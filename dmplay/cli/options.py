@@ -230,7 +230,7 @@ RealTimeRate = Annotated[
         metavar="X",
         min=0.1,
         max=1000,
-        help="play in real time; the clock speeds up to X turns per second (default: 50)",
+        help="play in real time; the clock speeds up to X turns per second (50 without X)",
     ),
 ]
 EpisodeNumber = Annotated[

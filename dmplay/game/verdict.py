@@ -152,7 +152,7 @@ class Verdict:
             count = self.comparisons[0].game_count
             first, *others = map(str, self.comparisons)
             texts = ", ".join([first.replace(" ", " scored less ", 1), *others])
-            rows.append(f"in {count} games with other seeds, {texts}")
+            rows.append(f"{count} other seeds: {texts}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

@@ -127,7 +127,7 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
         "worst: turn 1, e (best: se), 3.20 lost",
-        "in 100 games with other seeds, random scored less 60 times, optimal 20 times",
+        "100 other seeds: random scored less 60 times, optimal 20 times",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 

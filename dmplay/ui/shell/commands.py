@@ -209,7 +209,8 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
             f"  {displayed_key:<7} {name:<14} {help_}"
             for displayed_key, name, help_ in [*first, *screen_keys, *others]
         ),
-        f"Type : and a command for more; :help NAME explains it: {', '.join(keyless)}",
+        f"More commands are typed after the key : and explained by :help, for example :help act. "
+        f"They are {', '.join(keyless)}.",
     ]
 
 

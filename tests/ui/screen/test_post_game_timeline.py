@@ -71,7 +71,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
  worst: turn 1, w (best: se), 5.05 lost
- in 100 games with other seeds, random scored less 57 times, optimal 11 times
+ 100 other seeds: random scored less 57 times, optimal 11 times
  same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -126,8 +126,8 @@ walls, below best: ne -0.624 nw -0.624 sw -0.624 se -0.624       e      -0.48
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, feed (best: ignore), 2.83 lost
- in 100 games with other seeds, random scored
-   less 47 times, optimal 11 times
+ 100 other seeds: random scored less 47 times,
+   optimal 11 times
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet. belief: sated …
 
@@ -186,7 +186,7 @@ true state: sated
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
  worst: turn 4, feed (best: ignore), 2.83 lost
- in 100 games with other seeds, random scored less 47 times, optimal 11 times
+ 100 other seeds: random scored less 47 times, optimal 11 times
  same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
