@@ -213,7 +213,8 @@ def _describe_update(view: View[Problem], turn: int, update: BeliefUpdate) -> It
     yield Step(
         f"turn {turn}: normalize",
         (
-            "posterior = product / evidence; the evidence is the sum of the products (Bayes' rule).",
+            "posterior = product / evidence; the evidence is the sum of the products (Bayes' "
+            "rule).",
             f"The likeliest is now {rows.labels[focus]}, with probability {posterior[focus]:.3g}.",
         ),
         f"b({rows.labels[focus]}) = {format_number(float(product[focus]))} / {evidence} "

@@ -11,7 +11,7 @@ from typing import cast
 
 import numpy as np
 
-from dmplay.agents.base import EXACT_VALUES, AdviceQuestion
+from dmplay.agents.base import EXACT_VALUES, WITHOUT_END, AdviceQuestion
 from dmplay.core.policy import Policy
 from dmplay.core.session import Session
 from dmplay.core.text import format_count
@@ -64,7 +64,10 @@ class SeatChoices:
         share = f"best action {self.best_count} of {format_count(self.count, 'time')}"
         if self.regret is None:
             name, _, _ = self.values_name.partition(",")  # ratings are not called points here
-            return [f"{prefix}choices: {share} by the {append_scope(name, self.scope)}"]
+            basis = append_scope(name, self.scope)
+            if self.scope == WITHOUT_END:
+                basis = f"{name}, which ignore the turn limit"
+            return [f"{prefix}choices: {share} by the {basis}"]
         decimals = count_decimals([self.regret, self.luck or 0.0, self.start_value or 0.0])
         regret_text = format_fixed(self.regret, decimals)
         cost = f"; expected score lost: {regret_text} (regret)" * (self.regret > 0)
@@ -151,7 +154,7 @@ class Verdict:
         if self.comparisons:
             count = self.comparisons[0].game_count
             first, *others = map(str, self.comparisons)
-            texts = ", ".join([first.replace(" ", " scored less ", 1), *others])
+            texts = ", ".join([first.replace(" ", " scored less than you ", 1), *others])
             rows.append(f"{count} other seeds: {texts}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
@@ -309,7 +312,7 @@ def _is_luck_known(session: Session, moves: Sequence[ReviewedAction]) -> bool:
 def _describe_worst(move: ReviewedAction) -> str:
     """Return the worst choice as a sentence without its end."""
     lost = format_fixed(move.discounted_regret, move.decimal_count)
-    return f"turn {move.turn}, {move.chosen} (best: {' or '.join(move.best)}), {lost} lost"
+    return f"turn {move.turn}, chose {move.chosen}, not {' or '.join(move.best)}: {lost} lost"
 
 
 def compare_score(

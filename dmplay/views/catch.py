@@ -35,7 +35,7 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "% caught at each distance in m; skill 40 m: 50% are caught at 40 m"
+HEAT_LEGEND = "table: % caught by distance in m; at the skill, half"
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
@@ -72,7 +72,7 @@ def _draw_large_board(
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill belief caught%", "dim")
+    canvas.write_text(0, 0, "skill belief  caught", "dim")
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
     _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
     if options.suggested_action is not None:
@@ -98,6 +98,7 @@ def _draw_large_board(
                 style,
             )
     y = len(PROFICIENCY_NAMES) + 2
+    canvas.write_text(0, y - 1, HEAT_LEGEND, "dim")
     expected_rewards = _compute_expected_rewards(view)
     y = _draw_column_chart(
         canvas,
@@ -125,12 +126,10 @@ def _draw_large_board(
         canvas.write_text(0, y, "below best (●)")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
         _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
-    bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE) or [
-        HEAT_LEGEND
-    ]
+    bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
     _draw_past_throws(view, canvas, y + 2, options)
     for row, row_text in enumerate(bottom_rows, y + 3 + bool(options.forecast)):
-        canvas.write_text(0, row, row_text, "" if options.forecast else "dim")
+        canvas.write_text(0, row, row_text)
     return canvas.to_text()
 
 
@@ -168,7 +167,7 @@ def describe_expected_reward(view: View[Catch], throw: float) -> str:
     )
     catch_percent = format_percent(expected_reward / distance)
     chance = f"caught {catch_percent}, expected reward {expected_reward:.0f}"
-    return f"throws {distance:.0f} m: {chance}"
+    return f"is a throw of {distance:.0f} m: {chance}"
 
 
 def _draw_column_chart(  # noqa: PLR0913 - a canvas, a position and the content

@@ -30,7 +30,7 @@ from dmplay.views.toolkit.canvas import Canvas
 from dmplay.views.toolkit.number_line import format_signed_fixed
 
 CaregiverProblem = CryingBaby | MulticaregiverCryingBaby
-MAX_HISTORY_TURNS = 20  # turns in the belief history
+MAX_HISTORY_TURNS = 20  # beliefs in the history
 WIDE_BAR_COLUMNS, REGRET_BAR_COLUMNS = (
     40,
     10,
@@ -106,10 +106,11 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title = "chance of hunger by turn "
+    title, latest_title = "chance of hunger by turn ", "chance of hunger, latest "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
-    canvas.write_text(0, y, title, "dim")
-    probabilities = [float(b[-1]) for b in (view.beliefs or ())[-columns:]]
+    probabilities = [float(b[-1]) for b in view.beliefs or ()]
+    canvas.write_text(0, y, title if len(probabilities) <= columns else latest_title, "dim")
+    probabilities = probabilities[-columns:]
     sparkline = format_sparkline(probabilities, options.ascii).ljust(
         columns, " " if options.ascii else "·"
     )

@@ -186,8 +186,8 @@ def panel_rows(view: View[HexWorld]) -> list[tuple[str, str]]:
     move_text = _describe_last_move(view)[0] if view.actions else "-"
     reward = f"{view.rewards[-1]:.2f}" if view.rewards else "-"
     return [
-        ("last", view.last_action_label.upper() or "-"),
-        ("step", move_text),
+        ("chose", view.last_action_label.upper() or "-"),
+        ("result", move_text),
         ("reward", reward),
         ("forward", f"{1 - problem.slip:.2f}"),
         ("slip", f"{problem.slip / 2:.2f} each side"),

@@ -20,8 +20,8 @@ def goal_lines(view: View[PrisonersDilemma]) -> list[str]:
     return [
         "spend few years in prison",
         "each year costs 1",
-        f"if {other} cooperates, cooperate pays {cc:g} and defect {dc:g}",
-        f"if it defects, {cd:g} and {dd:g}",
+        f"if {other} cooperates: cooperate pays {cc:g}, defect {dc:g}",
+        f"if {other} defects: cooperate pays {cd:g}, defect {dd:g}",
         "both choose at the same time",
     ]
 

@@ -126,8 +126,8 @@ def test_the_lines_of_a_game_of_hexworld() -> None:
     assert judge(play("hexworld", ["e", "e", "w"])).lines == [
         "choices: best action 1 of 3 times; expected score lost: 4.07 (regret)",
         "score -0.90 = 3.75 (average of best play) - 4.07 (regret) - 0.58 (bad luck)",
-        "worst: turn 1, e (best: se), 3.20 lost",
-        "100 other seeds: random scored less 60 times, optimal 20 times",
+        "worst: turn 1, chose e, not se: 3.20 lost",
+        "100 other seeds: random scored less than you 60 times, optimal 20 times",
         "same seed: optimal scored 8.1, you -0.9",
     ]
 

@@ -175,15 +175,13 @@ class _ValueExplainer:
             return f"{beginning}. Its expected reward in this turn is {reward}."
         later = self._number(self._round(value) - self._round(parts.reward))
         text = f"{beginning}: reward {reward} now and {later} later"
-        product = f"{parts.discount:g} x {self._number(parts.value_after)}"
+        product = f" ({parts.discount:g} x {self._number(parts.value_after)})"
         product = product if parts.discount < 1.0 else ""
-        blind = ""
-        if parts.adds_up and self._round(parts.information_value):
-            blind_value = self._number(self._round(float(later) - parts.information_value))
-            blind = f"{blind_value} if you missed the next observation"
-        details = "; ".join(filter(None, (product, blind)))
-        details = f" ({details})" if details else ""
-        return f"{text}{details}."
+        if not parts.adds_up or not self._round(parts.information_value):
+            return f"{text}{product}."
+        blind_value = self._number(self._round(float(later) - parts.information_value))
+        blind = f"Without the next observation, later would be {blind_value}."
+        return _choose_short([f"{text}{product}. {blind}", f"{text}. {blind}"])
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""
@@ -333,7 +331,7 @@ class _ValueExplainer:
         other_value = self._round(self._values[rule.action])
         name = self._name(rule.action)
         text = (
-            f"{name[:1].upper()}{name[1:]}, {rule.text}, is {self._worth} "
+            f"The action {name}, {rule.text}, is {self._worth} "
             f"{self._number(other_value)}, {self._number(value - other_value)} less."
         )
         return rule, text, self._describe_reason(rule.action)

@@ -9,7 +9,7 @@ from dmplay.agents.base import SeatPolicy
 from dmplay.core.arrays import Reals
 from dmplay.core.session import SeatedPolicy, Session
 from dmplay.game.hints.action_breakdown import ActionBreakdown
-from dmplay.views.protocol import REGRET_TOLERANCE
+from dmplay.views.protocol import REGRET_TOLERANCE, load_view_module
 
 MAX_BELIEF_STATES = 64  # maximum number of states of which one is assumed to be certain
 
@@ -86,8 +86,9 @@ def _trust_observation(
     if q is None or np.ptp(likelihoods) <= REGRET_TOLERANCE:
         return
     action = max(breakdowns, key=lambda action: q[0, action])
-    name = problem.format_state(problem.enumerate_states()[state])
-    yield ObviousAction(action, f"the best if the state were surely {name}")
+    state_name = load_view_module(problem).lesson(view).state_name
+    name = state_name.format(problem.format_state(problem.enumerate_states()[state]))
+    yield ObviousAction(action, f"the best if {name} were certain")
 
 
 def _compute_likelihoods(session: Session, seat: int, state_count: int) -> Reals:

@@ -36,7 +36,7 @@ LOOKBACK_HELP = (
     "after the game: show its turns, and where another action was better",
 )
 SCROLL_HELP = ("PgUp", "scroll", "scroll the log")
-HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone is a step)")
+HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
 RECORD_HELP = ("PgUp", "turns", "after the game: list its turns")
 
 
@@ -343,7 +343,7 @@ SCREEN_KEYS = (
         ("M",),
         "M",
         "learn",
-        "after the game: look for better actions in your worst turns",
+        "after the game: look for better actions, if values are exact",
         leave_to_learn,
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),

@@ -44,6 +44,7 @@ class Command(NamedTuple):
     run: CommandFunction
     key: str = ""  # in prompt_toolkit's notation
     key_label: str = ""  # as displayed in the key row
+    key_help: str = ""  # help text of the key, if the key cannot have the argument
 
 
 def _bind_to_game(run: Callable[[Game, str], str]) -> CommandFunction:
@@ -216,7 +217,7 @@ def format_help_page(game: Game, screen_keys: Sequence[tuple[str, str, str]]) ->
 
 def _list_key(command: Command) -> tuple[str, str, str]:
     """Return the key of a command, its name, and its help."""
-    return command.key_label, command.name, command.help
+    return command.key_label, command.name, command.key_help or command.help
 
 
 def _describe_number_entry(game: Game) -> str:
@@ -255,6 +256,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _bind_to_game(of_game.undo_turns),
             "backspace",
             "Bksp",
+            "undo the last turn",
         ),
         Command(
             "redo",
@@ -263,6 +265,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _bind_to_game(of_game.redo_turns),
             "c-r",
             "Ctrl-R",
+            "play an undone turn again",
         ),
         Command(
             "reroll",
@@ -301,6 +304,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _explain_action,
             "Y",
             "Y",
+            "explain the suggested action in numbers",
         ),
         Command(
             "assume",
@@ -315,6 +319,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             of_table.watch_algorithm,
             "G",
             "G",
+            "watch an algorithm step by step",
         ),
         Command(
             "policy",
@@ -386,6 +391,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             of_table.save_transcript,
             "S",
             "S",
+            "show the path of the transcript",
         ),
         Command(
             "transcript",

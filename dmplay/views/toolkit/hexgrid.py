@@ -37,6 +37,7 @@ COMPASS = ("E", "NE", "NW", "W", "SW", "SE")
 EDGE_STYLE = "dim"
 HOLE_GLYPH = "░"
 MIN_HOLE_NEIGHBOURS = 3  # a position without a hex looks like one from this number on
+MAX_WALL_TEXT = 60  # columns of the map of hexworld in normal size
 SMALL_HEX_LEGEND = "* best, █ worst"  # legend of the keys in small hexes
 
 KEYS = {
@@ -313,7 +314,9 @@ def format_wall_regrets(hexes: Sequence[Hex], position: Hex, options: DrawOption
     ]
     if not parts:
         return "numbers: below the best"
-    return f"walls, below best: {' '.join(parts)}"
+    walls = f"walls: {' '.join(parts)}"
+    text = f"numbers: below the best; {walls}"
+    return text if len(text) <= MAX_WALL_TEXT else f"{walls} (below best)"
 
 
 def format_move_condition(forecast: Forecast) -> str:

@@ -200,7 +200,7 @@ def test_a_slip_onto_a_bad_hex_explains_why_the_straight_way_is_worse() -> None:
     )
     assert outcomes.startswith("Next is (1,2) with probability 0.70 (then worth ")
     rule = "the best if every action surely had its likeliest outcome"
-    assert comparison == f"W, {rule}, is worth 1.87, 1.49 less."
+    assert comparison == f"The action w, {rule}, is worth 1.87, 1.49 less."
     assert reason == (
         "It leads to (2,0) with probability 0.15 (then worth -10.00), which costs 1.85."
     )  # 0.15 x (3.36 + 0.9 x 10)
@@ -212,7 +212,7 @@ def test_defection_pays_now_and_is_punished_by_tit_for_tat() -> None:
     assert explain_action(game.hint_provider).sentences == (
         "The best action cooperate is worth -9.00: reward -1.00 now and -8.00 later.",
         "Agent2 is expected to choose cooperate now and cooperate next turn.",
-        "Defect, which pays the most now, is worth -11.00, 2.00 less.",
+        "The action defect, which pays the most now, is worth -11.00, 2.00 less.",
         "It brings 1.00 more now but 3.00 less later, as agent2 then chooses defect.",
     )
 
@@ -232,7 +232,7 @@ def test_in_the_last_turn_no_later_turn_counts() -> None:
         "counts.",
         "You observe quiet with probability 0.52 (P(sated) = 0.79) or crying with probability "
         "0.48 (P(sated) = 0.09).",
-        "Sing, the next best, is worth -5.50, 0.50 less.",
+        "The action sing, the next best, is worth -5.50, 0.50 less.",
         "It brings 0.50 less now and the same later.",
     )
 
@@ -260,14 +260,14 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     assert look.information_value == pytest.approx(0.5)
     value, outcomes, comparison, reason = explain_action(game.hint_provider).sentences
     assert value == (
-        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00; "
-        "0.00 if you missed the next observation)."
+        "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00). "
+        "Without the next observation, later would be 0.00."
     )
     assert outcomes == (
         "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "
         "tails with probability 0.50 (P(heads) = 0.00, then worth 1.00)."
     )
-    assert comparison == "Heads, the next best, is worth 0.00, 0.50 less."
+    assert comparison == "The action heads, the next best, is worth 0.00, 0.50 less."
     assert reason == "The next observation is worth 0.00 after it, and 0.50 after look."
 
 
@@ -318,9 +318,9 @@ def test_the_key_y_shows_the_explanation_below_the_board_or_else_as_a_page() -> 
         for size in ((200, 60), (80, 24))
     )
     assert "why se in the state (7,2) (optimal): The" in large
-    assert "walls, below best: ne -1.57" in large
+    assert "numbers: below the best; walls: ne -1.57" in large
     assert small.split("\n")[1:3] == [
         " why se in the state (7,2) (optimal)",
         " The best action se is worth 7.04: reward 0.00 now and 7.04 later (0.9 x 7.83).",
     ]
-    assert "walls, below best: ne -1.57" not in small
+    assert "numbers: below the best; walls: ne -1.57" not in small

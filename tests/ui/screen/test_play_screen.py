@@ -321,7 +321,7 @@ def test_the_step_and_autoplay_keys_report_that_the_game_is_over() -> None:
 
 def test_turns_played_by_one_command_are_all_logged() -> None:
     screen_text = play_keys(make_game("hexworld", "optimal"), ":", "auto enter", "x").last
-    turns = [row.partition(".")[0].strip() for row in screen_text.split("\n") if " chose " in row]
+    turns = [row.partition(".")[0].strip() for row in screen_text.split("\n") if ". chose " in row]
     assert turns == ["turn 1", "turn 2", "turn 3"]
 
 
@@ -552,7 +552,10 @@ def test_a_resumed_game_shows_its_last_turn(tmp_path: Path) -> None:
 def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
     current_game = make_game("catch")
     result = play_keys(current_game, *keys.split(), "enter", "enter")
-    assert "60 throws 60 m: caught 39%, expected reward 23   Enter plays it" in result.frames[-3]
+    assert (
+        "60 is a throw of 60 m: caught 39%, expected reward 23   Enter plays it"
+        in result.frames[-3]
+    )
     assert "→60←" in result.frames[-3]
     assert "threw 60 m:" in result.frames[-2]
     assert "type a number first" in result.last
@@ -563,8 +566,12 @@ def test_a_number_is_typed_or_nudged_and_played_by_enter(keys: str) -> None:
 @pytest.mark.parametrize(
     ("name", "keys", "message"),
     [
-        ("catch", "6", "6 throws 60 m: caught 39%, expected reward 23   Enter plays it"),
-        ("catch", "right 6", "6 throws 60 m: caught 39%, expected reward 23   Enter plays it"),
+        ("catch", "6", "6 is a throw of 60 m: caught 39%, expected reward 23   Enter plays it"),
+        (
+            "catch",
+            "right 6",
+            "6 is a throw of 60 m: caught 39%, expected reward 23   Enter plays it",
+        ),
         ("catch", "6 1", "61: expected a whole number from 10 to 100 in steps of 10"),
         ("simple-regulator", "-", "-: expected a number from -10 to 10"),
         ("simple-regulator", "- . 2", "-.2 aims at -0.037; costs 0.027 now, 0.011 next on average"),

@@ -55,8 +55,8 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", (), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   turn 4/4   score (discounted) -1.539   turn limit
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     E
-│     │     │     │     │     │     │  @  │     │     │     │  step slip bump
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    E
+│     │     │     │     │     │     │  @  │     │     │     │  result slip bump
 │     │     │     │     │     │     │     │     │     │     │  reward   -1.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │     slip
@@ -70,8 +70,8 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
  over: turn limit after 4 turns. your score -1.539 (undiscounted -2).
  choices: best action 1 of 4 times; expected score lost: 5.97 (regret)
  score -1.54 = 5.78 (average of best play) - 5.97 (regret) - 1.35 (bad luck)
- worst: turn 1, w (best: se), 5.05 lost
- 100 other seeds: random scored less 57 times, optimal 11 times
+ worst: turn 1, chose w, not se: 5.05 lost
+ 100 other seeds: random scored less than you 57 times, optimal 11 times
  same seed: optimal scored 8.1, you -1.539
 
  turn 4. chose E, slipped, bumped, stayed at (5,2). reward -1. score -1.539.
@@ -80,8 +80,8 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
     ("hexworld", ("enter", "left"), LARGE_SIZE, False): """\
  dmplay hexworld    seed 7   before turn 3/4   score (discounted) 0
  reach exit +10 or +5; avoid -10; a bump costs 1; 30% of steps slip sideways
- ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   last     W
-│     │     │     │     │     │  h  │  @  │  l  │     │     │  step     W
+ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲   chose    W
+│     │     │     │     │     │  h  │  @  │  l  │     │     │  result   W
 │     │     │     │     │     │ best│     │ best│     │     │  reward   0.00
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱    forward  0.70
    │  ◆  │     │     │ ░░░ │     │ ░░░   ░░░ │     │     │     slip
@@ -90,7 +90,7 @@ EXPECTED_FRAMES: dict[tuple[str, Sequence[str], tuple[int, int], bool], str] = {
 │     │     │  ✗  │     │ ░░░ │     │     │     │ ░░░ │  ◆  │    0.90 (gamma)
 │     │     │ -10 │     │ ░░░ │     │     │     │ ░░░ │ +10 │  exact values
   ╲ ╱   ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱   ╲ ╱   ╲ ╱         ╲ ╱    2 turns left
-walls, below best: ne -0.624 nw -0.624 sw -0.624 se -0.624       e      -0.48
+walls: ne -0.624 nw -0.624 sw -0.624 se -0.624 (below best)      e      -0.48
                                                                  w      -0.48
                                                                  ne     -1.10
                                                                  nw     -1.10
@@ -125,9 +125,9 @@ walls, below best: ne -0.624 nw -0.624 sw -0.624 se -0.624       e      -0.48
    score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) -
    3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, feed (best: ignore), 2.83 lost
- 100 other seeds: random scored less 47 times,
-   optimal 11 times
+ worst: turn 4, chose feed, not ignore: 2.83 lost
+ 100 other seeds: random scored less than you 47
+   times, optimal 11 times
  same seed: optimal scored -15, you -19.423
  turn 5. chose sing, heard quiet. belief: sated …
 
@@ -185,8 +185,8 @@ true state: sated
  over: turn limit after 5 turns. your score -19.423 (undiscounted -21).
  choices: best action 2 of 5 times; expected score lost: 3.29 (regret)
  score -19.42 = -13.47 (average of best play) - 3.29 (regret) - 2.66 (bad luck)
- worst: turn 4, feed (best: ignore), 2.83 lost
- 100 other seeds: random scored less 47 times, optimal 11 times
+ worst: turn 4, chose feed, not ignore: 2.83 lost
+ 100 other seeds: random scored less than you 47 times, optimal 11 times
  same seed: optimal scored -15, you -19.423
 
  turn 1. chose feed, heard quiet. belief: sated 1.000, hungry 0.000.
