@@ -51,7 +51,7 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         return f"{answer} pays {loss} less{average} than a best reply"
 
     average = " on average" * bool(mix.max() < 1.0)
-    comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
+    comparison = list_values(dict(zip(labels, map(float, values), strict=True)), f"pays{average}")
     return Truth(best, explain, labels, comparison)
 
 
