@@ -20,7 +20,12 @@ from dmplay.solvers.mdp.mdp_values import (
     compute_optimal_q,
 )
 from dmplay.tutor.positions import PositionInGame, load_agent, play_ghost
-from dmplay.tutor.state_quantities import compute_q, find_state, list_outcomes
+from dmplay.tutor.state_quantities import (
+    compute_q,
+    describe_worst_outcome,
+    find_state,
+    list_outcomes,
+)
 from dmplay.tutor.truth import Truth, format_number, list_values
 from dmplay.tutor.typed_text import parse_number
 
@@ -50,7 +55,8 @@ def sweep_value(position: PositionInGame, state: str, sweep: int) -> Truth:
         listed = " and ".join(
             format_number(float(previous[_index_of(position, name)])) for name in next_states
         )
-        return f"the best action has {count}, with V = {listed} before sweep {sweep}"
+        values = f"with V = {listed} before sweep {sweep}"
+        return f"the best action has {count}, {values}; each of these steps also has a reward"
 
     return Truth(float(values[index]), explain)
 
@@ -111,10 +117,13 @@ def largest_later_change(position: PositionInGame, sweep: int) -> Truth:
     values = compute_finite_horizon_values(tables, discount, sweep)
     residual = float(np.abs(values - previous).max())
 
-    def explain(_: str) -> str:
-        """Return the bounds of the next two residuals."""
-        first, second = (format_number(residual * discount**k) for k in (1, 2))
-        return f"sweep {sweep + 1} can change V by {first}, sweep {sweep + 2} by {second}"
+    def explain(answer: str) -> str:
+        """Return the answer as a multiple of the residual, and which sweeps count."""
+        sweeps = f"all later sweeps count, sweep {sweep} does not"
+        if not residual:
+            return sweeps
+        times = format_number(parse_number(answer) / residual)
+        return f"that is {times} times the residual of sweep {sweep}; {sweeps}"
 
     return Truth(residual * discount / (1.0 - discount), explain)
 
@@ -165,8 +174,10 @@ def straight_way_loss(position: PositionInGame, state: str, exit_state: str = ""
     def explain(_: str) -> str:
         """Return the outcomes of the straight step."""
         outcomes = list_outcomes(position, action, find_state(position, state))
-        listed = ", ".join(f"{name} with {format_number(p)}" for name, p in outcomes.items())
-        return f"straight on is {action}, to {listed}"
+        listed = ", ".join(
+            f"to {name} with probability {format_number(p)}" for name, p in outcomes.items()
+        )
+        return f"straight on is {action}; it leads {listed}"
 
     return Truth(max(q.values()) - q[action], explain)
 
@@ -245,8 +256,10 @@ def search_choice(position: PositionInGame, state: str, simulations: int) -> Tru
         return f"{searches}, {tally}; {list_values(q)}"
 
     def explain(answer: str) -> str:
-        """Return the number of searches that chose the answer, and its value."""
-        return f"{searches}, {counts[answer]} chose {answer}, worth {format_number(q[answer])}"
+        """Return the value of the answer, and its worst outcome, without its count."""
+        value = f"{answer} is worth {format_number(q[answer])}"
+        worst = describe_worst_outcome(position, answer, state, 0)
+        return f"{value}, but the averages of the searches contain bad actions later; {worst}"
 
     return Truth(most, explain, tuple(q), describe(sorted(most)))
 
@@ -299,7 +312,7 @@ def forward_search_action(position: PositionInGame, depth: int) -> Truth:
         """Return the expected reward of the action now, and of the best later ones."""
         reward, later = (format_number(x) for x in (rewards[answer], q[answer] - rewards[answer]))
         turns = format_count(depth - 1, "more turn")
-        return f"{answer} scores {reward} now, and {later} on average in {turns}"
+        return f"{answer} scores {reward} now, and the best play adds {later} on average in {turns}"
 
     return Truth(best, explain, tuple(q), list_values(q))
 

@@ -111,9 +111,9 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
     discount = position.problem.discount
     total = total_regret(moves)
     count = sum(move.chosen in move.best for move in moves)
-    text = f"best action {count} of {format_count(len(moves), 'time')}, "
+    text = f"best action {count} of {format_count(len(moves), 'time')}; "
     kind = "discounted regret" if discount < 1.0 else "regret"
-    text += f"{kind} {format_number(total)} of at most {regret_at_most:g}"
+    text += f"the {kind} is {format_number(total)}; the limit is {regret_at_most:g}"
     if total <= regret_at_most + TOLERANCE:
         return AnswerCheck(True, text)
     return AnswerCheck(False, f"{text}. {describe_worst_choice(moves)}")
@@ -126,7 +126,7 @@ def describe_worst_choice(moves: list[ReviewedAction]) -> str:
     """
     worst = max(moves, key=lambda move: move.discounted_regret)
     lost = format_number(worst.discounted_regret)
-    return f"Turn {worst.turn} lost most of it, {lost}: the action {worst.chosen}"
+    return f"The largest loss was in turn {worst.turn}: {lost}, by the action {worst.chosen}"
 
 
 def _check_choices(position: PositionInGame, task: GameTask) -> Iterator[AnswerCheck]:

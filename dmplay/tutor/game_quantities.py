@@ -51,7 +51,7 @@ def best_reply(position: PositionInGame, opponent: str) -> Truth:
         return f"{answer} pays {loss} less{average} than a best reply"
 
     average = " on average" * bool(mix.max() < 1.0)
-    comparison = list_values(dict(zip(labels, map(float, values), strict=True)))
+    comparison = list_values(dict(zip(labels, map(float, values), strict=True)), f"pays{average}")
     return Truth(best, explain, labels, comparison)
 
 
@@ -131,8 +131,8 @@ def agent_action(position: PositionInGame, agent: str, rounds: Sequence[str]) ->
         cell = _index(position, last), labels.index(answer)
         earned = format_number(float(opponent_payoffs(position)[cell]))
         player_reward = format_number(float(own_payoffs(position)[cell]))
-        pays = f"{answer} pays it {earned} and you {player_reward}"
-        return f"{sentence}. Against your last action, {last}, {pays}"
+        change = f"Had it played {answer} in that round, it would have got {earned}"
+        return f"{sentence}. Your last action was {last}. {change}, and you {player_reward}"
 
     return Truth(frozenset([label]), explain, labels)
 
@@ -155,12 +155,13 @@ def repeated_payoff(position: PositionInGame, agent: str, actions: Sequence[str]
         session.advance(choices)
     rewards = [float(turn.rewards[seat]) for turn in session.turns]
 
-    def explain(answer: str) -> str:
-        """Return the mean reward of the answer, and the reward of the first round."""
-        if len(rewards) < 4:
+    def explain(_: str) -> str:
+        """Return the smallest and the largest reward, without their rounds; '' if they are few."""
+        least, most = min(rewards), max(rewards)
+        if len(rewards) < 4 or least == most:
             return ""
-        mean = format_number(parse_number(answer) / len(rewards))
-        return f"that is {mean} a round on average; round 1 pays you {format_number(rewards[0])}"
+        limits = f"from {format_number(least)} to {format_number(most)}"
+        return f"the {len(rewards)} rounds do not all pay you the same, but {limits}"
 
     return Truth(sum(rewards), explain)
 
@@ -200,7 +201,8 @@ def agent_probability(position: PositionInGame, agent: str, action: str, state: 
         name, opponent = (problem.agents[seat] for seat in (position.seat, 1 - position.seat))
         return (
             f"if {name} plays {action} with {format_number(typed)}, and shares out the rest "
-            f"in proportion, {opponent} has a reply that is worth {format_number(gain)} more to it"
+            f"in proportion, {opponent} can reply so that it gets {format_number(gain)} more "
+            "than in the equilibrium"
         )
 
     return Truth(float(mix[index]), explain)
@@ -255,7 +257,7 @@ def planned_action(position: PositionInGame, agent: str, history: Sequence[str] 
         loss = format_number(float(values[0].max() - values[0][labels.index(answer)]))
         scope = policy.describe_scope(position.question.turn_limit)
         basis = ", ".join(filter(None, [policy.hint_basis or agent, scope]))
-        return f"{answer} is worth {loss} less than the best action ({basis})"
+        return f"{answer} is worth {loss} less than the best action; source of the values: {basis}"
 
     return Truth(frozenset([label]), explain, labels)
 

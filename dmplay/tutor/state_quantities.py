@@ -141,8 +141,8 @@ def missed_outcome_probability(
     assert isinstance(p, float)
 
     def explain(_: str) -> str:
-        """Return the probability for two tries."""
-        return f"with 2 tries it is {format_number((1.0 - p) ** 2)}" if tries > 2 else ""
+        """Return the probability for one try."""
+        return f"with 1 try it is {format_number(1.0 - p)}" if tries > 1 else ""
 
     return Truth((1.0 - p) ** tries, explain)
 

@@ -32,22 +32,25 @@ class Truth:
     is_cost: bool = False  # whether the value is a number that counts losses as positive
 
 
-def list_values(values: Mapping[str, float]) -> str:
+def list_values(values: Mapping[str, float], verb: str = "") -> str:
     """Return labels with their values, the greatest first; only the first ones of many.
+
+    With a verb, each label is its subject, as in "paper pays 1".
 
     Labels that are left out but have the last value of the list are counted apart.
     """
     ranked = sorted(values, key=lambda label: -values[label])
     texts = {label: format_number(values[label]) for label in ranked}
     first, others = ranked[:MAX_LISTED_VALUES], ranked[MAX_LISTED_VALUES:]
-    listed = [f"{label}: {texts[label]}" for label in first]
+    link = f" {verb} " if verb else ": "
+    listed = [f"{label}{link}{texts[label]}" for label in first]
     equal_count = sum(texts[label] == texts[first[-1]] for label in others)
     if equal_count:
         listed[-1] += f" (also of {format_count(equal_count, 'other')})"
     lower_count = len(others) - equal_count
-    verb = "is" if lower_count == 1 else "are"
-    more = f"; {format_count(lower_count, 'other')} {verb} lower" if lower_count else ""
-    return f"the values are {', '.join(listed)}{more}"
+    be = "is" if lower_count == 1 else "are"
+    more = f"; {format_count(lower_count, 'other')} {be} lower" if lower_count else ""
+    return f"{'' if verb else 'the values are '}{', '.join(listed)}{more}"
 
 
 def format_number(value: float) -> str:

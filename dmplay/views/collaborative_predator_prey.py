@@ -15,7 +15,13 @@ from dmplay.problems.collaborative_predator_prey import (
     MOVE_REWARD,
     CollaborativePredatorPrey,
 )
-from dmplay.problems.shared.hexgrid import DIRECTIONS, Hex, format_hex, hex_neighbours
+from dmplay.problems.shared.hexgrid import (
+    DIRECTIONS,
+    Hex,
+    format_hex,
+    hex_neighbours,
+    move_destinations,
+)
 from dmplay.views.generic import format_last_observation
 from dmplay.views.protocol import DrawOptions, Lesson
 from dmplay.views.toolkit import hexgrid
@@ -420,10 +426,26 @@ def panel_rows(view: View[CollaborativePredatorPrey]) -> list[tuple[str, str]]:
 
 def describe_turn(view: View[CollaborativePredatorPrey]) -> str:
     """Describe the last action and observation, and the likeliest hexes."""
+    stay = "stayed (caught), " if _has_certainly_caught(view) else ""
     return (
-        f"chose {view.last_action_label.upper()}, sensed "
+        f"chose {view.last_action_label.upper()}, {stay}sensed "
         f"{format_last_observation(view)}. {_describe_belief(view, 1)}"
     ).rstrip()
+
+
+def _has_certainly_caught(view: View[CollaborativePredatorPrey]) -> bool:
+    """Return whether the viewer sees that the last move cannot have led to its hex.
+
+    Then its turn began on the hex of the prey, and it stayed there.
+    """
+    problem, hex_count = view.problem, len(view.problem.hexes)
+    if not problem.sighted or not view.turns_played:
+        return False
+    is_first_turn = view.turns_played == 1  # the start is hidden
+    starts = [*range(hex_count)] if is_first_turn else [int(view.observations[-2]) % hex_count]
+    slip_count = 3 if problem.slip > 0.0 else 1
+    ends = move_destinations(problem.hexes)[starts, int(view.actions[-1]), :slip_count]
+    return int(view.observation) % hex_count not in ends
 
 
 def _describe_belief(view: View[CollaborativePredatorPrey], hex_count: int) -> str:

@@ -65,12 +65,18 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "discount": (
         WrongAnswer(1, "(8,1) (1,1) (1,2) (5,2)", "2 of the 6 pairs are in the wrong order"),
         WrongAnswer(2, "0.9", "w, towards +5, is worth 2.454 and e, towards +10, is worth 3.013"),
-        WrongAnswer(3, "game: 12*e 60*se", "Turn 1 lost most of it, 0.3: the action e"),
+        WrongAnswer(3, "game: 12*e 60*se", "The largest loss was in turn 1: 0.3, by the action e"),
     ),
     "watch-v-converge": (
-        WrongAnswer(1, "0", "2 next states, with V = 0 and 0 before sweep 1"),
+        WrongAnswer(
+            1, "0", "with V = 0 and 0 before sweep 1; each of these steps also has a reward"
+        ),
         WrongAnswer(3, "3", "In sweep 3, the best two actions are worth -0.813 and -0.813"),
-        WrongAnswer(4, "0.426", "Sweep 11 can change V by 0.426, sweep 12 by 0.383"),
+        WrongAnswer(
+            4,
+            "0.426",
+            "0.901 times the residual of sweep 10; all later sweeps count, sweep 10 does not",
+        ),
     ),
     "straight-to-the-exit": (
         WrongAnswer(1, "0.3", "3 next states can follow"),
@@ -83,8 +89,12 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
             "10",
             "miss it with probability 0.197; the answer is right if this number is at most 0.05",
         ),
-        WrongAnswer(3, "sw", "0 chose sw, worth 3.747"),
-        WrongAnswer(4, "down", "down scores 4 now, and 10.2 on average in 1 more turn"),
+        WrongAnswer(
+            3, "sw", "sw is worth 3.747, but the averages of the searches contain bad actions later"
+        ),
+        WrongAnswer(
+            4, "down", "down scores 4 now, and the best play adds 10.2 on average in 1 more turn"
+        ),
     ),
     "momentum": (
         WrongAnswer(1, "0.6", "0.6 is too high. The greatest one is reached after 38 of 200"),
@@ -101,12 +111,14 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "how-good-is-the-catcher": (
         WrongAnswer(2, "0.065", "0.065 is the chance in the state 60 alone"),
         WrongAnswer(3, "50", "this throw scores 7.497 less than the best one"),
-        WrongAnswer(4, "game: 10*50", "discounted regret 105.745 of at most 3"),
+        WrongAnswer(4, "game: 10*50", "the discounted regret is 105.745; the limit is 3"),
     ),
     "bayes-at-the-cradle": (
         WrongAnswer(1, "0.8", "0.8 is P(crying | hungry); the question is P(hungry | crying)"),
         WrongAnswer(2, "0.5", "0.5 would follow if P(hungry) were 0.111 just before 'crying'"),
-        WrongAnswer(4, "game: 10*feed", "Turn 2 lost most of it, 3.033: the action feed"),
+        WrongAnswer(
+            4, "game: 10*feed", "The largest loss was in turn 2: 3.033, by the action feed"
+        ),
     ),
     "alpha-vectors": (
         WrongAnswer(1, "-10", "it is 0.5 of the way from -5 (sure of sated) to -15"),
@@ -128,12 +140,16 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         WrongAnswer(4, "game: 41*descend", "you chose descend 41 times; 10 are allowed"),
     ),
     "best-replies": (
-        WrongAnswer(1, "rock", "Against your last action, paper, rock pays it -1 and you 1"),
+        WrongAnswer(
+            1,
+            "rock",
+            "was paper. Had it played rock in that round, it would have got -1, and you 1",
+        ),
         WrongAnswer(3, "scissors", "scissors pays 0.5 less on average than a best reply"),
         WrongAnswer(4, "0.5", "the reply paper earns your opponent 0.25 on average"),
     ),
     "rounds-matter": (
-        WrongAnswer(1, "-30", "that is -3 a round on average; round 1 pays you 0"),
+        WrongAnswer(1, "-30", "the 10 rounds do not all pay you the same, but from -3 to 0"),
         WrongAnswer(2, "game: 10*cooperate", "you scored -10; the goal is at least -9"),
         WrongAnswer(4, "grim", "grim would have played defect in round 4"),
     ),
@@ -145,7 +161,7 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "hunt-and-hide": (
         WrongAnswer(1, "game: 10*nw", "you scored -6.513; the goal is at least -6"),
         WrongAnswer(2, "game: 10*w", "the goal is at least 0"),
-        WrongAnswer(3, "0.5", "prey has a reply that is worth 7.5 more to it"),
+        WrongAnswer(3, "0.5", "prey can reply so that it gets 7.5 more than in the equilibrium"),
     ),
     "two-at-the-cradle": (
         WrongAnswer(1, "17.5", "the same actions cost 7.5 in all if the state is sated"),

@@ -482,7 +482,7 @@ def test_the_score_of_ten_rounds_by_hand() -> None:
         assert number(game, "repeated-payoff", agent=agent, actions=actions) == score
     call = QuantityCall("repeated-payoff", {"agent": "tit-for-tat", "actions": defections})
     assert compute_truth(game, call).explain("-30") == (
-        "that is -3 a round on average; round 1 pays you 0"
+        "the 10 rounds do not all pay you the same, but from -3 to 0"
     )
     with pytest.raises(ValueError, match="expected one that does not act at random"):
         compute(game, "repeated-payoff", agent="random", actions=defections)
@@ -552,7 +552,7 @@ def test_without_slips_each_of_three_hexes_is_equally_dangerous(typed: str, gain
     assert 100 * 0.9 * (1 / 3 - min(p, (1 - p) / 2)) == pytest.approx(gain)
     assert truth.explain(typed) == (
         f"if predator plays ne with {p:g}, and shares out the rest in proportion, "
-        f"prey has a reply that is worth {gain:g} more to it"
+        f"prey can reply so that it gets {gain:g} more than in the equilibrium"
     )
 
 

@@ -4,6 +4,8 @@ from functools import partial
 import numpy as np
 
 import dmplay
+from dmplay.core.session import Session
+from dmplay.core.uniforms import SeededUniforms
 from dmplay.views.protocol import DrawOptions, fit_board, load_view_module
 from tests.support import games
 
@@ -171,3 +173,23 @@ def test_without_a_belief_a_sighted_predator_sees_its_own_hex() -> None:
         "sensed nothing (2,0). at (2,0). E (3,0) floor. NE wall. NW (1,1) floor. W (1,0) floor. "
         "SW wall. SE wall. the belief is not shown."
     )
+
+
+def test_a_catch_that_the_own_hexes_show_is_reported_and_no_other() -> None:
+    reported, caught = {0.0: 0, 0.3: 0}, {0.0: 0, 0.3: 0}
+    for slip in reported:
+        problem = dmplay.load_problem("collaborative-predator-prey:circle", sighted=True, slip=slip)
+        for seed in range(20):
+            session = Session(problem, SeededUniforms(seed), turn_limit=10)
+            for turn in range(10):
+                before = session.state
+                session.advance([(seed + turn) % 6, (3 * turn) % 6])
+                is_reported = "stayed (caught)" in collaborative_predator_prey.describe_turn(
+                    session.view(0)
+                )
+                is_caught = before[0] == before[2]
+                assert is_caught or not is_reported
+                reported[slip] += is_reported
+                caught[slip] += is_caught
+    # A bump, or on the ring any slip, may also end on the own hex.
+    assert reported[0.3] == 0 < reported[0.0] < caught[0.0]
