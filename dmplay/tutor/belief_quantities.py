@@ -22,6 +22,7 @@ from dmplay.tutor.typed_text import find_label, parse_distribution, parse_number
 
 BISECTIONS = 50
 ROUNDED_DIFFERENCE = 0.002  # between a probability and the same one as it is typed
+MIN_CLUE_DISTANCE = 0.05  # from the answer to another probability that a reason quotes
 MAX_COMPARED_TURNS = 12
 SUM_TOLERANCE = 0.011  # so that rounded probabilities are accepted
 GRID_SIZE = 2001  # beliefs between which the best action is compared
@@ -124,14 +125,24 @@ def belief_loss(position: PositionInGame, action: str, belief: str, turns_left: 
     q = compute_action_values(_solve(position, turns_left), _parse_belief(position, belief))[0]
     index = _action_index(position, action)
 
-    def explain(_: str) -> str:
-        """Return the value of the action, and the name of the best one."""
-        labels = position.problem.actions[position.seat].labels
-        worth = f"in this belief, {labels[index]} is worth {format_number(float(q[index]))}"
-        is_best = q[index] >= q.max() - VALUE_TOLERANCE
-        return worth if is_best else f"{worth}, and {labels[int(q.argmax())]} is best"
+    labels = position.problem.actions[position.seat].labels
+    is_best = q[index] >= q.max() - VALUE_TOLERANCE
 
-    return Truth(float(q.max() - q[index]), explain)
+    loss = float(q.max() - q[index])
+
+    def explain(answer: str) -> str:
+        """Return the value of the action, and the name of the best one.
+
+        If another loss is typed, return the value that the best action would then have instead.
+        """
+        best, value = labels[int(q.argmax())], float(q[index])
+        if answer != format_number(loss):
+            implied = format_number(value + parse_number(answer))
+            return f"if it were right, {best} would be worth {implied} in this belief"
+        worth = f"in this belief, {labels[index]} is worth {format_number(value)}"
+        return worth if is_best else f"{worth}, and {best} is best"
+
+    return Truth(loss, explain)
 
 
 def belief_value(position: PositionInGame, action: str, belief: str, turns_left: int) -> Truth:
@@ -205,7 +216,10 @@ def describe_implied_prior(
     likelihoods = tables.observation_model[action, :, observation]
     observed = history[-1].rpartition(" ")[2]
     if not np.ptp(likelihoods):
-        return "your last action showed nothing about the state; only changes of the state count"
+        text = "your last action showed nothing about the state; only changes of the state count"
+        first = float(compute_belief(position, history[:1])[index])
+        is_clue = len(history) > 2 and abs(first - predicted[index]) > MIN_CLUE_DISTANCE
+        return f"{text}. After the first action, it was {format_number(first)}" if is_clue else text
     names, typed = _state_names(position), format_number(answer)
     posterior = f"P({names[index]} | {observed})"
     usual_mistakes = {

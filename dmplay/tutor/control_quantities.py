@@ -4,6 +4,7 @@ import numpy as np
 
 from dmplay.core.arrays import Array
 from dmplay.core.problem import enumerate_possible_outcomes
+from dmplay.core.text import format_count
 from dmplay.errors import BadParameter
 from dmplay.problems.collision_avoidance import (
     COLLISION_DISTANCE,
@@ -37,8 +38,16 @@ def linear_policy_loss(
 ) -> Truth:
     """Return the expected return that a = theta1 s loses against the best policy."""
     best = _evaluate(position, OPTIMAL_POLICY.theta1, state, turns_left)
-    loss = best - _evaluate(position, theta1, state, turns_left)
-    return Truth(loss, lambda _: _describe_factor(theta1))
+    value = _evaluate(position, theta1, state, turns_left)
+
+    def explain(_: str) -> str:
+        """Return the cost of this rule without noise, and that of the first turn."""
+        value_of_noise = _evaluate(position, theta1, 0.0, turns_left)
+        cost, first = format_number(value_of_noise - value), format_number(state**2)
+        turns = format_count(turns_left, "turn")
+        return f"without noise, {turns} cost {cost} by this rule; the first one alone costs {first}"
+
+    return Truth(best - value, explain)
 
 
 def _describe_factor(theta1: float) -> str:
@@ -52,7 +61,7 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
     cost = -_evaluate(position, OPTIMAL_POLICY.theta1, 0.0, turns_left)
 
     def explain(answer: str) -> str:
-        """Return the mean of the typed cost by turn, and the cost of the last turn.
+        """Return the mean of the typed cost by turn, and the costs of the first and last turns.
 
         With two turns, the latter is the answer.
         """
@@ -60,7 +69,8 @@ def noise_cost(position: PositionInGame, turns_left: int) -> Truth:
             return ""
         last = format_number(problem.noise**2 * problem.discount ** (turns_left - 1))
         mean = format_number(parse_number(answer) / turns_left)
-        return f"yours is {mean} in each turn on average, but turn {turns_left} alone costs {last}"
+        ends = f"turn 1 costs 0 (you start at 0) and turn {turns_left} costs {last}"
+        return f"yours is {mean} in each turn on average, but {ends}"
 
     return Truth(cost, explain if problem.noise else lambda _: "", is_cost=True)
 

@@ -110,10 +110,8 @@ def check_regret(position: PositionInGame, regret_at_most: float) -> AnswerCheck
     moves = [move for move in moves if move.turn > position.first_turn]
     discount = position.problem.discount
     total = total_regret(moves)
-    count = sum(move.chosen in move.best for move in moves)
-    text = f"best action {count} of {format_count(len(moves), 'time')}; "
     kind = "discounted regret" if discount < 1.0 else "regret"
-    text += f"the {kind} is {format_number(total)}; the limit is {regret_at_most:g}"
+    text = f"the {kind} is {format_number(total)}; the limit is {regret_at_most:g}"
     if total <= regret_at_most + TOLERANCE:
         return AnswerCheck(True, text)
     return AnswerCheck(False, f"{text}. {describe_worst_choice(moves)}")

@@ -18,7 +18,7 @@ RIGHT_ANSWERS: dict[str, tuple[str, ...]] = {
     ),
     "how-good-is-the-catcher": ("0.44", "0.074", "70", "game: 50 30 8*20"),
     "bayes-at-the-cradle": ("0.907", "0", "feed", "game: feed 3*ignore feed 5*ignore"),
-    "alpha-vectors": ("-9", "0.506", "0.283", "0.366"),
+    "alpha-vectors": ("-9", "0.506", "0.283", "0.1715"),
     "when-to-look": (
         "0.531",
         "6",
@@ -104,9 +104,11 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
         ),
     ),
     "push-to-zero": (
-        WrongAnswer(1, "-0.5", "costs 0.305 more on average than the best rule"),
+        WrongAnswer(
+            1, "-0.5", "without noise, 10 turns cost 1.29 by this rule; the first one alone"
+        ),
         WrongAnswer(2, "game: 10*0", "optimal scored -1.114 and you -6.065"),
-        WrongAnswer(3, "0.09", "yours is 0.009 in each turn on average"),
+        WrongAnswer(3, "0.09", "yours is 0.009 in each turn on average, but turn 1 costs 0 (you"),
     ),
     "how-good-is-the-catcher": (
         WrongAnswer(2, "0.065", "0.065 is the chance in the state 60 alone"),
@@ -123,10 +125,14 @@ WRONG_ANSWERS: dict[str, tuple[WrongAnswer, ...]] = {
     "alpha-vectors": (
         WrongAnswer(1, "-10", "it is 0.5 of the way from -5 (sure of sated) to -15"),
         WrongAnswer(3, "0.5", "At P(hungry) = 0.5, ignore is worth -13.352 and feed -10.81"),
-        WrongAnswer(4, "0.5", "0.5 is too high. In this belief, ignore is worth -6.83"),
+        WrongAnswer(
+            4, "0.5", "0.5 is too high. If it were right, sing would be worth -8.31 in this belief"
+        ),
     ),
     "when-to-look": (
-        WrongAnswer(1, "0.9", "only changes of the state count"),
+        WrongAnswer(
+            1, "0.9", "only changes of the state count. After the first action, it was 0.81"
+        ),
         WrongAnswer(
             2, "2", "With 2 turns left, replace is worth -1.098, and another action is worth 0.5"
         ),

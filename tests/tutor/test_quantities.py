@@ -286,7 +286,8 @@ def test_an_observation_that_is_equally_likely_in_all_states_changes_no_belief()
     truth = compute_truth(machine, QuantityCall("belief", arguments))
     assert truth.value == pytest.approx(0.9**6)
     assert truth.explain("0.9") == (
-        "your last action showed nothing about the state; only changes of the state count"
+        "your last action showed nothing about the state; only changes of the state count. "
+        "After the first action, it was 0.81"
     )
 
 
@@ -422,9 +423,27 @@ def test_replacing_a_broken_machine_pays_with_six_turns_left() -> None:
     assert loss == pytest.approx(max(five.values()) - five["examine"])
     arguments = {"action": "examine", "belief": "2 1", "turns_left": 5}
     best = max(five, key=lambda action: five[action])
-    assert compute_truth(machine, QuantityCall("belief-loss", arguments)).explain("") == (
-        f"in this belief, examine is worth {five['examine']:g}, and {best} is best"
+    assert compute_truth(machine, QuantityCall("belief-loss", arguments)).explain(
+        f"{loss:.3g}"
+    ) == (f"in this belief, examine is worth {five['examine']:g}, and {best} is best")
+
+
+def test_a_wrong_push_is_explained_by_its_cost_without_noise() -> None:
+    regulator = open_problem("simple-regulator", turns=3)
+    arguments = {"theta1": -0.5, "state": 2.0, "turns_left": 3}
+    numbers = [2.0, 1.0, 0.5]
+    cost = sum(0.9**turn * number**2 for turn, number in enumerate(numbers))
+    truth = compute_truth(regulator, QuantityCall("linear-policy-loss", arguments))
+    assert truth.explain("") == (
+        f"without noise, 3 turns cost {cost:.3f} by this rule; the first one alone costs 4"
     )
+
+
+def test_a_wrong_loss_is_explained_by_the_value_that_it_gives_to_the_best_action() -> None:
+    arguments = {"action": "ignore", "belief": "hungry 1", "turns_left": 2}
+    truth = compute_truth(BABY, QuantityCall("belief-loss", arguments))
+    assert truth.value == pytest.approx(19 - 15)  # -10 - 0.9 x 10 against -15
+    assert truth.explain("1") == "if it were right, feed would be worth -18 in this belief"
 
 
 def test_the_cost_of_noise_is_a_geometric_sum() -> None:
@@ -433,7 +452,8 @@ def test_the_cost_of_noise_is_a_geometric_sum() -> None:
     truth = compute_truth(regulator, QuantityCall("noise-cost", {"turns_left": 10}))
     assert truth.value == pytest.approx(cost)
     assert truth.explain("0.1") == (
-        "yours is 0.01 in each turn on average, but turn 10 alone costs 0.0039"
+        "yours is 0.01 in each turn on average, but turn 1 costs 0 (you start at 0) and turn 10 "
+        "costs 0.0039"
     )
     assert not compute_truth(regulator, QuantityCall("noise-cost", {"turns_left": 2})).explain("1")
     # From 1 with theta1 = -0.5, the mean halves each turn, and the variance is that of a sum.
