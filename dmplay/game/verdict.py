@@ -128,7 +128,7 @@ class ScoreComparison:
 
     def __str__(self) -> str:
         """Return the agent, and how often it scored less, or equal if that was more often."""
-        ties = f" ({self.equal_count} times equal)" * (self.equal_count > self.lower_count)
+        ties = f" ({self.equal_count} ties)" * (self.equal_count > self.lower_count)
         return f"{self.agent.partition(':')[0]} {self.lower_count} times{ties}"
 
 

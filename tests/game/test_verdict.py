@@ -286,8 +286,8 @@ def test_equal_scores_are_not_better() -> None:
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "random 0 times (100 times equal)",
-        "regulate 0 times (100 times equal)",
+        "random 0 times (100 ties)",
+        "regulate 0 times (100 ties)",
     ]
 
 
