@@ -73,7 +73,7 @@ def _make_exercise(
         obvious_action=session.action_labels(seat).index(choice.chosen),
     )
     lost = format_number(choice.discounted_regret)
-    discounted = f" ({lost} of the score)" if choice.discount_factor < 1.0 else ""
+    discounted = f" ({lost} discounted)" if choice.discount_factor < 1.0 else ""
     introduction = (
         describe_history(position),
         f"In the game, {choice.chosen} was chosen here. "

@@ -106,7 +106,7 @@ def _draw_belief_history(
 
     At most MAX_HISTORY_TURNS turns are drawn.
     """
-    title, latest_title = "chance of hunger by turn ", "chance of hunger, latest "
+    title, latest_title = "chance of hunger by turn ", "hunger in the last turns "
     columns = max(min(MAX_HISTORY_TURNS, options.width - len(title)), 1)
     probabilities = [float(b[-1]) for b in view.beliefs or ()]
     canvas.write_text(0, y, title if len(probabilities) <= columns else latest_title, "dim")

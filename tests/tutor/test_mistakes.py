@@ -55,7 +55,7 @@ def test_the_mistakes_are_those_of_the_review_worst_first(tmp_path: Path) -> Non
 def test_a_mistake_shows_what_was_lost_and_what_happened(tmp_path: Path) -> None:
     exercise = list_mistakes(play_walk(tmp_path))[0]
     assert exercise.introduction == (
-        "In the game, w was chosen here. It lost 0.359 (0.291 of the score).",
+        "In the game, w was chosen here. It lost 0.359 (0.291 discounted).",
     )
     assert exercise.question.ask().startswith("You have 2 turns left.")
     run = ExerciseRun(exercise)

@@ -123,7 +123,7 @@ skill belief  caught  10  20  30  40  50  60  70  80  90 100
 40 m ###..... 0.318  #88 *79 +66 =50 :34 .21 _12 _ 6 _ 3 _ 2
 60 m ###..... 0.373  #97 #94 #88 *79 +66 =50 :34 .21 _12 _ 6
 80 m #....... 0.175  #99 #98 #97 #94 #88 *79 +66 =50 :34 .21
-table: % caught by distance in m; at the skill, half
+% caught by distance in m; 50% if distance = skill
 expected reward        9  17  23  26  26  24  20  15  10   7
                       ++  ::  ..  __      __  ..  ::  ++  ##
 below best (*)         9 4.5 2.2   1   * 0.5 1.8   4   8  12

@@ -180,8 +180,8 @@ class _ValueExplainer:
         if not parts.adds_up or not self._round(parts.information_value):
             return f"{text}{product}."
         blind_value = self._number(self._round(float(later) - parts.information_value))
-        blind = f"Without the next observation, later would be {blind_value}."
-        return _choose_short([f"{text}{product}. {blind}", f"{text}. {blind}"])
+        blind = f"If you chose your next action before you observe, later would be {blind_value}."
+        return f"{text}{product}. {blind}"
 
     def _describe_outcomes(self, parts: ActionBreakdown) -> str:
         """Return a sentence on the possible outcomes: a list of few, or the range of many."""

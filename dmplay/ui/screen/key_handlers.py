@@ -35,7 +35,7 @@ LOOKBACK_HELP = (
     "look back",
     "after the game: show its turns, and where another action was better",
 )
-SCROLL_HELP = ("PgUp", "scroll", "scroll the log")
+SCROLL_HELP = ("PgUp", "scroll", "scroll the log; after the game: list its turns")
 HEX_SCROLL_HELP = ("Shift-PgUp", "scroll", "scroll the log (PgUp alone moves you NE)")
 RECORD_HELP = ("PgUp", "turns", "after the game: list its turns")
 
@@ -253,8 +253,8 @@ def _show_help(screen: PlayScreen) -> None:
     ]
     replay_keys = REPLAY_HELP if isinstance(screen.game, Playback) else ()
     lookback_keys = [LOOKBACK_HELP] if screen.game.human_seats else []
-    scroll_help = HEX_SCROLL_HELP if _has_hex_map(screen.game) else SCROLL_HELP
-    keys = [*replay_keys, *screen_keys, *lookback_keys, scroll_help, RECORD_HELP]
+    scroll_keys = [HEX_SCROLL_HELP, RECORD_HELP] if _has_hex_map(screen.game) else [SCROLL_HELP]
+    keys = [*replay_keys, *screen_keys, *lookback_keys, *scroll_keys]
     screen.open_page(format_help_page(screen.game, keys))
 
 
@@ -294,7 +294,7 @@ SCREEN_KEYS = (
         ("V",),
         "V",
         "overlay",
-        "on hex maps: show values, then best actions, then state indices",
+        "on hex maps: show values, then best actions, then numbers of states",
         PlayScreen.show_next_overlay,
         is_overlay_key=True,
     ),
@@ -343,7 +343,7 @@ SCREEN_KEYS = (
         ("M",),
         "M",
         "learn",
-        "after the game: look for better actions, if values are exact",
+        "after the game: a quiz on your worst turns, if values are exact",
         leave_to_learn,
     ),
     ScreenKey(("?",), "?", "help", "", _show_help),

@@ -391,7 +391,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             of_table.save_transcript,
             "S",
             "S",
-            "show the path of the transcript",
+            "show where the game is saved",
         ),
         Command(
             "transcript",
@@ -465,6 +465,7 @@ COMMANDS_BY_TOPIC: Mapping[str, tuple[Command, ...]] = {
             _show_help,
             "?",
             "?",
+            "explain the game and its keys",
         ),
         Command("quit", "", "quit; a recorded game stays saved", _quit, "q", "q"),
     ),

