@@ -127,9 +127,14 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return the agent, and how often it scored less, or equal if that was more often."""
+        """Return how often the agent scored less, or equal if that was more often."""
         ties = f" ({self.equal_count} ties)" * (self.equal_count > self.lower_count)
-        return f"{self.agent.partition(':')[0]} {self.lower_count} times{ties}"
+        return f"{self.lower_count} times{ties}"
+
+    @property
+    def agent_name(self) -> str:
+        """The agent without its parameters."""
+        return self.agent.partition(":")[0]
 
 
 @dataclass(frozen=True)
@@ -153,9 +158,11 @@ class Verdict:
         ]
         if self.comparisons:
             count = self.comparisons[0].game_count
-            first, *others = map(str, self.comparisons)
-            texts = ", ".join([first.replace(" ", " scored less than you ", 1), *others])
-            rows.append(f"{count} other seeds: {texts}")
+            texts = [
+                f"{comparison.agent_name}{' scored less than you' * (index == 0)} {comparison}"
+                for index, comparison in enumerate(self.comparisons)
+            ]
+            rows.append(f"{count} other seeds: {', '.join(texts)}")
         rows += [self.ghost_line] if self.ghost_line else []
         return rows + ([f"review: {self.error}"] if self.error else [])
 

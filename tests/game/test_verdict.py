@@ -280,14 +280,14 @@ def test_equal_scores_are_not_better() -> None:
     assert comparison.agent == "random"
     assert comparison.lower_count == (returns < score).sum()
     assert comparison.equal_count == (returns == score).sum()
-    assert str(ScoreComparison("random", 100, 0)) == "random 0 times"
+    assert str(ScoreComparison("random", 100, 0)) == "0 times"
 
 
 def test_a_score_that_every_game_has_is_equal_and_not_worse() -> None:
     game = play("cart-pole", ["left"], turns=1)  # a pole cannot fall in one turn
     assert [str(comparison) for comparison in judge(game).comparisons] == [
-        "random 0 times (100 ties)",
-        "regulate 0 times (100 ties)",
+        "0 times (100 ties)",
+        "0 times (100 ties)",
     ]
 
 
