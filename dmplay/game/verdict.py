@@ -127,7 +127,7 @@ class ScoreComparison:
     equal_count: int = 0
 
     def __str__(self) -> str:
-        """Return how often the agent scored less, or equal if that was more often."""
+        """Return the number of lower games, and of equal ones if these are more."""
         ties = f" ({self.equal_count} ties)" * (self.equal_count > self.lower_count)
         return f"{self.lower_count} times{ties}"
 
