@@ -328,4 +328,5 @@ def describe_situation(view: View[Game2048]) -> str:
         for number, row in enumerate(view.observation, 1)
     ]
     legal_actions = view.problem.actions[view.seat].describe_actions(view.legal_actions_mask)
-    return " ".join([*rows, f"legal: {legal_actions or 'none, the game is over'}."])
+    is_over = view.end_reason or not legal_actions
+    return " ".join([*rows, "the game is over." if is_over else f"legal: {legal_actions}."])

@@ -107,8 +107,11 @@ def _scrolled_rows(
 
 
 def _truncate_rows(lines: Sequence[str], max_rows: int, viewport: Viewport) -> Sequence[ScreenLine]:
-    """Return the first `max_rows` lines, the last one with an ellipsis."""
+    """Return the first `max_rows` lines, up to the end of a sentence or to an ellipsis."""
     *head, last = lines[:max_rows]
+    end_of_sentence = last.rfind(". ") + 1
+    if end_of_sentence > len(last) // 2:
+        return [*head, last[:end_of_sentence]]
     truncated = Text(last)
     truncated.truncate(viewport.width - 1)
     return [*head, truncated.append("…")]
