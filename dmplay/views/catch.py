@@ -35,7 +35,8 @@ HEAT_LABEL_COLUMNS = 20  # columns before the heat map
 HEAT_STYLES = ("dim", "", "cyan", "bold cyan")  # styles of catch probabilities from 0 to 1
 # columns of a distance in the heat map, and rows of the expected-reward chart, tried in this order
 LARGE_LAYOUTS = ((12, 30), (7, 20), (4, 6), (4, 4), (4, 2), (4, 0))
-HEAT_LEGEND = "% caught by distance in m; 50% if distance = skill"
+HEAT_LEGEND = "% caught at each distance (m); 50% where the distance equals the skill"
+SMALL_REGRET = 0.095  # smaller regrets are printed with two decimals
 ACTION_PHRASE = "throw {} m"
 PLOT_LEGEND = ("chance of catch", "2: skill 20 m", "4: skill 40 m", "and so on")
 
@@ -72,11 +73,11 @@ def _draw_large_board(
     With a hint the regrets are added, with a forecast its outcomes.
     """
     canvas = Canvas()
-    canvas.write_text(0, 0, "skill belief  caught", "dim")
+    canvas.write_text(0, 0, "skill        belief", "dim")
     distance_names = [f"{distance:.0f}" for distance in DISTANCES]
     _draw_distance_cells(canvas, 0, distance_names, "dim", cell_columns)
-    if options.suggested_action is not None:
-        _draw_throw_marker(canvas, 0, int(options.suggested_action), cell_columns)
+    if options.typed_action is not None:
+        _draw_throw_marker(canvas, 0, int(options.typed_action), cell_columns)
     rows = zip(PROFICIENCY_NAMES, view.belief, view.problem.catch_probabilities, strict=True)
     for y, (name, probability, catch_probabilities) in enumerate(rows, 1):
         canvas.write_text(0, y, name)
@@ -123,7 +124,7 @@ def _draw_large_board(
             style="yellow",
             options=options,
         )
-        canvas.write_text(0, y, "below best (●)")
+        canvas.write_text(0, y, "worth below best")
         regret_texts = [_format_regret_cell(regret) for regret in options.regret]
         _draw_distance_cells(canvas, y, regret_texts, "yellow", cell_columns)
     bottom_rows = format_forecast_rows(view, options, PROFICIENCY_NAMES, ACTION_PHRASE)
@@ -134,8 +135,10 @@ def _draw_large_board(
 
 
 def _format_regret_cell(regret: float) -> str:
-    """Format a regret in three columns, a dot if it is 0."""
-    return "●" if regret < REGRET_TOLERANCE else format_significant(regret, 3)
+    """Format a regret in three columns."""
+    if REGRET_TOLERANCE <= regret < SMALL_REGRET:
+        return f"{regret:.2f}".removeprefix("0").replace(".00", "~0")
+    return format_significant(regret * (regret >= REGRET_TOLERANCE), 3)
 
 
 def _draw_distance_cells(
@@ -149,7 +152,7 @@ def _draw_distance_cells(
 
 
 def _draw_throw_marker(canvas: Canvas, y: int, throw: int, cell_columns: int) -> None:
-    """Draw the distance of a hint, or the one typed so far, between arrows."""
+    """Draw the distance typed so far between arrows."""
     marker = f"→{DISTANCES[throw]:.0f}←"
     canvas.write_text(
         HEAT_LABEL_COLUMNS + cell_columns * (throw + 1) + 1 - len(marker),

@@ -55,9 +55,8 @@ class DrawOptions(NamedTuple):
     reserved_rows: int = 0  # screen rows needed in addition to the board's
     allow_large: bool = False  # whether boards may be larger than a transcript's frames
     regret: Reals | None = None  # [A], regret of each action; nan if illegal
-    suggested_action: float | None = (
-        None  # action of a hint, or the typed action that Enter would play
-    )
+    suggested_action: float | None = None  # action of a hint
+    typed_action: float | None = None  # number typed so far, which Enter would play
     forecast: Forecast | None = None  # possible outcomes of an action, to draw on the board
     motion_progress: float = 1.0  # part of the last turn's motion that is over, from 0 to 1
     ghost_state: Array | None = None  # state of the ghost, to be drawn faintly

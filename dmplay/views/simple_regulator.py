@@ -106,12 +106,13 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
         forecast_numbers = (
             [float(state[0]) for state in options.forecast.outcomes] if options.forecast else []
         )
-        suggested_aims = (
-            [] if options.suggested_action is None else [numbers[-1] + options.suggested_action]
+        next_push = (
+            options.suggested_action if options.typed_action is None else options.typed_action
         )
+        next_aims = [] if next_push is None else [numbers[-1] + next_push]
         scale = _make_number_line(
             choose_number_line_limit(
-                [*numbers, *aims, predict_number(view)[0], *forecast_numbers, *suggested_aims]
+                [*numbers, *aims, predict_number(view)[0], *forecast_numbers, *next_aims]
             ),
             layout.width,
         )
@@ -131,7 +132,7 @@ def iter_boards(view: View[SimpleRegulator], options: DrawOptions) -> Iterator[T
             layout.shown_turns + layout.distribution_rows,
             scale,
             numbers[-1],
-            options.suggested_action,
+            next_push,
         )
         is_brief, y = (
             layout.width == LAYOUTS[-1].width,
